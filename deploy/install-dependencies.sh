@@ -1,14 +1,14 @@
 #!/usr/bin/env bash
-# Installs the Debian packages that building and running need, and testing, where they are missing. See --help.
+# Installs the missing Debian packages for building, running and testing. See --help.
 set -euo pipefail
 
-# What building, packing and the Python client need, and what for. Debian 12 has them all.
+# Packages for building, packaging and the Python client, with their purpose. All are in Debian 12.
 packages=(
   g++                     # the compiler
   cmake                   # the build
-  ninja-build             # what CMake drives
-  pkg-config              # finds libraries that have no CMake package
-  libgrpc++-dev           # the server's and the C++ client's transport
+  ninja-build             # build tool
+  pkg-config              # finds libraries without a CMake package
+  libgrpc++-dev           # transport of the server and the C++ client
   libssl-dev              # reads certificates, hashes tokens
   libprotobuf-dev         # messages
   protobuf-compiler       # generates messages
@@ -16,44 +16,44 @@ packages=(
   libabsl-dev             # status, strings, containers, synchronisation
   libspdlog-dev           # log lines
   libzstd-dev             # compresses observations
-  libsqlite3-dev          # a fleet keeps its pools in databases
+  libsqlite3-dev          # journals of a fleet's pools
   prometheus-cpp-dev      # metrics
-  cyclonedds-dev          # servers of a cluster find each other
-  cyclonedds-tools        # compiles what they say to each other
-  libboost-dev            # HTTP and WebSocket for the pages
-  libpng-dev              # art and pictures
+  cyclonedds-dev          # discovery in a cluster
+  cyclonedds-tools        # compiles its message types
+  libboost-dev            # HTTP and WebSocket of the web pages
+  libpng-dev              # reads art, writes PNG
   librsvg2-bin            # rasterises the art while building
-  nlohmann-json3-dev      # recordings and what pages are told are JSON
-  zlib1g-dev              # and compressed
+  nlohmann-json3-dev      # recordings and messages of the web pages
+  zlib1g-dev              # compresses them
   pybind11-dev            # the C++ client as a module of Python
   python3                 # the Python client, the quickstart, some tests
   python3-dev             # headers of that module
   python3-grpcio          # the Python client's transport
   python3-protobuf        # its messages
   python3-numpy           # its arrays
-  python3-pil             # the picture that the quickstart draws
-  dpkg-dev                # what a Debian package depends on
-  file                    # what is a program in it
-  fonts-dejavu-core       # the names in that picture
+  python3-pil             # draws the quickstart's image
+  dpkg-dev                # finds dependencies of the Debian packages
+  file                    # finds programs in them
+  fonts-dejavu-core       # font of the quickstart's image
 )
 
-# What the tests need besides: those of the other clients, a browser, tools that check.
+# Further packages for the tests: the other clients, a browser, checking tools.
 test_packages=(
-  git                     # lists the files that the tidy test looks at
+  git                     # lists the files of the tidy test
   libgtest-dev            # tests
   libgmock-dev            # matchers of the tests
   libcpp-httplib-dev      # their HTTP client
   libbenchmark-dev        # benchmarks
   openssl                 # makes the certificates of the tests
   python3-pytest          # the Python client's tests
-  python3-websockets      # pages, as tests are them
-  python3-pip             # a wheel of it
+  python3-websockets      # stands in for the web pages in tests
+  python3-pip             # builds its wheel
   python3-wheel           # the wheel's format
-  python3-setuptools      # what builds it
+  python3-setuptools      # build backend of the wheel
   mypy                    # checks its types
   ffmpeg                  # its videos
-  nodejs                  # the Node.js client and its tests; what else it needs npm fetches
-  chromium                # the browser that the tests open the server's pages in
+  nodejs                  # the Node.js client and its tests; npm fetches the rest
+  chromium                # browser for tests of the web pages
   golang-go               # the Go client and its tests
   protoc-gen-go           # its messages
   protoc-gen-go-grpc      # its service stubs
@@ -61,9 +61,9 @@ test_packages=(
   golang-google-protobuf-dev  # its messages' library
   golang-github-klauspost-compress-dev  # decompresses its observations
   python3-yaml            # the tests of deploy/ read manifests
-  kubernetes-client       # and render those of Kubernetes
-  iproute2                # networks of tests' own
-  nftables                # and what cuts hosts off from them
+  kubernetes-client       # renders the Kubernetes manifests
+  iproute2                # private networks for tests
+  nftables                # network partitions in tests
 )
 
 # What clients/python/learners needs. The tests need it as well.
@@ -73,27 +73,27 @@ learner_packages=(
 )
 test_packages+=("${learner_packages[@]}")
 
-# npm comes with some packages of nodejs, and Debian's would not go along with those.
+# npm is part of some packages of nodejs, which conflict with Debian's npm.
 command -v npm >/dev/null || test_packages+=(npm)
 
-# What the presets lint and fuzz need besides.
+# Further packages for the presets lint and fuzz.
 clang_packages=(
   clang                   # the compiler of both presets
   clang-tidy              # the linter
   libclang-rt-14-dev      # libFuzzer and the sanitizers of that compiler
 )
 
-# What tests/benchmark/stream_report.py draws with.
+# Packages for tests/benchmark/stream_report.py.
 plot_packages=(
   python3-matplotlib
 )
 
-# What tests of the label slow build and run images with, and check rules for Prometheus.
+# Packages for tests with the label slow: building and running images, checking Prometheus rules.
 slow_packages=(
-  mmdebstrap              # makes a root of Debian without asking a registry of images
+  mmdebstrap              # creates a Debian root without an image registry
   buildah                 # builds images
   podman                  # runs them
-  runc                    # by this, which also knows older control groups
+  runc                    # its runtime, which also supports cgroup v1
   prometheus              # promtool
   nginx                   # the front of deploy/front
 )
@@ -102,14 +102,14 @@ usage() {
   cat <<TEXT
 Usage: deploy/install-dependencies.sh [--tests] [--clang] [--plot] [--slow] [--list] [--help]
 
-Installs with apt what is missing of the packages that building Procgen Server and its Python client need. Asks apt for
-nothing if nothing is missing. Needs root or sudo otherwise.
+Installs, with apt, the missing packages for building Procgen Server and its Python client. If none is missing, apt is
+not called. Otherwise needs root or sudo.
 
-  --tests  and what the tests need, those of the clients in Node.js and Go as well
+  --tests  also packages for the tests, including the Node.js and Go clients
   --learners  and what clients/python/learners needs, PyTorch above all (with the tests' packages, too)
-  --clang  and what the presets lint and fuzz need
-  --plot   and what draws the picture of the stream's benchmark
-  --slow   and what the tests of the label slow need
+  --clang  also packages for the presets lint and fuzz
+  --plot   also packages that draw the image of the stream's benchmark
+  --slow   also packages for tests with the label slow
   --list   print the names of the packages and stop
   --help   print this and stop
 TEXT
@@ -138,13 +138,13 @@ if [[ $list == yes ]]; then
 fi
 
 if ! command -v dpkg-query >/dev/null; then
-  echo "deploy/install-dependencies.sh: this is not Debian; install what corresponds to:" >&2
+  echo "deploy/install-dependencies.sh: this is not Debian; install the equivalents of:" >&2
   printf '  %s\n' "${packages[@]}" >&2
-  echo "Going on as if all were there." >&2
+  echo "Continuing as if all were installed." >&2
   exit 0
 fi
 
-# Programs that machines often have by other packages, which Debian's would clash with.
+# Programs that are often installed from other packages, which conflict with Debian's.
 declare -A program_of=([kubernetes-client]=kubectl [nodejs]=node)
 
 missing=()
@@ -169,7 +169,7 @@ if [[ $(id -u) -ne 0 ]]; then
   fi
   as_root=(sudo)
 fi
-# The lists of packages may be old, or missing altogether on a fresh machine.
+# The package lists may be outdated, or missing on a fresh machine.
 "${as_root[@]}" apt-get -o DPkg::Lock::Timeout=120 update --quiet
 "${as_root[@]}" env DEBIAN_FRONTEND=noninteractive \
   apt-get -o DPkg::Lock::Timeout=120 install --yes --quiet --no-install-recommends "${missing[@]}"

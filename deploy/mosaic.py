@@ -3,8 +3,8 @@
 
 As a program: mosaic.py SHEETS.json. The file lists sheets, each with the `file` to draw, its `rows`
 (`name`, `description`, `pictures` with a `file` and an optional `caption`); `size_px` if all
-pictures are to be shown at one size; `page_width_px` if the sheet is to be reduced for a web page.
-Paths are relative to the folder of the list.
+pictures have the same size; `page_width_px` to reduce the sheet for a web page. Paths are relative
+to the folder of the list.
 """
 
 from __future__ import annotations
@@ -36,14 +36,14 @@ _CAPTION_HEIGHT_PX = 26
 
 
 class Picture(NamedTuple):
-    """A picture and what is written under it."""
+    """A picture with its caption."""
 
     frame: np.ndarray  # uint8 [height, width, 3]
     caption: str = ""
 
 
 class Row(NamedTuple):
-    """A row of pictures, with a name and a line about it to the left."""
+    """A row of pictures, with a name and a description to the left."""
 
     name: str
     description: str
@@ -51,7 +51,7 @@ class Row(NamedTuple):
 
 
 def draw(rows: Sequence[Row], *, size_px: int | None = None) -> Image.Image:
-    """Gives the mosaic.
+    """Draws the mosaic.
 
     With size_px all pictures are squares of that size: smaller ones are enlarged without smoothing,
     larger ones reduced. Otherwise each has its own size.
@@ -109,12 +109,12 @@ def _font(file_name: str, size_px: int) -> ImageFont.ImageFont | ImageFont.FreeT
     try:
         return ImageFont.truetype(file_name, size_px)
     except OSError:
-        return ImageFont.load_default()  # Small, but there.
+        return ImageFont.load_default()  # Small, but always available.
 
 
 @functools.cache
 def _rounded(size: tuple[int, int]) -> Image.Image:
-    """Gives a mask with smooth round corners: drawn four times as large, then scaled down."""
+    """Returns a mask with antialiased round corners: drawn at four times the size, then reduced."""
     width, height = size
     large = Image.new("L", (4 * width, 4 * height), 0)
     ImageDraw.Draw(large).rounded_rectangle(
@@ -124,7 +124,7 @@ def _rounded(size: tuple[int, int]) -> Image.Image:
 
 
 def _for_page(image: Image.Image, width_px: int) -> Image.Image:
-    """Reduces a mosaic, with few colors, so that the file is small."""
+    """Reduces a mosaic in size and colors, for a small file."""
     size = (width_px, round(image.height * width_px / image.width))
     return image.resize(size, Image.Resampling.LANCZOS).quantize(256)
 

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Shows what a server does: steps each game, tells how fast, draws a picture. See quickstart.sh."""
+"""Demonstrates a server: steps each game, prints the rate, draws an image. See quickstart.sh."""
 
 from __future__ import annotations
 
@@ -25,22 +25,22 @@ from procgen_client.tools.server_process import BINARY_VARIABLE
 _PICTURES_OF_A_GAME = 6
 _PICTURE_MODES = ("easy", "hard")
 _PICTURE_SIZE_PX = 256
-# Before a picture is taken: so many actions, each held for so many steps, so that agents get about;
-# RIGHT and RIGHT+UP more often than others, since that is where platform games lie.
+# Before an image is taken: number of actions, and steps per action, so that agents move around.
+# RIGHT and RIGHT+UP are more frequent, since platform games extend to the right.
 _PICTURE_ACTIONS = 30
 _PICTURE_ACTION_STEPS = 5
 _PICTURE_ACTION_ODDS = np.array([1, 1, 1, 1, 1, 1, 1, 4, 4, 1, 1, 1, 1, 1, 1]) / 21
 _SECONDS_BETWEEN_REPORTS = 0.1
 _SECONDS_UNTIL_NODES_MEET = 30
-# Loopback, on a port that is free.
+# Loopback, on a free port.
 _PAGES = "--web_address=127.0.0.1:0"
-# What steps on where the server is kept, so that there is something to see.
+# The program that keeps stepping with --keep, so that there is something to watch.
 _KEPT_LEARNER = Path(__file__).with_name("quickstart_learner.py")
 
 
 @dataclass
 class Result:
-    """What came of stepping one game."""
+    """The result of stepping one game."""
 
     name: str
     description: str
@@ -55,23 +55,23 @@ class Result:
 
 
 class Progress:
-    """One line that is written anew on a terminal; one line a game elsewhere."""
+    """A progress line: rewritten in place on a terminal, otherwise one line per game."""
 
     def __init__(self, game_count: int) -> None:
-        """Counts games up to game_count."""
+        """Starts at 0 of game_count games."""
         self._game_count = game_count
         self._games_done = 0
         self._terminal = sys.stdout.isatty()
 
     def show(self, name: str, fraction: float, steps_per_second: float) -> None:
-        """Tells how a game stands; `fraction` of its time is over."""
+        """Shows a running game, after `fraction` of its time."""
         if self._terminal:
             filled = round(24 * min(1.0, fraction))
             bar = "█" * filled + "░" * (24 - filled)
             self._write(f"\r\033[K{self._line(name, steps_per_second)}  {bar}")
 
     def done(self, name: str, steps_per_second: float) -> None:
-        """Tells how a game went."""
+        """Shows a finished game."""
         start = "\r\033[K" if self._terminal else ""
         self._write(f"{start}{self._line(name, steps_per_second)}\n")
         self._games_done += 1
@@ -91,10 +91,10 @@ def run_game(
     """Steps one game with random actions, one half of the pool after the other."""
     rng = np.random.default_rng(0)
     with client.create_pool(name, arguments.environments, rand_seed=0) as pool:
-        pool.observe()  # The first pictures take longer: art is unpacked when it is first needed.
+        pool.observe()  # The first observations take longer: art is unpacked on first use.
         middle = pool.env_count // 2
         halves = ((0, middle), (middle, pool.env_count - middle))
-        # While the answer of one half is on its way, the server steps the other.
+        # While the answer of one half is in flight, the server steps the other.
         for first, count in halves:
             pool.send_observe(first_env=first, env_count=count)
         begin = reported = time.perf_counter()
@@ -118,9 +118,9 @@ def run_game(
 
 
 def take_pictures(client: Client, name: str) -> list[np.ndarray]:
-    """Plays a few environments for a while, some easy, some hard, and gives their pictures.
+    """Steps a few environments, some easy, some hard, and returns images of them.
 
-    For people (large and smooth) if the server draws such, otherwise what the agents see.
+    These are large and antialiased if the server can draw so, otherwise the observations.
     """
     rng = np.random.default_rng(1)
     pictures: list[np.ndarray] = []
@@ -153,11 +153,11 @@ def print_table(results: list[Result], env_count: int) -> None:
 
 @dataclass
 class Servers:
-    """What was started: one server, or the nodes of a cluster and before them a fleet server."""
+    """The started servers: one server, or a fleet server and its nodes."""
 
-    front: ServerProcess  # The one that learners connect to.
+    front: ServerProcess  # Learners connect to this one.
     nodes: list[ServerProcess]
-    page: str  # Where a browser sees it.
+    page: str  # URL of its web pages.
 
     def stop(self) -> None:
         """Stops all."""
@@ -166,12 +166,12 @@ class Servers:
 
 
 def start_servers(arguments: argparse.Namespace, log_path: Path) -> Servers:
-    """Starts what the arguments ask for, and waits until it is ready."""
+    """Starts the servers for the arguments and waits until they are ready."""
     if arguments.nodes == 0:
         server = ServerProcess(arguments.binary, [_PAGES], log_path=log_path)
         return Servers(server, [], page_address(log_path))
     cluster = [f"--cluster=quickstart-{os.getpid()}", "--cluster_peers=127.0.0.1"]
-    with contextlib.ExitStack() as started:  # Stops them if anything goes wrong.
+    with contextlib.ExitStack() as started:  # Stops them on errors.
         nodes = [
             started.enter_context(
                 ServerProcess(
@@ -195,20 +195,20 @@ def start_servers(arguments: argparse.Namespace, log_path: Path) -> Servers:
 
 
 def page_address(log_path: Path) -> str:
-    """The address of the pages that a server serves, by its log."""
+    """Returns the URL of a server's web pages, from its log."""
     address = re.search(r" web=(\S+)", log_path.read_text())
     assert address is not None
     return address.group(1)
 
 
 def await_nodes(address: str, node_count: int) -> None:
-    """Waits until the fleet server knows its nodes."""
+    """Waits until the fleet server has discovered its nodes."""
     deadline = time.monotonic() + _SECONDS_UNTIL_NODES_MEET
     with Client(address) as client:
         while (known := len(client.list_nodes().nodes) - 1) < node_count:
             if time.monotonic() > deadline:
                 raise UnavailableError(
-                    f"of {node_count} nodes the fleet server has found {known} within "
+                    f"the fleet server has found {known} of {node_count} nodes within "
                     f"{_SECONDS_UNTIL_NODES_MEET} s"
                 )
             time.sleep(0.05)
@@ -216,7 +216,7 @@ def await_nodes(address: str, node_count: int) -> None:
 
 
 def start_learner(address: str) -> int:
-    """Starts a program that steps a pool as long as the server is there; gives its process id."""
+    """Starts a program that steps a pool until the server stops; returns its process id."""
     command = [sys.executable, str(_KEPT_LEARNER), address]
     return subprocess.Popen(
         command,
@@ -228,13 +228,13 @@ def start_learner(address: str) -> int:
 
 
 def how_to_connect(servers: Servers, learner: int, log_path: Path) -> str:
-    """Tells what can be done with servers that run on."""
+    """Describes how to use, watch and stop servers that keep running."""
     package = shlex.quote(str(Path(__file__).resolve().parents[1] / "clients/python"))
     address = servers.front.address
-    who = "fleet server runs on with its nodes" if servers.nodes else "server runs on"
+    subject = "fleet server and its nodes keep" if servers.nodes else "server keeps"
     process_ids = [server.process_id for server in (servers.front, *servers.nodes)]
     process_ids.append(learner)
-    text = f"""The {who} at {address} (its log: {log_path}).
+    text = f"""The {subject} running at {address} (log: {log_path}).
 
 See it:   {servers.page}    (watch, play, replay, browse levels)
 Connect:  PYTHONPATH={package} {shlex.quote(sys.executable)} -i -c \\
@@ -243,12 +243,12 @@ Stop:     kill {" ".join(map(str, process_ids))}
 """
     if servers.nodes:
         victim = servers.nodes[0].process_id
-        text += f"Harm it:  kill -9 {victim}    (a node; learners notice a pause)\n"
+        text += f"Test it:  kill -9 {victim}    (kills a node; learners see a pause)\n"
     return text
 
 
 def demonstrate(address: str, arguments: argparse.Namespace) -> None:
-    """Steps all games, and writes the table and the picture."""
+    """Steps all games, prints the table and writes the image."""
     with Client(address) as client:
         games = client.catalog().games
         print(
@@ -269,23 +269,23 @@ def demonstrate(address: str, arguments: argparse.Namespace) -> None:
 
 
 def main() -> int:
-    """Runs it all."""
+    """Runs the program and returns its exit status."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--binary", help=f"the server (default: {BINARY_VARIABLE}, else PATH)")
-    parser.add_argument("--seconds", type=int, default=4, help="how long to step each game")
-    parser.add_argument("--environments", type=int, default=64, help="environments of each game")
-    parser.add_argument("--output", type=Path, default="quickstart.png", help="the picture")
-    parser.add_argument("--log", type=Path, default="server.log", help="the server's log lines")
+    parser.add_argument("--seconds", type=int, default=4, help="seconds of stepping per game")
+    parser.add_argument("--environments", type=int, default=64, help="environments per game")
+    parser.add_argument("--output", type=Path, default="quickstart.png", help="the image, a .png")
+    parser.add_argument("--log", type=Path, default="server.log", help="log file of the server")
     parser.add_argument("--keep", action="store_true", help="leave the server running")
-    parser.add_argument("--nodes", type=int, default=0, help="of a cluster; 0: one server, none")
+    parser.add_argument("--nodes", type=int, default=0, help="nodes of a cluster; 0: one server")
     arguments = parser.parse_args()
 
-    # An end from outside is an exception like any other, so that everything is undone.
+    # Signals raise exceptions, so that cleanup runs.
     for end in (signal.SIGTERM, signal.SIGHUP):
         signal.signal(end, lambda number, _: sys.exit(128 + number))
 
     log_path = arguments.log.resolve()
-    log_path.unlink(missing_ok=True)  # A server that was kept goes on writing its own.
+    log_path.unlink(missing_ok=True)  # A kept server continues to write to the old file.
     try:
         servers = start_servers(arguments, log_path)
     except (OSError, ProcgenError) as error:

@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# From a fresh clone to sixty-four environments of each game in one command. See --help.
+# Builds and starts a server and steps 64 environments of each game. See --help.
 set -euo pipefail
 
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
@@ -8,19 +8,18 @@ usage() {
   cat <<TEXT
 Usage: deploy/quickstart.sh [--keep] [--nodes N] [--seconds S] [--environments N] [--output FILE]
 
-Installs what is missing, builds the server, starts it on a free port of this machine, steps
-environments of each game for some seconds with the Python client, prints steps per second, draws a
-picture of the games and stops the server again. While it runs, a browser shows it: the address is
-printed. May be run from any directory and as often as you
-like; needs root or sudo only if packages are missing.
+Installs missing packages, builds the server and starts it on a free port of this machine. Steps
+environments of each game for some seconds with the Python client, prints steps per second, draws an
+image of the games and stops the server. Prints an address where a browser shows the running server.
+Runs from any directory, any number of times. Needs root or sudo only if packages are missing.
 
-  --keep             leave the server running, with a pool that is stepped for people to watch, and say
-                     where a browser shows it, how to connect to it and how to stop it
-  --nodes N          a cluster of so many servers and a fleet server that spreads pools over them,
+  --keep             leave the server running, with a pool that is stepped at watching speed, and print
+                     its address for browsers, how to connect to it and how to stop it
+  --nodes N          a cluster of N servers and a fleet server that distributes pools over them,
                      1 to 8 (default: one server, no cluster)
   --seconds S        how long to step each game, 1 to 600 (default: 4)
   --environments N   environments of each game, 2 to 4096 (default: 64)
-  --output FILE      where to write the picture, a .png (default: quickstart.png, here)
+  --output FILE      where to write the image, a .png file (default: ./quickstart.png)
   --help             print this and stop
 TEXT
 }
@@ -68,7 +67,7 @@ require_integer --environments "$environments" 2 4096
 
 "$root/deploy/install-dependencies.sh"
 
-# The system's Python has the packages; another one that comes first in PATH may not.
+# The system's Python has the packages; one that is earlier in PATH may not.
 python=
 for candidate in "${PYTHON:-}" /usr/bin/python3 python3; do
   if [[ -n $candidate ]] && "$candidate" -c "import grpc, google.protobuf, numpy, PIL" 2>/dev/null; then
@@ -76,7 +75,7 @@ for candidate in "${PYTHON:-}" /usr/bin/python3 python3; do
     break
   fi
 done
-[[ -n $python ]] || fail "no Python here has grpc, protobuf, numpy and PIL; name one with PYTHON=..."
+[[ -n $python ]] || fail "found no Python with grpc, protobuf, numpy and PIL; set PYTHON=..."
 
 echo "== Building the server (some minutes the first time)"
 (
@@ -85,7 +84,7 @@ echo "== Building the server (some minutes the first time)"
   cmake --build --preset release --target procgen-server procgen-python-client
 )
 
-# From here on the Python program owns the server, and stops it however it ends itself.
+# The Python program starts the server, and stops it on every kind of exit.
 export PYTHONPATH="$root/clients/python${PYTHONPATH:+:$PYTHONPATH}"
 exec "$python" "$root/deploy/quickstart.py" --binary "$root/build/release/bin/procgen-server" \
   --log "$root/build/quickstart-server.log" --output "$output" \

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Steps a pool that people can watch, at their pace, until the server goes.
+"""Steps a pool at watching speed until the server stops.
 
 deploy/quickstart.sh --keep starts it.
 """
@@ -16,12 +16,12 @@ from procgen_client import ACTION_COUNT, Client, ProcgenError
 _GAMES = ["coinrun", "starpilot", "caveflyer", "bigfish"]
 _ENVIRONMENTS = 16
 _STEPS_PER_SECOND = 15
-# An action is held for so many steps, so that agents get about.
+# Steps per action, so that agents move around.
 _HELD_STEPS = 5
 
 
 def main() -> None:
-    """Steps it."""
+    """Runs the program."""
     rng = np.random.default_rng(0)
     actions = rng.integers(0, ACTION_COUNT, _ENVIRONMENTS)
     with (
@@ -42,4 +42,4 @@ if __name__ == "__main__":
     try:
         main()
     except ProcgenError:
-        pass  # The server has gone.
+        pass  # The server has stopped.

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Steps a pool with random actions and tells how fast: where a learner would stand."""
+"""Stands in for a learner: steps a pool with random actions and prints the rate."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ _SECONDS_BETWEEN_REPORTS = 5.0
 
 
 def play(client: Client, arguments: argparse.Namespace) -> None:
-    """Steps for as long as the arguments say, and prints environment steps a second meanwhile."""
+    """Steps for the given time and prints environment steps per second."""
     rng = np.random.default_rng(0)
     with client.create_pool(arguments.game, arguments.environments, lease_duration=60) as pool:
         begin = reported = time.monotonic()
@@ -35,12 +35,12 @@ def play(client: Client, arguments: argparse.Namespace) -> None:
 
 
 def main() -> int:
-    """Runs the program, and gives its exit status."""
+    """Runs the program and returns its exit status."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--server", default="127.0.0.1:50051", help="HOST:PORT or unix:PATH")
-    parser.add_argument("--game", default="coinrun", help="what is played")
-    parser.add_argument("--environments", type=int, default=256, help="how many of them")
-    parser.add_argument("--seconds", type=float, default=0, help="how long; 0: until it is stopped")
+    parser.add_argument("--game", default="coinrun", help="the game")
+    parser.add_argument("--environments", type=int, default=256, help="number of environments")
+    parser.add_argument("--seconds", type=float, default=0, help="duration; 0: until stopped")
     arguments = parser.parse_args()
     try:
         with Client(arguments.server) as client:

@@ -1,4 +1,4 @@
-// A node without a cluster: it is all there is.
+// A node without a cluster, which sees only itself.
 
 #include <memory>
 #include <string>
@@ -42,7 +42,7 @@ class LoneNode final : public Cluster {
   }
 
  private:
-  const std::string name_;  // none
+  const std::string name_;  // empty
   const std::string node_id_;
   Subscribers subscribers_;
   mutable absl::Mutex mutex_;

@@ -17,7 +17,7 @@
 namespace procgen {
 namespace {
 
-// Of all peers, sorted. `complains`: tells the log which have none.
+// Returns the addresses of all peers, sorted. `complains`: log peers without an address.
 std::vector<std::string> ResolvePeers(const ClusterOptions& options, const HostResolver& resolve,
                                       bool complains) {
   std::vector<std::string> all;
@@ -59,7 +59,7 @@ class DdsCluster final : public Cluster {
     watching_.join();
     {
       absl::MutexLock lock(&mutex_);
-      participant_ = nullptr;  // it leaves now: the resolver may take its time
+      participant_ = nullptr;  // leaves now: the resolver may take long
     }
     if (resolving_.joinable()) {
       resolving_.join();
@@ -113,18 +113,17 @@ class DdsCluster final : public Cluster {
       }
       told_nodes = std::move(nodes);
       subscribers_.Tell();
-      // Not on and on: what has come meanwhile is told together.
+      // Changes that arrive meanwhile are reported together.
       stopped_.WaitWithTimeout(kTellIntervalMin);
     }
   }
 
-  // Waits until there is something to read, or for kRefreshInterval; then reads the status of the
-  // other nodes.
+  // Waits for new samples, or for kRefreshInterval, then reads the status of the other nodes.
   void RefreshNodes() {
     const std::shared_ptr<Participant> participant = this->participant();
     participant->Wait(kRefreshInterval);
     std::vector<NodeStatus> others = participant->ReadNodes();
-    // How this node is it knows best.
+    // The local status takes precedence over samples with this node's id.
     std::erase_if(others, [this](const NodeStatus& node) { return node.node_id == node_id(); });
     absl::MutexLock lock(&mutex_);
     if (participant == participant_) {
@@ -132,8 +131,8 @@ class DdsCluster final : public Cluster {
     }
   }
 
-  // Cyclone DDS is told the addresses of peers when it begins. Where there are others now, and more
-  // than nodes that are known, a second participant begins with these and takes the first's place.
+  // Cyclone DDS takes the peers' addresses at startup only. If these change to include more than
+  // the known nodes, a second participant starts with them and replaces the first.
   void ResolveUntilStopped() {
     while (!stopped_.WaitWithTimeout(kResolveInterval)) {
       std::vector<std::string> addresses = ResolvePeers(options_, resolve_, /*complains=*/false);
@@ -150,8 +149,8 @@ class DdsCluster final : public Cluster {
     }
   }
 
-  // Nobody sees this node go meanwhile: both say the same of it. And it loses sight of nobody: the
-  // second one has heard of all that the first knows.
+  // The other nodes see no interruption, since both participants write the same. This node loses
+  // none, since the second participant has discovered all nodes that the first knows.
   void TakeOver(std::shared_ptr<Participant> next) {
     const absl::Time end = SteadyNow() + kTakeOverTimeout;
     while (next->ReadNodes().size() < Nodes().size() && SteadyNow() < end && !Stops()) {
@@ -168,19 +167,21 @@ class DdsCluster final : public Cluster {
   const ClusterOptions options_;
   const HostResolver resolve_;
   SteadyNotification stopped_;
-  std::vector<std::string> peer_addresses_;  // of the thread that resolves
+  std::vector<std::string> peer_addresses_;  // used by the resolving thread only
 
-  absl::Mutex speaking_;  // held while something is told; before mutex_
+  absl::Mutex speaking_;  // held during a publish; before mutex_
 
   mutable absl::Mutex mutex_;
-  std::shared_ptr<Participant> participant_ ABSL_GUARDED_BY(mutex_);  // shared with who uses it
-  std::vector<NodeStatus> own_ ABSL_GUARDED_BY(mutex_);               // one, or none yet
+  // shared with its current users
+  std::shared_ptr<Participant> participant_ ABSL_GUARDED_BY(mutex_);
+  // this node; empty before Publish
+  std::vector<NodeStatus> own_ ABSL_GUARDED_BY(mutex_);
   std::vector<NodeStatus> others_ ABSL_GUARDED_BY(mutex_);
   Subscribers subscribers_;
 
-  // Last: they use all of the above.
+  // Last: they use the members above.
   std::thread watching_;
-  std::thread resolving_;  // where there are peers
+  std::thread resolving_;  // only if there are peers
 };
 
 }  // namespace

@@ -14,7 +14,7 @@ namespace procgen {
 using DdsQos = std::unique_ptr<dds_qos_t, decltype(&dds_delete_qos)>;
 inline DdsQos MakeQos() { return {dds_create_qos(), &dds_delete_qos}; }
 
-// An entity of Cyclone DDS, owned: it is deleted with this, and all that was made of it.
+// Owns an entity of Cyclone DDS; deletes it, and all entities created from it, on destruction.
 class DdsEntity {
  public:
   DdsEntity() = default;
@@ -28,7 +28,8 @@ class DdsEntity {
     return *this;
   }
 
-  // Takes what a function of Cyclone DDS returned: an entity, or an error. `what` it was to be.
+  // Takes the result of a function of Cyclone DDS: an entity, or an error. `what`: its name for
+  // errors.
   // Errors: FAILED_PRECONDITION.
   absl::Status Own(dds_entity_t handle, absl::string_view what) {
     if (handle < 0) {

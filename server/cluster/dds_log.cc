@@ -13,7 +13,7 @@
 namespace procgen {
 namespace {
 
-// The log of a process, since Cyclone DDS has one for all of its domains.
+// The log of the process; Cyclone DDS has one for all domains.
 class ProcessLog {
  public:
   static ProcessLog& Get() {

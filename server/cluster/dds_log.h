@@ -7,11 +7,11 @@
 
 namespace procgen {
 
-// Reports to whom LogClusterTo named.
+// Logs to the target of LogClusterTo.
 void LogOfCluster(bool is_error, absl::string_view message);
 
-// While there is one, what Cyclone DDS calls an error is collected here and not logged: its error
-// codes do not tell what is wrong, its log does. One at a time in a process; another one waits.
+// Collects errors of Cyclone DDS while it exists, in place of logging them: the log explains an
+// error, the error code does not. One at a time in a process; another one blocks.
 class DdsComplaints {
  public:
   DdsComplaints();
@@ -19,11 +19,11 @@ class DdsComplaints {
   DdsComplaints(const DdsComplaints&) = delete;
   DdsComplaints& operator=(const DdsComplaints&) = delete;
 
-  // All so far, "; " between them.
+  // All errors so far, separated by "; ".
   std::string text() const;
 
  private:
-  std::string text_;  // of the log, and under its lock
+  std::string text_;  // written by the log, and guarded by its lock
 };
 
 }  // namespace procgen

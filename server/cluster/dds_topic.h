@@ -14,23 +14,23 @@
 
 namespace procgen {
 
-// What a topic is made in.
+// The parent entities of a topic.
 struct DdsParents {
   const DdsEntity& participant;
   const DdsEntity& publisher;
   const DdsEntity& subscriber;
 };
 
-// A topic, and this node's writer and reader of it. Sample: its type, generated from topics.idl.
-// The reader's memory is the state of the cluster: an instance a key, with its last sample.
-// Threads: any method from any thread, but reading from one at a time.
+// A topic with this node's writer and reader. Sample: its type, generated from topics.idl. The
+// reader's memory is the state of the cluster: one instance per key, with its last sample.
+// Threads: any method from any thread; reading from one at a time.
 template <typename Sample>
 class DdsTopic {
  public:
-  // Instances that are read at most.
+  // Maximum number of instances that are read.
   static constexpr size_t kInstancesMax = 4096;
 
-  // To be called once, before anything else. Errors: FAILED_PRECONDITION.
+  // Call once, before anything else. Errors: FAILED_PRECONDITION.
   absl::Status Create(const DdsParents& parents, const char* name,
                       const dds_topic_descriptor_t& type, const dds_qos_t& qos) {
     const std::string what = absl::StrCat("topic ", name);
@@ -38,26 +38,26 @@ class DdsTopic {
         dds_create_topic(parents.participant.handle(), &type, name, &qos, nullptr), what);
     status.Update(writer_.Own(
         dds_create_writer(parents.publisher.handle(), topic_.handle(), &qos, nullptr), what));
-    // Without limits of instances: a reader that is full holds up the writer of its own process.
+    // No limit of instances: a full reader blocks the writer of its own process.
     status.Update(reader_.Own(
         dds_create_reader(parents.subscriber.handle(), topic_.handle(), &qos, nullptr), what));
     return status;
   }
 
-  // Errors: what Cyclone DDS says.
+  // Errors: those of Cyclone DDS.
   absl::Status Write(const Sample& sample) const {
     return StatusOf(dds_write(writer_.handle(), &sample));
   }
-  // Calls `use(sample)` for each instance that somebody alive has written and not withdrawn.
+  // Calls `use(sample)` for each instance with a live writer that was not disposed.
   template <typename Use>
   void ReadAlive(Use use) {
-    // Those of the dead would stay in the reader for ever; they are taken away.
+    // Instances of dead writers would stay in the reader; take them out.
     while (Lend(&dds_take_mask, kDead, [](const Sample&) {}) == kInstancesMax) {
     }
     Lend(&dds_read_mask, kAlive, use);
   }
 
-  // Makes what becomes ready when there is something that ReadAlive has not seen.
+  // Creates a condition that is ready when there are samples that ReadAlive has not read.
   absl::Status MakeUnreadCondition(DdsEntity* condition) const {
     return condition->Own(
         dds_create_readcondition(reader_.handle(), DDS_NOT_READ_SAMPLE_STATE | DDS_ANY_VIEW_STATE |
@@ -75,8 +75,8 @@ class DdsTopic {
     return code >= 0 ? absl::OkStatus() : absl::InternalError(dds_strretcode(code));
   }
 
-  // Reads, or takes, what is in these states: samples that Cyclone DDS lends for the time of `use`.
-  // Returns how many there were.
+  // Reads, or takes, the samples in these states, loaned by Cyclone DDS during `use`. Returns their
+  // number.
   template <typename Function, typename Use>
   size_t Lend(Function function, uint32_t states, Use use) {
     std::vector<void*> samples(kInstancesMax);

@@ -102,19 +102,18 @@ std::string DomainConfig(const ClusterOptions& options,
           : Element("Interfaces", absl::StrCat("<NetworkInterface address=\"", interface, "\"/>"));
   return absl::StrCat(
       "<CycloneDDS><Domain>",
-      Element("General",
-              absl::StrCat(interfaces,
-                           // What finds the others is sent to all, what they say to each.
-                           Element("AllowMulticast", asks_peers ? "false" : "spdp"))),
+      Element("General", absl::StrCat(interfaces,
+                                      // Discovery by multicast, data by unicast.
+                                      Element("AllowMulticast", asks_peers ? "false" : "spdp"))),
       Element("Discovery",
               absl::StrCat(Element("ExternalDomainId", absl::StrCat(options.domain_id)),
                            Element("LeaseDuration", Milliseconds(kNodeLease)),
                            Element("SPDPInterval", Milliseconds(kPresenceInterval)),
-                           // Ports that peers can guess, a node of a machine each.
+                           // Ports that peers can guess: one set per node of a machine.
                            Element("ParticipantIndex", "auto"),
                            Element("MaxAutoParticipantIndex", absl::StrCat(kNodesOfMachineMax - 1)),
                            Element("Peers", peer_list))),
-      // Of these topics none is nearly as large; others are dropped before they are kept.
+      // Larger samples are dropped on receipt; those of these topics are much smaller.
       Element("Internal", Element("MaxSampleSize", "64KiB")), "</Domain></CycloneDDS>");
 }
 

@@ -9,12 +9,11 @@
 
 namespace procgen {
 
-// The address of the interface on which a node speaks that answers gRPC at `address`: the loopback
-// one for nodes that only this machine can reach; one that is just this address; else empty, which
-// leaves it to Cyclone DDS.
+// Returns the interface address for a node with gRPC at `address`: loopback for nodes that only
+// this machine can reach; a specific address itself; else empty, so that Cyclone DDS chooses.
 std::string InterfaceOf(const std::string& address);
 
-// How Cyclone DDS is to run the domain, as XML. `peer_addresses`: of all peers.
+// Returns the domain's configuration of Cyclone DDS as XML. `peer_addresses`: of all peers.
 std::string DomainConfig(const ClusterOptions& options,
                          const std::vector<std::string>& peer_addresses);
 

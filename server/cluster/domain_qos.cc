@@ -11,10 +11,10 @@
 namespace procgen {
 namespace {
 
-// How long a writer waits for memory, which it never should: only the last sample of a key is kept.
+// Maximum wait of a writer for memory; not reached, since only the last sample of a key is kept.
 constexpr dds_duration_t kWriteTimeout = DDS_MSECS(100);
 
-// One of the three plugins of DDS Security. Debian's libddsc knows where they lie.
+// Sets one of the three plugins of DDS Security. Debian's libddsc finds them.
 void SetPlugin(absl::string_view part, absl::string_view library, absl::string_view functions,
                dds_qos_t* qos) {
   const std::string key = absl::StrCat("dds.sec.", part, ".library.");
@@ -32,7 +32,7 @@ DdsQos LastOfEachKey() {
   DdsQos qos = MakeQos();
   dds_qset_history(qos.get(), DDS_HISTORY_KEEP_LAST, 1);
   dds_qset_liveliness(qos.get(), DDS_LIVELINESS_AUTOMATIC, absl::ToInt64Nanoseconds(kNodeLease));
-  // Who goes takes back what it alone has written: a node of the same id may have taken its place.
+  // Leaving unregisters this writer only: a node of the same id may have replaced this one.
   dds_qset_writer_data_lifecycle(qos.get(), /*autodispose=*/false);
   return qos;
 }

@@ -6,12 +6,12 @@
 
 namespace procgen {
 
-// How the parts of a node in the domain speak: README.md tells why.
+// Quality-of-service settings of a node; README.md gives the reasons.
 
 DdsQos ParticipantQos(const ClusterOptions& options);
-// Of what the node publishes and subscribes to: the cluster's name is the partition.
+// Of publisher and subscriber: the partition is the cluster's name.
 DdsQos PartitionQos(const ClusterOptions& options);
-// Of topics, with their writers and readers.
+// Of topics, their writers and readers.
 DdsQos StatusQos();
 DdsQos RatesQos();
 

@@ -18,15 +18,15 @@
 namespace procgen {
 namespace {
 
-// Cyclone DDS numbers domains within a process; which one it is on the network is told beside. So
-// several nodes can be in one process, as tests have it.
+// Cyclone DDS numbers domains within a process, with the number on the network beside. So tests can
+// have several nodes in one process.
 constexpr dds_domainid_t kProcessDomainsMax = 1000;
-// Longest text of a sample, in bytes, and threads of one node: all workers of a domain can be
-// added.
+// Longest text of a sample, in bytes, and maximum thread count of a node, so that the sum over all
+// nodes of a domain cannot overflow.
 constexpr size_t kTextBytesMax = 512;
 constexpr int32_t kWorkersOfNodeMax = 4096;
 
-// For samples, whose generated type has pointers to what may be changed; it is not.
+// Generated sample types have mutable pointers; the text is not changed.
 char* Text(const std::string& text) { return const_cast<char*>(text.c_str()); }
 
 procgen_topics_NodeStatus SampleOf(const NodeStatus& status) {
@@ -58,8 +58,8 @@ NodeStatus StatusOf(const procgen_topics_NodeStatus& sample) {
           .draining = sample.draining};
 }
 
-// What others write is checked before it is used: whoever reaches the ports of a domain without DDS
-// Security can be a node.
+// Validates samples of others: without DDS Security, any process that reaches the ports of the
+// domain can be a node.
 bool IsText(const char* text, size_t bytes_max) {
   const size_t bytes = strnlen(text, bytes_max + 1);
   return bytes <= bytes_max && std::all_of(text, text + bytes, [](char letter) {
@@ -139,7 +139,7 @@ absl::Status Participant::CreateTopics(const ClusterOptions& options) {
 absl::Status Participant::CreateWaiting() {
   absl::Status status = waiting_.Own(dds_create_waitset(participant_.handle()), "wait set");
   status.Update(wake_.Own(dds_create_guardcondition(participant_.handle()), "condition"));
-  // Rates change all the time; they are read when something else has, or after a while.
+  // Rates change constantly; they are read with other changes or at the refresh interval.
   status.Update(nodes_.MakeUnreadCondition(&unread_nodes_));
   if (!status.ok()) {
     return status;

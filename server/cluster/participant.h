@@ -16,22 +16,22 @@
 
 namespace procgen {
 
-// This node in a domain of Cyclone DDS: what it writes to the topics of topics.idl, and what it
-// reads of the others. Gone with this, for the others, too.
+// This node in a domain of Cyclone DDS: writes its samples to the topics of topics.idl and reads
+// those of the others. Destruction leaves the domain.
 // Threads: any method from any thread, but ReadNodes from one at a time.
 class Participant {
  public:
-  // `peer_addresses`: where the peers of `options` are. Errors: FAILED_PRECONDITION, with what
-  // Cyclone DDS said.
+  // `peer_addresses`: of the peers in `options`. Errors: FAILED_PRECONDITION, with the message of
+  // Cyclone DDS.
   static absl::StatusOr<std::unique_ptr<Participant>> Create(
       const ClusterOptions& options, const std::vector<std::string>& peer_addresses);
 
   absl::Status Write(const NodeStatus& status) const;
 
-  // What is written by who is alive, this node too; in no order.
+  // Returns the status of all live nodes, including this one, unordered.
   std::vector<NodeStatus> ReadNodes();
 
-  // Waits until there may be something else to read, or somebody wakes it, or `timeout` is over.
+  // Waits until there may be something new to read, a wakeup, or the timeout.
   void Wait(absl::Duration timeout) const;
   void Wake() const;
 

@@ -12,10 +12,10 @@
 
 namespace procgen {
 
-// Who wants to be told of changes. Threads: any method from any thread.
+// The subscribers to changes. Threads: any method from any thread.
 class Subscribers {
  public:
-  // Must end before this does.
+  // The returned subscription must end before this does.
   Subscription Add(absl::AnyInvocable<void()> changed) {
     absl::MutexLock lock(&mutex_);
     const int64_t number = ++last_;
@@ -23,7 +23,8 @@ class Subscribers {
     return Subscription([this, number] { Remove(number); });
   }
 
-  // Tells all of them. Nobody comes or goes meanwhile, so they must not wait for that.
+  // Notifies all subscribers. Subscribe and unsubscribe block meanwhile, so callbacks must not wait
+  // for them.
   void Tell() {
     absl::MutexLock lock(&mutex_);
     for (auto& [number, changed] : subscribers_) {

@@ -7,12 +7,12 @@
 
 namespace procgen {
 
-// That somebody is told of something, until this goes; once it has gone nobody is being told any
-// more. It must go before what it was subscribed to, and not in the call that tells.
+// A subscription, which ends on destruction; no callback runs after that. Destroy it before the
+// object subscribed to, and not inside the callback.
 class Subscription {
  public:
   Subscription() = default;
-  // `end` is called once, when this goes.
+  // `end`: called once, on destruction.
   explicit Subscription(absl::AnyInvocable<void()> end) : end_(std::move(end)) {}
   ~Subscription() { End(); }
   Subscription(Subscription&& other) noexcept : end_(std::exchange(other.end_, nullptr)) {}

@@ -5,21 +5,21 @@
 
 namespace procgen {
 
-// A node announces its presence this often: often enough for kNodeLease to hold where two
-// announcements are lost. Also how soon a node that could not be heard is seen again.
+// Interval of a node's announcements: kNodeLease holds even if two are lost. Also the delay until a
+// node that could not be heard is seen again.
 inline constexpr absl::Duration kPresenceInterval = absl::Milliseconds(400);
-// A node that dies, or cannot be heard, is dropped after this.
+// Time without an announcement after which a node is dropped.
 inline constexpr absl::Duration kNodeLease = absl::Milliseconds(1500);
-// A node that is heard, but has published no status for this long, is dropped, too: it hangs.
+// Time without a published status after which a node is dropped: it hangs.
 inline constexpr absl::Duration kStatusLifespan = absl::Seconds(4);
 
-// The least time between two reports of changes; the first of a series is reported at once.
+// Minimum time between two reports of changes; the first of a series is reported immediately.
 inline constexpr absl::Duration kTellIntervalMin = absl::Milliseconds(100);
-// How soon what ends without a message (a lifespan, a rate) is noticed.
+// Delay until an end without a message (of a lifespan, a rate) is noticed.
 inline constexpr absl::Duration kRefreshInterval = absl::Milliseconds(200);
-// How often the addresses of peers are resolved again.
+// Interval of resolving the addresses of peers.
 inline constexpr absl::Duration kResolveInterval = absl::Seconds(3);
-// How long a participant that replaces another may take to discover the same nodes.
+// Maximum time for a replacement participant to discover the same nodes.
 inline constexpr absl::Duration kTakeOverTimeout = absl::Seconds(3);
 
 }  // namespace procgen

@@ -12,7 +12,7 @@ BackgroundExecutor::BackgroundExecutor(int32_t thread_count) {
       threads_.emplace_back([this] { WorkUntilStopped(); });
     }
   } catch (const std::system_error&) {
-    Stop();  // a thread that is not joined would end the process
+    Stop();  // destroying a joinable thread would end the process
     throw;
   }
 }

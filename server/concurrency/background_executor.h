@@ -15,39 +15,40 @@
 
 namespace procgen {
 
-// A few threads for work that takes long and is no step: making and freeing pools, saving states,
-// drawing. So reactions of the transport do not block, and workers keep stepping.
-// Owners are served in turn (round robin): each has a queue, and a thread takes one piece of work
-// from the queue whose turn was longest ago. However long the queue of one owner is, another waits
-// for the work that has begun and for one piece of each owner in line before it.
-// Threads: any method from any thread, also from the work itself.
+// Threads for long operations other than steps: creating and freeing pools, saving states, drawing.
+// They keep gRPC reactions and pool workers from blocking.
+// Owners are served round robin: each has a queue, and a thread takes one work item from the queue
+// served longest ago. So an owner waits at most for the items in progress and for one item of each
+// other owner, however long their queues are.
+// Threads: any method from any thread, including from a work item.
 class BackgroundExecutor {
  public:
   using Work = absl::AnyInvocable<void()>;
 
-  // `thread_count` >= 1. Throws std::system_error where a thread cannot be started; none is left.
+  // `thread_count` >= 1. Throws std::system_error if a thread cannot be started; then none remains.
   explicit BackgroundExecutor(int32_t thread_count);
-  // Carries out all work that was handed over, then ends the threads.
+  // Runs all submitted work, then ends the threads.
   ~BackgroundExecutor();
   BackgroundExecutor(const BackgroundExecutor&) = delete;
   BackgroundExecutor& operator=(const BackgroundExecutor&) = delete;
 
-  // Hands over work of `owner` and returns at once. Work of one owner begins in the order of
-  // handing over. Work of nobody ("") has a queue as that of an owner has.
+  // Submits work of `owner` and returns at once. Work of one owner starts in order of submission.
+  // Work without an owner ("") has a queue of its own.
   void Run(absl::string_view owner, Work work);
 
  private:
   bool HasWorkOrStops() const ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_) {
     return stops_ || !turns_.empty();
   }
-  // REQUIRES: some work waits.
+  // REQUIRES: a queue is not empty.
   Work TakeNext() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   void WorkUntilStopped();
   void Stop();
 
   absl::Mutex mutex_;
-  std::deque<std::string> turns_ ABSL_GUARDED_BY(mutex_);  // keys of queues_, the next owner first
-  absl::flat_hash_map<std::string, std::deque<Work>> queues_ ABSL_GUARDED_BY(mutex_);  // none empty
+  std::deque<std::string> turns_ ABSL_GUARDED_BY(mutex_);  // keys of queues_, next owner first
+  // none is empty
+  absl::flat_hash_map<std::string, std::deque<Work>> queues_ ABSL_GUARDED_BY(mutex_);
   bool stops_ ABSL_GUARDED_BY(mutex_) = false;
   std::vector<std::thread> threads_;
 };

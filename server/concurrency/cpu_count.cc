@@ -20,14 +20,14 @@ namespace {
 
 constexpr double kNoQuota = std::numeric_limits<double>::infinity();
 
-// Empty: there is no such file.
+// Returns an empty string if the file does not exist.
 std::string ReadFile(const std::string& path) {
   std::ostringstream text;
   text << std::ifstream(path).rdbuf();
   return text.str();
 }
 
-// Microseconds of CPU in each period.
+// `quota_us`: CPU time in us per period.
 double QuotaOf(absl::string_view quota_us, absl::string_view period_us) {
   int64_t quota = 0;
   int64_t period = 0;
@@ -37,7 +37,7 @@ double QuotaOf(absl::string_view quota_us, absl::string_view period_us) {
              : kNoQuota;  // "max", or -1
 }
 
-// Of one group.
+// The quota of one cgroup.
 double QuotaOfVersion2(const std::string& folder) {
   const std::string text = ReadFile(absl::StrCat(folder, "/cpu.max"));
   const std::vector<absl::string_view> words =
@@ -50,8 +50,8 @@ double QuotaOfVersion1(const std::string& folder) {
                  ReadFile(absl::StrCat(folder, "/cpu.cfs_period_us")));
 }
 
-// Of a group and all above it. A container may see the path that its group has outside, and only
-// its own group in `mount`: then that is the mount itself.
+// The smallest quota of a cgroup and its ancestors. In a container, the path may be the one
+// outside, with only the container's cgroup at `mount`: then that is used.
 template <typename QuotaOfGroup>
 double LeastQuota(const std::string& mount, absl::string_view path, QuotaOfGroup quota_of) {
   double least = quota_of(mount);
@@ -66,7 +66,7 @@ double LeastQuota(const std::string& mount, absl::string_view path, QuotaOfGroup
 int AffinityCount() {
   cpu_set_t cores;
   if (sched_getaffinity(0, sizeof(cores), &cores) != 0) {
-    return static_cast<int>(std::thread::hardware_concurrency());  // more cores than the type has
+    return static_cast<int>(std::thread::hardware_concurrency());  // more CPUs than cpu_set_t holds
   }
   return CPU_COUNT(&cores);
 }
@@ -75,7 +75,7 @@ int AffinityCount() {
 
 double CgroupCpuQuota(absl::string_view memberships, const std::string& mount) {
   double least = kNoQuota;
-  // ID:CONTROLLERS:PATH; version 2 has no controllers here.
+  // ID:CONTROLLERS:PATH; empty CONTROLLERS: version 2.
   for (const absl::string_view line : absl::StrSplit(memberships, '\n', absl::SkipEmpty())) {
     const std::vector<absl::string_view> parts = absl::StrSplit(line, absl::MaxSplits(':', 2));
     if (parts.size() != 3) {

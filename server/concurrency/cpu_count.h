@@ -7,13 +7,13 @@
 
 namespace procgen {
 
-// How many cores this process may keep busy: those of its affinity, at most the CPU quota of its
+// The number of CPUs that this process can use: those of its affinity, at most the CPU quota of its
 // cgroups rounded up. At least 1.
 int CpuCount();
 
-// The least CPU quota, in cores, of the cgroups that `memberships` names (/proc/self/cgroup) and of
-// all above them, version 1 or 2, below `mount` (/sys/fs/cgroup). Infinity: there is none, or its
-// files make no sense.
+// The smallest CPU quota, in CPUs, of the cgroups in `memberships` (/proc/self/cgroup) and their
+// ancestors, version 1 or 2, below `mount` (/sys/fs/cgroup). Infinity: there is none, or its files
+// are invalid.
 double CgroupCpuQuota(absl::string_view memberships, const std::string& mount);
 
 }  // namespace procgen

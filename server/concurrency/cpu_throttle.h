@@ -7,22 +7,22 @@
 
 namespace procgen {
 
-// What the calling thread uses of its core from when this is made on, and how long it should rest
-// if it is to slow nobody down. A low priority alone does not see to that: a thread that waits for
-// work gives its core to whoever wants it, and gets it back some milliseconds later.
-// Threads: the one that it was made on.
+// Measures the calling thread's CPU time from construction on, and computes how long it should rest
+// so that it slows no other thread down. A low priority is not enough: a thread that blocks gives
+// up its core, and waits some milliseconds to get it back from a low-priority thread.
+// Threads: the constructing one.
 class CpuThrottle {
  public:
   CpuThrottle();
 
-  // How long the thread should rest now, so that it takes 1 in 200 of the machine, but 2 s at most.
-  // None where its core was not given to another against its will: then nobody wants it.
+  // How long the thread should rest now to use 0.5 % of the machine; at most 2 s. Zero if it was
+  // never preempted: no other thread wants its core.
   absl::Duration RestDue() const;
-  // The same after so much work, where others want the cores.
+  // The same after `work` of CPU time, on a contended core.
   static absl::Duration RestAfter(absl::Duration work, int core_count);
 
  private:
-  // As the kernel counts them of the thread, from its beginning on.
+  // The kernel's counts for the thread since its start.
   struct Counts {
     absl::Duration time;
     int64_t interruption_count = 0;

@@ -12,34 +12,34 @@
 
 namespace procgen {
 
-// Tells the time. Called from any thread.
+// Returns the current time. Called from any thread.
 using Clock = std::function<absl::Time()>;
 
-// One thread that calls back when a deadline has come: that the next lease runs out, that somebody
-// is to be shown something.
+// One thread that calls back at a deadline, such as the expiry of the next lease or the next frame
+// set.
 // Threads: any method from any thread.
 class DeadlineTimer {
  public:
-  // Calls, on the timer's thread, that are told the time and return when they want the next one;
-  // InfiniteFuture: only once somebody asks for it.
+  // Called on the timer's thread with the current time. Returns the next deadline; InfiniteFuture:
+  // none until ArmBy.
   using Callback = absl::AnyInvocable<absl::Time(absl::Time now)>;
 
   DeadlineTimer(Clock clock, Callback callback);
-  // Waits for a callback under way.
+  // Waits for a running callback.
   ~DeadlineTimer();
   DeadlineTimer(const DeadlineTimer&) = delete;
   DeadlineTimer& operator=(const DeadlineTimer&) = delete;
 
   absl::Time Now() const { return clock_(); }
-  // Calls back at `time`, or before.
+  // Makes the callback run at `time` or earlier.
   void ArmBy(absl::Time time);
 
  private:
   void RunUntilStopped();
 
   const Clock clock_;
-  Callback callback_;  // of the thread
-  // Not absl's, which wait by the time of day.
+  Callback callback_;  // used by the thread only
+  // Not absl's, which wait on the system clock.
   std::mutex mutex_;
   std::condition_variable changed_;
   absl::Time deadline_ = absl::InfiniteFuture();  // guarded by mutex_

@@ -10,11 +10,11 @@
 namespace procgen {
 
 // Starts a thread that calls `work` once. The caller joins it.
-// Errors: RESOURCE_EXHAUSTED the process may have no more threads; `work` is destroyed uncalled.
+// Errors: RESOURCE_EXHAUSTED the thread limit is reached; `work` is destroyed without being called.
 absl::StatusOr<std::thread> StartThread(absl::AnyInvocable<void()> work);
 
-// Whether `count` more threads can run at one time now: starts them, and ends them again.
-// Errors: RESOURCE_EXHAUSTED the process may have fewer.
+// Checks that `count` more threads can run at once, by starting and ending them. Errors:
+// RESOURCE_EXHAUSTED they cannot.
 absl::Status CheckThreadLimit(int count);
 
 }  // namespace procgen

@@ -8,10 +8,10 @@
 namespace procgen {
 namespace {
 
-// A wait lasts no longer than this at a time, so that any deadline can be written in nanoseconds.
+// Maximum time of one wait, so that any deadline can be expressed in nanoseconds.
 constexpr absl::Duration kWaitMax = absl::Hours(1);
 
-// absl::Mutex with the names that the standard library calls.
+// absl::Mutex with the method names of the standard library.
 struct LockableMutex {
   absl::Mutex* mutex;
   void lock() ABSL_NO_THREAD_SAFETY_ANALYSIS { mutex->Lock(); }      // NOLINT: standard name

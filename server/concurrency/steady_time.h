@@ -9,17 +9,17 @@
 
 namespace procgen {
 
-// The time of day when the program began, plus what has passed since: when somebody sets the
-// machine's clock, no deadline moves.
+// The system time at program start plus the elapsed steady time. Setting the system clock moves no
+// deadline.
 absl::Time SteadyNow();
 
-// A condition variable for an absl::Mutex, whose deadlines are times of SteadyNow. Abseil's own
-// waits with a deadline follow the machine's clock.
+// A condition variable for an absl::Mutex, with deadlines in SteadyNow time. Abseil's own timed
+// waits follow the system clock.
 // Threads: any method from any thread.
 class SteadyCondVar {
  public:
-  // Releases `mutex` until `is_due()` or `deadline`; `is_due` is called with `mutex` held, after
-  // each NotifyAll. Returns is_due() of the last moment.
+  // Releases `mutex` until `is_due()` or `deadline`. `is_due` is called with `mutex` held, after
+  // each NotifyAll. Returns its last result.
   template <typename Predicate>
   bool AwaitUntil(absl::Mutex* mutex, absl::Time deadline, Predicate is_due)
       ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex) ABSL_NO_THREAD_SAFETY_ANALYSIS {
@@ -31,22 +31,22 @@ class SteadyCondVar {
     return true;
   }
 
-  // To be called after each change that may make an `is_due()` true.
+  // Call after each change that may make an `is_due()` true.
   void NotifyAll() { changed_.notify_all(); }
 
  private:
-  // False: the deadline has passed.
+  // Returns false if the deadline has passed.
   bool WaitUntil(absl::Mutex* mutex, absl::Time deadline);
 
   std::condition_variable_any changed_;
 };
 
-// An absl::Notification whose timeout is by the steady clock. Threads: any method from any thread.
+// An absl::Notification with a timeout on the steady clock. Threads: any method from any thread.
 class SteadyNotification {
  public:
   void Notify();
   bool HasBeenNotified() const;
-  // Returns whether it has been notified; false after `timeout`.
+  // Returns whether it was notified; false after `timeout`.
   bool WaitWithTimeout(absl::Duration timeout) const;
 
  private:

@@ -24,7 +24,7 @@ absl::Status ThreadGroup::Start(std::function<void()> work) {
   auto has_ended = std::make_shared<std::atomic<bool>>(false);
   absl::StatusOr<std::thread> thread = StartThread([work = std::move(work), has_ended]() mutable {
     work();
-    work = nullptr;  // what it holds ends on this thread, too
+    work = nullptr;  // destroys its captures on this thread, too
     *has_ended = true;
   });
   if (thread.ok()) {

@@ -14,8 +14,8 @@
 
 namespace procgen {
 
-// Threads that come and go, at most so many at a time, and of which none outlives this. Threads:
-// any method from any thread that is none of them.
+// A bounded set of threads, all of which end before it is destroyed.
+// Threads: any method from any thread that is not one of them.
 class ThreadGroup {
  public:
   explicit ThreadGroup(size_t count_max) : count_max_(count_max) {}
@@ -24,10 +24,10 @@ class ThreadGroup {
   ThreadGroup(const ThreadGroup&) = delete;
   ThreadGroup& operator=(const ThreadGroup&) = delete;
 
-  // Runs `work` on a thread of its own. Errors: RESOURCE_EXHAUSTED there are as many as may be, or
-  // the process may have no more threads.
+  // Runs `work` on a new thread. Errors: RESOURCE_EXHAUSTED the group is full, or the process is at
+  // its thread limit.
   absl::Status Start(std::function<void()> work);
-  // Whether one more would start.
+  // Whether another thread could start.
   bool HasRoom() const;
 
  private:
@@ -36,7 +36,7 @@ class ThreadGroup {
     std::shared_ptr<std::atomic<bool>> has_ended;
   };
 
-  // Lets go of those that have ended.
+  // Joins threads that have ended.
   void Reap() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
 
   const size_t count_max_;

@@ -5,7 +5,7 @@
 namespace procgen {
 namespace {
 
-// Vectors of the compiler: SSE2 and NEON where there are such, else words.
+// Compiler vectors: SSE2 or NEON where available, else words.
 using Bytes8 = uint8_t __attribute__((vector_size(8)));
 using Bytes16 = uint8_t __attribute__((vector_size(16)));
 
@@ -16,7 +16,7 @@ Vector Load(const uint8_t* bytes) {
   return vector;
 }
 
-// The words of a vector added up, byte by byte.
+// The byte-wise sum of the words of a vector.
 template <typename Vector>
 uint64_t FoldedBytes(const Vector& vector) {
   std::array<uint64_t, sizeof(Vector) / 8> words;
@@ -28,12 +28,12 @@ uint64_t FoldedBytes(const Vector& vector) {
   return sum;
 }
 
-// The sum of the bytes of a word. REQUIRES: that it is one byte; of a block there are at most 192.
+// The sum of the bytes of a word. REQUIRES: it fits in one byte; a block has at most 192.
 int32_t SumOfBytes(uint64_t word) {
   return static_cast<int32_t>(word * 0x0101010101010101ULL >> 56);
 }
 
-// A comparison gives 255 where it holds, which is -1 to what is subtracted from.
+// Comparisons yield -1 where true, hence the subtraction.
 int32_t CountInWholeColorBlock(PixelRows a, PixelRows b) {
   Bytes16 left = {};
   Bytes8 right = {};

@@ -10,7 +10,7 @@
 
 namespace procgen {
 
-// Where the pixels of a block are, `stride` bytes from row to row.
+// The pixels of a block; rows are `stride` bytes apart.
 struct PixelRows {
   const uint8_t* begin = nullptr;
   size_t stride = 0;
@@ -21,7 +21,7 @@ struct PixelRows {
 // Room for the pixels of one block.
 using BlockRoom = std::array<uint8_t, static_cast<size_t>(kBlockSide) * kBlockSide * 3>;
 
-// The pixels of a block of `sheet`, where they are.
+// The pixels of a block of `sheet`, in place.
 inline PixelRows PixelsOf(const PictureShape& shape, const uint8_t* sheet, int32_t row,
                           int32_t column) {
   const size_t stride = shape.row_bytes();
@@ -30,13 +30,12 @@ inline PixelRows PixelsOf(const PictureShape& shape, const uint8_t* sheet, int32
           stride};
 }
 
-// What MovedPixels does where the edge of the sheet is crossed: copies to `room`.
+// The slow path of MovedPixels at the edge of the sheet: copies to `room`.
 PixelRows CopyAcrossEdge(const PictureShape& shape, const uint8_t* sheet, const Block& block,
                          Move move, BlockRoom& room);
 
-// The pixels that `block` shows if it comes from `move` in `sheet`; beyond the edge of the sheet
-// the pixels of its edge go on. They are in the sheet itself, or where the edge is crossed in
-// `room`.
+// The pixels of `block` moved by `move` in `sheet`. Beyond the sheet its edge pixels repeat. Points
+// into the sheet or, at its edge, into `room`.
 inline PixelRows MovedPixels(const PictureShape& shape, const uint8_t* sheet, const Block& block,
                              Move move, BlockRoom& room) {
   const int32_t row = block.row + move.rows;
@@ -48,7 +47,7 @@ inline PixelRows MovedPixels(const PictureShape& shape, const uint8_t* sheet, co
   return CopyAcrossEdge(shape, sheet, block, move, room);
 }
 
-// Bytes in which the pixels of a block differ.
+// Number of bytes in which two blocks differ.
 int32_t CountDifferentBytes(const PictureShape& shape, const Block& block, PixelRows a,
                             PixelRows b);
 

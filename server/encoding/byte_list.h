@@ -9,18 +9,18 @@
 
 namespace procgen {
 
-// Bytes that are appended without a check of each, and whose memory is kept for the next time.
+// A byte buffer with unchecked appends and reused memory.
 // Threads: compatible (one thread at a time).
 class ByteList {
  public:
-  // Where up to `count` bytes may be written; whoever wrote tells by Extend how many there are.
+  // Returns memory for up to `count` bytes. The writer then calls Extend with the number written.
   uint8_t* Room(size_t count) {
     if (memory_.size() - size_ < count) {
       memory_.resize(size_ + count + memory_.size() / 2);
     }
     return memory_.data() + size_;
   }
-  // REQUIRES: what was asked for by Room is no less.
+  // REQUIRES: `count` is at most that of Room.
   void Extend(size_t count) { size_ += count; }
 
   void Clear() { size_ = 0; }

@@ -6,8 +6,7 @@
 
 namespace procgen {
 
-// Ends the process where what must hold does not: a bug of the caller or of a library, or no
-// memory.
+// Ends the process if a condition is false: a bug of the caller or of a library, or out of memory.
 inline void Check(bool holds, const char* claim) {
   if (!holds) {
     std::fprintf(stderr, "procgen encoding: broken: %s\n", claim);

@@ -5,9 +5,9 @@
 namespace procgen {
 namespace {
 
-// More effort makes one byte in twenty less and takes twice as long (README.md).
+// Higher levels save one byte in twenty and take twice as long (README.md).
 constexpr int kZstdLevel = 1;
-// Ending a block early takes a header more; the checksum counts, too.
+// An early block end adds a header; the checksum counts, too.
 constexpr size_t kBlockHeaderBytes = 3;
 constexpr size_t kChecksumBytes = 4;
 

@@ -11,17 +11,17 @@
 
 namespace procgen {
 
-// Writes zstd frames (RFC 8878) with a checksum and the size of their content in the header. Ends
-// the process if memory does not suffice. Threads: compatible (one thread at a time).
+// Writes zstd frames (RFC 8878) with a checksum and the content size in the header. Ends the
+// process if it runs out of memory. Threads: compatible (one thread at a time).
 class Compressor {
  public:
   Compressor();
 
-  // The most bytes that a frame of so much content takes. A frame of n times the content takes no
-  // more than n times that.
+  // Maximum bytes of a frame with so much content. A frame of n times the content takes at most n
+  // times that.
   static size_t FrameBytesMax(size_t content_bytes);
-  // Compresses `numbers` and then `pixels` into one frame. Where the two meet a new block of the
-  // format begins: they are bytes of different kinds.
+  // Compresses `numbers` and then `pixels` into one frame, with a block boundary between them:
+  // their statistics differ.
   std::string Compress(absl::Span<const uint8_t> numbers, absl::Span<const uint8_t> pixels);
 
  private:

@@ -14,8 +14,8 @@ namespace {
 constexpr size_t kRowBytesMax = 1536;
 using RowBytes = std::array<uint8_t, kRowBytesMax>;
 
-// Where the writing of each list stands. Room for a whole observation is made in advance, so that
-// nothing is checked on the way.
+// The write positions of the lists. Room for a whole observation is reserved in advance, so that
+// writes need no checks.
 struct Pens {
   uint8_t* move_rows;
   uint8_t* move_columns;
@@ -24,8 +24,8 @@ struct Pens {
   uint8_t* pixels;
 };
 
-// Appends what of a row `now` is not as in `moved`: the pixels, and the mask that tells which.
-// Pixels are written whether they count or not, which is quicker. REQUIRES: the rows differ.
+// Appends the difference of a row `now` to `moved`: its mask and the changed pixels. Pixels are
+// written unconditionally, which is faster. REQUIRES: the rows differ.
 template <int kPixelBytes>
 void AppendRow(const uint8_t* moved, const uint8_t* now, int32_t width, Pens& pens) {
   uint32_t mask = 0;
@@ -61,7 +61,7 @@ void AppendBlock(const PictureShape& shape, const uint8_t* before, const uint8_t
   *pens.patched++ = static_cast<uint8_t>(patched);
 }
 
-// For a row of blocks: which bytes differ in any of its rows. Returns whether there is one.
+// For a row of blocks: marks bytes that differ in any of its rows. Returns whether there are any.
 bool CompareBand(const PictureShape& shape, const uint8_t* before, const uint8_t* now,
                  int32_t first_row, RowBytes& differs) {
   const size_t row_bytes = shape.row_bytes();
@@ -119,7 +119,7 @@ void AppendDelta(const PictureShape& shape, const uint8_t* before, const uint8_t
   std::fill_n(changed, shape.block_map_bytes(), uint8_t{0});
   delta.changed.Extend(shape.block_map_bytes());
   const auto blocks = static_cast<size_t>(shape.block_count());
-  // One more pixel than there can be: what is written and does not count.
+  // One pixel more than the maximum, for the unconditional write.
   const Pens begin = {delta.move_rows.Room(blocks), delta.move_columns.Room(blocks),
                       delta.patched.Room(blocks), delta.masks.Room(blocks * kBlockSide),
                       delta.pixels.Room(shape.bytes() + 3)};

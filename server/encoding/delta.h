@@ -9,8 +9,8 @@
 
 namespace procgen {
 
-// What tells observations by what was there before: a list for each kind of value, since values of
-// one kind compress best together. README.md beside this file defines them.
+// The delta of observations to previous ones: one list per kind of value, since values of one kind
+// compress best together. `Encoding` in pools.proto defines them.
 struct Delta {
   ByteList changed;       // a bit for each block of each observation
   ByteList move_rows;     // of each changed block: int8
@@ -22,8 +22,8 @@ struct Delta {
   void Clear();
 };
 
-// Appends to `delta` how `now` follows from `before`; both are shape.bytes() long. `search`
-// remembers how this environment's view moved.
+// Appends the delta from `before` to `now`, each shape.bytes() long, to `delta`. `search`: the
+// motion state of this environment.
 void AppendDelta(const PictureShape& shape, const uint8_t* before, const uint8_t* now,
                  MotionSearch& search, Delta& delta);
 

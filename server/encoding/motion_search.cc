@@ -10,11 +10,11 @@
 namespace procgen {
 namespace {
 
-// A block with fewer bytes to mend than this is not looked for.
+// Blocks with fewer differing bytes are not searched.
 constexpr int32_t kGoodCost = 30;
-// A pattern that stands in more places than this says nothing about the move.
+// A pattern with more matches than this says nothing about the move.
 constexpr int32_t kMatchCountMax = 12;
-// What is looked for first, and only where it stands the whole block is compared.
+// Searched first; the whole block is compared only where it matches.
 constexpr int32_t kPatternBytes = 8;
 
 uint64_t Load64(const uint8_t* bytes) {
@@ -23,19 +23,19 @@ uint64_t Load64(const uint8_t* bytes) {
   return word;
 }
 
-// A part of a row of a block that tells its place, as it is not all of one colour.
+// A distinctive part of a row of a block: not all of one colour.
 struct Pattern {
   uint64_t bytes = 0;
   int32_t row = 0;  // in the sheet
   int32_t column = 0;
-  int32_t width = 0;  // pixels that it touches
+  int32_t width = 0;  // pixels that it covers
 };
 
-// Finds a pattern in a block of `shape` with these pixels; false if all is of one colour.
+// Finds a pattern in a block of `shape` with these pixels. Returns false if all are of one colour.
 bool FindPattern(const PictureShape& shape, const Block& block, PixelRows pixels,
                  Pattern& pattern) {
   pattern.width = (kPatternBytes + shape.pixel_bytes - 1) / shape.pixel_bytes;
-  // As far inside the sheet as the block goes: at its edges there is what was not there before.
+  // Prefers the side towards the inside of the sheet: new content appears at the edges.
   const bool left = block.column * 2 < shape.columns;
   const bool upper = block.row * 2 < shape.rows;
   const int32_t first = left ? kBlockSide - pattern.width : 0;
@@ -44,7 +44,7 @@ bool FindPattern(const PictureShape& shape, const Block& block, PixelRows pixels
     const int32_t row = upper ? kBlockSide - 1 - i : i;
     pattern.bytes = Load64(pixels.Row(row) + first * shape.pixel_bytes);
     pattern.row = block.row + row;
-    // Of one colour is what is the same a pixel further on.
+    // All of one colour if equal to itself shifted by a pixel.
     const uint64_t further = pattern.bytes >> (8 * shape.pixel_bytes);
     const uint64_t there = ~uint64_t{0} >> (8 * shape.pixel_bytes);
     if (((pattern.bytes ^ further) & there) != 0) {
@@ -54,8 +54,8 @@ bool FindPattern(const PictureShape& shape, const Block& block, PixelRows pixels
   return false;
 }
 
-// The first place from `pixel` to `end`, in steps of kStep bytes, where `bytes` stand; beyond `end`
-// if there is none. Apart, so that the loop in which time goes has the registers for itself.
+// The first match of `bytes` from `pixel` to `end`, in steps of kStep bytes; beyond `end` if none.
+// A separate function, so that the hot loop has all registers.
 template <std::ptrdiff_t kStep>
 ABSL_ATTRIBUTE_NOINLINE const uint8_t* FindBytes(const uint8_t* pixel, const uint8_t* end,
                                                  uint64_t bytes) {
@@ -65,7 +65,7 @@ ABSL_ATTRIBUTE_NOINLINE const uint8_t* FindBytes(const uint8_t* pixel, const uin
   return pixel;
 }
 
-// Calls `use(move)` for each move within reach that explains the pattern, until it returns false.
+// Calls `use(move)` for each move within range that explains the pattern, until it returns false.
 template <typename Use>
 void ForEachMatch(const PictureShape& shape, const uint8_t* before, const Pattern& pattern,
                   Use use) {
@@ -89,7 +89,7 @@ void ForEachMatch(const PictureShape& shape, const uint8_t* before, const Patter
   }
 }
 
-// Compares a block of `now` with what moves would put in its place.
+// Compares a block of `now` with the results of moves.
 class Trial {
  public:
   Trial(const PictureShape& shape, const uint8_t* before, const uint8_t* now, const Block& block)
@@ -101,7 +101,7 @@ class Trial {
   }
 
   Move best() const { return best_; }
-  int32_t cost() const { return cost_; }  // bytes that differ with the best move
+  int32_t cost() const { return cost_; }  // differing bytes with the best move
 
   void Try(Move move) {
     BlockRoom room;

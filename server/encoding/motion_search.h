@@ -9,31 +9,31 @@
 
 namespace procgen {
 
-// Finds from where in the last observation a block came. What moved before probably moves the same
-// way again, so the moves that served last are tried first. Only a block that none of them explains
-// is looked for, and only a few of each observation.
+// Block motion search against the previous observation. Recently used moves are tried first. Only
+// blocks that none of them explains are searched, and only a few of each observation.
 // Threads: compatible (one thread at a time).
 class MotionSearch {
  public:
-  // How far a block is looked for, in rows and in columns.
+  // Search range, in rows and in columns.
   static constexpr int32_t kReach = 8;
-  // Moves that are remembered.
+  // Number of moves remembered.
   static constexpr size_t kMoveCount = 3;
-  // Blocks that are looked for in vain in one observation.
+  // Maximum failed searches per observation.
   static constexpr int32_t kVainSearchCountMax = 4;
 
-  // The next observation begins.
+  // Begins the next observation.
   void BeginObservation() { searches_left_ = kVainSearchCountMax; }
 
-  // The move that explains most of `block` of `now`, which differs from `before` at its own place.
+  // Returns the move that explains most of `block` of `now`, which differs from `before` at its own
+  // place.
   Move Find(const PictureShape& shape, const uint8_t* before, const uint8_t* now,
             const Block& block);
 
  private:
-  // Puts a move in front of the others.
+  // Moves a move to the front.
   void Remember(Move move);
 
-  std::array<Move, kMoveCount> moves_ = {};  // the last first
+  std::array<Move, kMoveCount> moves_ = {};  // most recent first
   size_t move_count_ = 0;
   int32_t searches_left_ = 0;
 };

@@ -33,7 +33,7 @@ size_t ObservationEncoder::EncodedBytesMax(const PictureShape& shape) {
 
 int32_t ObservationEncoder::FindAdvance(const uint8_t* before, const uint8_t* now) const {
   const size_t picture_bytes = shape_.bytes() / static_cast<size_t>(shape_.stack);
-  // A step moves the stack by one; steps that were not shown move it further.
+  // A step shifts the stack by one; steps without observations shift it further.
   for (int32_t advance = 1; advance < shape_.stack; ++advance) {
     if (std::memcmp(now, before + static_cast<size_t>(advance) * picture_bytes, picture_bytes) ==
         0) {
@@ -47,7 +47,7 @@ void ObservationEncoder::Advance(int32_t count, uint8_t* before) const {
   const size_t picture_bytes = shape_.bytes() / static_cast<size_t>(shape_.stack);
   const size_t gone = static_cast<size_t>(count) * picture_bytes;
   std::memmove(before, before + gone, shape_.bytes() - gone);
-  // The places that became free repeat the last picture.
+  // The freed places repeat the last frame.
   const uint8_t* last = before + shape_.bytes() - picture_bytes;
   for (uint8_t* place = before + shape_.bytes() - gone; place < last; place += picture_bytes) {
     std::memcpy(place, last, picture_bytes);

@@ -6,12 +6,11 @@
 
 namespace procgen {
 
-// Blocks are of this many rows and this many pixels of a row; at the last row and column smaller.
+// Blocks have this many rows and pixels per row; at the last row and column fewer.
 inline constexpr int32_t kBlockSide = 8;
 
-// How the codec sees an observation: as a sheet of `rows` rows of `columns` pixels, of
-// `pixel_bytes` bytes each. Planes and the pictures of a stack stand one below the other, as they
-// do in memory:
+// An observation as a sheet of `rows` rows of `columns` pixels, of `pixel_bytes` bytes each. Planes
+// and the frames of a stack are stacked vertically, as in memory:
 //
 //                      rows                     columns   pixel_bytes   stack
 //     [side, side, C]     side                  side      C             1
@@ -28,11 +27,11 @@ struct PictureShape {
   int32_t block_rows() const { return (rows + kBlockSide - 1) / kBlockSide; }
   int32_t block_columns() const { return (columns + kBlockSide - 1) / kBlockSide; }
   int32_t block_count() const { return block_rows() * block_columns(); }
-  // Bytes of one bit for each block.
+  // Bytes of a bitmap with one bit per block.
   size_t block_map_bytes() const { return (static_cast<size_t>(block_count()) + 7) / 8; }
 };
 
-// A part of the sheet, in rows and pixels.
+// A rectangle of the sheet, in rows and pixels.
 struct Block {
   int32_t row = 0;
   int32_t column = 0;
@@ -40,7 +39,7 @@ struct Block {
   int32_t width = 0;
 };
 
-// Block `index`, row by row of blocks.
+// Block `index`, in row-major order.
 inline Block BlockAt(const PictureShape& shape, int32_t index) {
   Block block;
   block.row = index / shape.block_columns() * kBlockSide;
@@ -51,7 +50,7 @@ inline Block BlockAt(const PictureShape& shape, int32_t index) {
   return block;
 }
 
-// From where a block comes: from this many rows below and pixels to the right of its place.
+// The source of a block: this many rows below and pixels to the right of its place.
 struct Move {
   int8_t rows = 0;
   int8_t columns = 0;

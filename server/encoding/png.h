@@ -8,11 +8,11 @@
 
 namespace procgen {
 
-// A PNG file of a picture; quickly made rather than small. `pixels`: uint8 [size_px, size_px, 3],
-// red, green, blue, top row first. REQUIRES: size_px > 0.
+// Encodes an image as PNG, for speed rather than size. `pixels`: uint8 [size_px, size_px, 3], red,
+// green, blue, top row first. REQUIRES: size_px > 0.
 std::string PngOf(absl::Span<const uint8_t> pixels, int32_t size_px);
 
-// No PNG file of such a picture has more bytes.
+// Maximum size of the PNG of such an image, in bytes.
 int64_t PngBytesMax(int32_t size_px);
 
 }  // namespace procgen

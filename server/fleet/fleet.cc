@@ -56,7 +56,7 @@ void Fleet::Create(const CreatePoolOptions& create_options, CreateDone done) {
     FleetPool* const pool = made->get();
     auto finish = [this, create_options = std::move(create_options), pool = *std::move(made),
                    done = std::move(done)](absl::Status status) mutable {
-      // Elsewhere, as this is a shard's thread, and the pool may go.
+      // Not on this thread, a shard's: the pool may be destroyed.
       executor_.Run(create_options.owner,
                     [this, create_options, pool = std::move(pool), status = std::move(status),
                      done = std::move(done)]() mutable {
@@ -184,7 +184,7 @@ absl::StatusOr<ResumedPool> Fleet::Resume(const FleetState::Left& left) {
   if (!pool.ok()) {
     return pool.status();
   }
-  // A learner cannot map again what an earlier process shared with it.
+  // A learner cannot map the shared memory of an earlier process.
   const int64_t answer_count = session_options.shares_memory ? 0 : options_.requests_in_flight_max;
   const auto requests = (*pool)->Resume(left.path, left.pool, answer_count);
   if (!requests.ok()) {

@@ -22,8 +22,8 @@
 
 namespace procgen {
 
-// Makes pools on the nodes of a cluster, so that these look like one server.
-// Threads: any method from any thread. Its pools must go before it.
+// Creates pools on the nodes of a cluster.
+// Threads: any method from any thread. Its pools must be destroyed before it.
 class Fleet final : public PoolBackendFactory {
  public:
   // `metrics` must outlive this.
@@ -32,15 +32,15 @@ class Fleet final : public PoolBackendFactory {
   Fleet(const Fleet&) = delete;
   Fleet& operator=(const Fleet&) = delete;
 
-  // Errors: those of StateValidator::Create; UNAVAILABLE there is no node; RESOURCE_EXHAUSTED nodes
-  // have too little room, or no shard thread is left.
+  // Errors: those of StateValidator::Create; UNAVAILABLE there is no node; RESOURCE_EXHAUSTED the
+  // nodes have too little capacity, or no shard thread is available.
   void Create(const CreatePoolOptions& create_options, CreateDone done) override;
   std::vector<ResumedPool> TakeResumed() override;
   bool keeps_pools() const override { return options_.state != nullptr; }
   int32_t worker_count() const override { return nodes_.worker_count(); }
 
  private:
-  // Where the shards of a new pool go, and the threads that are reserved for them.
+  // The placement of a new pool's shards, and the threads reserved for them.
   struct Plan {
     std::vector<ShardAssignment> assignments;
     std::vector<ShardThreadBudget::Reservation> threads;  // one each, or more
@@ -49,9 +49,9 @@ class Fleet final : public PoolBackendFactory {
   // Nodes may have changed. Does not block.
   void OnNodesChanged();
   absl::StatusOr<Plan> MakePlan(int32_t env_count);
-  // A pool that has no shards yet.
+  // Makes a pool without shards.
   absl::StatusOr<std::unique_ptr<FleetPool>> Make(const CreatePoolOptions& create_options);
-  // Keeps it, if pools are kept.
+  // Keeps the pool in a journal if there is a state directory.
   static absl::Status Keep(const CreatePoolOptions& create_options, const std::string& path,
                            FleetPool* pool);
   absl::StatusOr<ResumedPool> Resume(const FleetState::Left& left);
@@ -61,7 +61,7 @@ class Fleet final : public PoolBackendFactory {
   const FleetOptions options_;
   Metrics* const metrics_;
   const std::string name_;     // in the names of its pools on the nodes
-  const std::string process_;  // of this process in them
+  const std::string process_;  // identifies this process in those names
   FleetNodes nodes_;
   OrphanCollector orphan_collector_;
   ShardThreadBudget threads_;
@@ -69,12 +69,12 @@ class Fleet final : public PoolBackendFactory {
 
   absl::Mutex mutex_;
   std::set<FleetPool*> pools_ ABSL_GUARDED_BY(mutex_);
-  int64_t pool_number_ ABSL_GUARDED_BY(mutex_) = 0;  // of the last one made
+  int64_t pool_number_ ABSL_GUARDED_BY(mutex_) = 0;  // of the last pool made
   bool changed_ ABSL_GUARDED_BY(mutex_) = false;
   bool stops_ ABSL_GUARDED_BY(mutex_) = false;
   SteadyCondVar wakes_;  // changed_ or stops_ is set
   std::thread watch_;
-  Subscription subscription_;  // last: what it calls is above
+  Subscription subscription_;  // last: its callback uses the members above
 };
 
 }  // namespace procgen

@@ -5,8 +5,8 @@
 
 namespace procgen {
 
-// Threads that the shards of all pools of a fleet have together, by default. Each shard has one,
-// which blocks on its node; it counts against the limits of the process (ulimit -u, pids.max).
+// Default limit of the shard threads of a fleet, over all pools. Each shard has one, which blocks
+// on its node; it counts against the limits of the process (ulimit -u, pids.max).
 inline constexpr int32_t kShardThreadsMax = 1024;
 
 }  // namespace procgen

@@ -67,7 +67,7 @@ void PoolRegistry::Add(std::shared_ptr<PoolSession> pool, Reservations reservati
   Key key(pool->owner(), pool->name());
   absl::MutexLock lock(&mutex_);
   Entry entry = {next_number_++, std::move(reservations), false, std::move(pool)};
-  // Numbered pools that come get no name that is taken.
+  // Generated numbers skip the names that are taken.
   int64_t named = 0;
   if (absl::SimpleAtoi(absl::StripPrefix(key.second, kNamePrefix), &named)) {
     next_number_ = std::max(next_number_, named + 1);
@@ -142,7 +142,7 @@ absl::StatusOr<std::shared_ptr<PoolSession>> PoolRegistry::Remove(absl::string_v
 }
 
 bool PoolRegistry::Remove(const PoolSession& pool) {
-  std::shared_ptr<PoolSession> removed;  // freed without the lock
+  std::shared_ptr<PoolSession> removed;  // freed outside the lock
   absl::MutexLock lock(&mutex_);
   const auto entry = entries_.find(Key(pool.owner(), pool.name()));
   if (entry == entries_.end() || entry->second.pool.get() != &pool) {
@@ -154,7 +154,7 @@ bool PoolRegistry::Remove(const PoolSession& pool) {
 }
 
 void PoolRegistry::Clear() {
-  std::map<Key, Entry> removed;  // freed without the lock
+  std::map<Key, Entry> removed;  // freed outside the lock
   absl::MutexLock lock(&mutex_);
   removed.swap(entries_);
 }

@@ -20,50 +20,51 @@
 
 namespace procgen {
 
-// Pools by owner and name. Owners have names of their own: to each, the pools of the others do not
-// exist, and their names are not taken.
+// Pools by owner and name. Each owner has its own namespace: pools of other owners are not found,
+// and their names are free.
 // Threads: any method from any thread; none blocks. Its lock comes before those of PoolSession,
 // Capacity and Quotas, and no callback is called under it.
 class PoolRegistry {
  public:
   using Key = std::pair<std::string, std::string>;  // owner, name
-  // What a pool takes of the server and of its owner's quotas, until it is removed.
+  // The capacity and quota that a pool uses until it is removed.
   struct Reservations {
     Capacity::Reservation capacity;
     Quotas::Reservation owner;
   };
   struct Numbered {
-    int64_t number = 0;  // >= 1, in order of making
+    int64_t number = 0;  // >= 1, in order of creation
     std::shared_ptr<PoolSession> pool;
   };
 
-  // Takes the name `pools/ID` for a pool that is being made (an empty id: a number is chosen).
+  // Reserves the name `pools/ID` for a pool being created. An empty `id` means a generated number.
   // Errors: INVALID_ARGUMENT a malformed id; ALREADY_EXISTS.
   absl::StatusOr<Key> Reserve(absl::string_view owner, absl::string_view id,
                               Reservations reservations);
-  // Once the pool of that name is made.
+  // Stores a created pool under its reserved name.
   void Put(const Key& key, std::shared_ptr<PoolSession> pool);
-  // A pool that an earlier process made.
+  // Adds a pool of an earlier process.
   void Add(std::shared_ptr<PoolSession> pool, Reservations reservations);
 
-  // Errors: INVALID_ARGUMENT a malformed name; NOT_FOUND, also while it is being made.
+  // Errors: INVALID_ARGUMENT a malformed name; NOT_FOUND, also while the pool is being created.
   absl::StatusOr<std::shared_ptr<PoolSession>> Find(absl::string_view owner,
                                                     absl::string_view name) const;
-  // At most `count` pools of `owner` made after pool number `after` (0: all), oldest first.
+  // Returns at most `count` pools of `owner` created after pool number `after` (0: all), oldest
+  // first.
   std::vector<Numbered> List(absl::string_view owner, int64_t after, size_t count) const;
-  // Those of all owners.
+  // Returns the pools of all owners.
   std::vector<std::shared_ptr<PoolSession>> All() const;
 
-  // Of a pool that could not be made.
+  // Releases the name of a pool that could not be created.
   void Remove(const Key& key);
   // Errors: as Find.
   absl::StatusOr<std::shared_ptr<PoolSession>> Remove(absl::string_view owner,
                                                       absl::string_view name);
-  // False: it was removed before.
+  // Returns false if it was removed before.
   bool Remove(const PoolSession& pool);
   void Clear();
 
-  // Marks those that have a stream, so that LeavingCount tells which of them are still there.
+  // Marks pools with a stream, for LeavingCount.
   void MarkLeaving();
   int32_t LeavingCount() const;
 
@@ -72,7 +73,7 @@ class PoolRegistry {
     int64_t number = 0;
     Reservations reservations;
     bool is_leaving = false;
-    std::shared_ptr<PoolSession> pool;  // null while it is made
+    std::shared_ptr<PoolSession> pool;  // null while it is being created
   };
 
   absl::StatusOr<std::shared_ptr<PoolSession>> FindLocked(absl::string_view owner,

@@ -122,8 +122,8 @@ std::shared_ptr<PoolSession> PoolSupervisor::MakeSession(const CreatePoolOptions
     ++unfreed_count_;
   }
   const SessionOptions& session_options = create_options.session_options;
-  // Shared by the registry and by who uses it at the moment; freed on the background executor,
-  // because the last to let go may be a worker, which the pool's worker pool cannot do without.
+  // Shared by the registry and current callers. Freed on the background executor, because the last
+  // reference may be dropped by a worker of the pool's own worker pool.
   return {new PoolSession(create_options.owner, create_options.name, std::move(pool),
                           session_options.lease_duration,
                           {&quotas_, &executor_, &lease_timer_, &resume_buffer_bytes_,
@@ -183,7 +183,7 @@ absl::Time PoolSupervisor::FreeExpired(absl::Time now) {
       next = std::min(next, pool->expire_time());
       continue;
     }
-    // It may have been deleted in the meantime, and its name have gone to another.
+    // It may have been deleted meanwhile and its name reused.
     if (pools_.Remove(*pool)) {
       metrics_->AddExpiredPool();
       LogEvent(LogLevel::kInfo, "lease_expired",
@@ -195,9 +195,9 @@ absl::Time PoolSupervisor::FreeExpired(absl::Time now) {
 
 absl::Status PoolSupervisor::Draining() const {
   return absl::UnavailableError(keeps_pools()
-                                    ? "the server stops and keeps its pools; attach again until "
-                                      "it is back"
-                                    : "the server drains and will stop; go on elsewhere");
+                                    ? "the server is stopping and keeps its pools; attach again "
+                                      "until it is back"
+                                    : "the server is draining and will stop; use another server");
 }
 
 void PoolSupervisor::Drain() {

@@ -31,70 +31,71 @@
 
 namespace procgen {
 
-// Checks how long a pool is to live without a stream. `field` is what to call it. Errors:
-// INVALID_ARGUMENT shorter than kLeaseDurationMin; RESOURCE_EXHAUSTED longer than the limit.
+// Checks a lease duration. `field`: its name in errors. Errors: INVALID_ARGUMENT shorter than
+// kLeaseDurationMin; RESOURCE_EXHAUSTED longer than the limit.
 absl::Status CheckLeaseDuration(absl::string_view field, absl::Duration lease_duration,
                                 const Limits& limits);
 
-// How busy a server is.
+// The current load of a server.
 struct Load {
   int32_t pool_count = 0;
   int32_t env_count = 0;
   int32_t stream_count = 0;
   int32_t worker_count = 0;
   int64_t step_count = 0;           // environment steps since the start
-  int64_t resume_buffer_bytes = 0;  // reserved for answers of streams that may be resumed
+  int64_t resume_buffer_bytes = 0;  // reserved for answers of resumable streams
   bool draining = false;
 };
 
-// The pools of a server: makes them within its limits, frees those whose leases have run out, and
+// The pools of a server. Creates them within the limits, frees pools with expired leases, and
 // drains.
 // Threads: any method from any thread; none blocks.
 class PoolSupervisor {
  public:
   using CreateDone = absl::AnyInvocable<void(absl::StatusOr<std::shared_ptr<PoolSession>>)>;
 
-  // `worker_count` >= 1 threads step environments. All pools draw with `art`; null: the built-in.
-  // Leases run by `clock`. What is done is counted in `metrics`, which must outlive this.
-  // `shared_folder`: where pools share memory with learners; null: none does. `backend_factory`:
-  // where pools are made, with art and workers of its own; null: in this process.
+  // `worker_count` >= 1: threads that step environments. `metrics`: receives all counts; must
+  // outlive this. `art`: what all pools draw with; null: the built-in art. `clock`: the clock of
+  // leases. `shared_folder`: where pools share memory with learners; null: not supported.
+  // `backend_factory`: creates pools, with art and workers of its own; null: in this process.
   PoolSupervisor(const Limits& limits, int32_t worker_count, Metrics* metrics,
                  std::shared_ptr<const SharedArt> art = nullptr, Clock clock = SteadyNow,
                  std::shared_ptr<const SharedFolder> shared_folder = nullptr,
                  std::unique_ptr<PoolBackendFactory> backend_factory = nullptr);
-  // Waits until all pools are freed. REQUIRES: nobody holds a PoolSession for good.
+  // Waits until all pools are freed. REQUIRES: every PoolSession will be released.
   ~PoolSupervisor();
   PoolSupervisor(const PoolSupervisor&) = delete;
   PoolSupervisor& operator=(const PoolSupervisor&) = delete;
 
   const Limits& limits() const { return limits_; }
-  // What pools draw with; null: the built-in art.
+  // The art that pools draw with; null: the built-in art.
   const SharedArt* art() const { return art_.get(); }
 
   // Whether pools can share memory with learners.
   bool shares_memory() const { return shared_folder_ != nullptr; }
-  // Whether learners find their pools here again when the server has been stopped and started.
+  // Whether learners find their pools again after the server restarts.
   bool keeps_pools() const { return backend_factory_->keeps_pools(); }
 
-  // What each owner holds. Pools are counted there by this; streams and calls by who serves them.
+  // The usage of each owner. This class counts pools; the services count streams and calls.
   Quotas& quotas() { return quotas_; }
-  // Who watches what.
+  // Frames for subscribers.
   FramePublishers& frame_publishers() { return frame_publishers_; }
-  // For what takes long and is no step.
+  // For long operations other than steps.
   BackgroundExecutor& executor() { return executor_; }
-  // Where all that the server does is counted.
+  // The server's metrics.
   Metrics& metrics() const { return *metrics_; }
 
-  // Makes the pool `pools/ID` of `owner` (an empty id: a number is chosen), and calls `done` once,
-  // on another thread or, with an error, on this one. REQUIRES: CheckLeaseDuration, or infinite;
-  // shares_memory(), if it shares any. Errors: INVALID_ARGUMENT a malformed id; ALREADY_EXISTS;
-  // RESOURCE_EXHAUSTED a limit; UNAVAILABLE while draining; those of Pool::Create.
+  // Creates the pool `pools/ID` of `owner` and calls `done` once: on another thread or, with an
+  // error, on this one. An empty `id` means a generated number. REQUIRES: CheckLeaseDuration passes
+  // or the lease is infinite; shares_memory() if the session shares memory. Errors:
+  // INVALID_ARGUMENT a malformed id; ALREADY_EXISTS; RESOURCE_EXHAUSTED a limit; UNAVAILABLE while
+  // draining; those of Pool::Create.
   void Create(absl::string_view owner, absl::string_view id, const PoolOptions& options,
               const SessionOptions& session_options, CreateDone done);
 
-  // The pools that earlier processes of this server left, which are there again, to be called once
-  // at the start; what is to be carried out `again` is for the caller to do, and no turn of another
-  // comes before that. Those that exceed limits that have become less are there all the same.
+  // Restores the pools of earlier processes of this server. Call once at startup. The caller must
+  // execute `requests` with `again` set before any other caller gets a turn. Pools beyond limits
+  // that were lowered since are restored too.
   struct Resumed {
     std::shared_ptr<PoolSession> pool;
     std::vector<std::string> requests;
@@ -117,33 +118,33 @@ class PoolSupervisor {
   std::vector<Numbered> List(absl::string_view owner, int64_t after, size_t count) const {
     return pools_.List(owner, after, count);
   }
-  // All pools, whoever owns them, to be told to nobody else.
+  // All pools of all owners. Must not be exposed to other owners.
   std::vector<std::shared_ptr<PoolSession>> ListAll() const { return pools_.All(); }
 
-  // Ends a pool of `owner`. Its stream ends with ABORTED. Errors: as Find.
+  // Deletes a pool of `owner`. Its stream ends with ABORTED. Errors: as Find.
   absl::Status Delete(absl::string_view owner, absl::string_view name);
 
-  // Frees all pools whose leases have run out by `now`, and returns when the next one does; the
-  // alarm calls it in time.
+  // Frees all pools whose leases expired by `now`. Returns when the next lease expires; the lease
+  // timer calls this at that time.
   absl::Time FreeExpired(absl::Time now);
 
-  // Lets no pool be made, no stream attach and nobody watch any more, and ends all streams with
-  // UNAVAILABLE once the requests that they are carrying out are answered.
+  // Rejects new pools, streams and subscribers from now on. Streams end with UNAVAILABLE once their
+  // current requests are answered.
   void Drain();
   bool draining() const { return draining_; }
-  // Pools that are still there and whose streams were told so: their learners may want to save
-  // states, and delete them when they have. None where pools are kept.
+  // Pools left whose streams were ended by Drain. Their learners may still save states and then
+  // delete the pools. 0 if pools are kept.
   int32_t LeavingCount() const { return pools_.LeavingCount(); }
-  // What is answered while draining: UNAVAILABLE.
+  // The error returned while draining: UNAVAILABLE.
   absl::Status Draining() const;
 
   Load load() const;
 
  private:
-  // Takes room for a pool, and a name.
+  // Reserves capacity, quota and a name for a pool.
   absl::StatusOr<PoolRegistry::Key> Reserve(absl::string_view owner, absl::string_view id,
                                             const PoolOptions& options);
-  // A session that is freed where it can be.
+  // Creates a session that is freed on the background executor.
   std::shared_ptr<PoolSession> MakeSession(const CreatePoolOptions& create_options,
                                            std::unique_ptr<PoolBackend> pool);
   void Finish(const PoolRegistry::Key& key, absl::StatusOr<std::unique_ptr<PoolBackend>> pool,
@@ -156,7 +157,7 @@ class PoolSupervisor {
   MemoryTrimmer memory_trimmer_;
   Quotas quotas_;
   Capacity capacity_;
-  PoolRegistry pools_;  // after those that its pools have reservations of
+  PoolRegistry pools_;  // after the members that its reservations refer to
   ByteBudget resume_buffer_bytes_;
   ByteBudget shared_memory_bytes_;
   ByteBudget episode_bytes_;
@@ -166,7 +167,7 @@ class PoolSupervisor {
   int32_t unfreed_count_ ABSL_GUARDED_BY(mutex_) = 0;  // PoolSessions that exist
   std::atomic<bool> draining_ = false;
 
-  // Last, so that their threads end before what they use.
+  // Last, so that their threads end before the members that they use.
   BackgroundExecutor executor_;
   const std::unique_ptr<PoolBackendFactory> backend_factory_;
   DeadlineTimer lease_timer_;

@@ -7,11 +7,11 @@
 
 namespace procgen {
 
-// A file descriptor that is closed at its end. Threads: compatible.
+// An owned file descriptor, closed on destruction. Threads: compatible.
 class FileDescriptor {
  public:
   FileDescriptor() = default;
-  // Takes it over; negative: none.
+  // Takes ownership; negative: none.
   explicit FileDescriptor(int number) : number_(number) {}
   ~FileDescriptor() {
     if (is_open()) {
@@ -25,7 +25,7 @@ class FileDescriptor {
   }
 
   bool is_open() const { return number_ >= 0; }
-  // As system calls take it; negative: none.
+  // The raw descriptor; negative: none.
   int number() const { return number_; }
 
  private:

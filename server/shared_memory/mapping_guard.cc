@@ -11,7 +11,7 @@
 
 namespace procgen {
 
-// An element of a list that only grows. `begin` is 0 where it is in no use, and set last.
+// An element of a list that only grows. `begin` is 0 if it is unused, and is set last.
 struct MappingGuard::Range {
   std::atomic<uintptr_t> begin = 0;
   std::atomic<uintptr_t> end = 0;
@@ -21,7 +21,7 @@ struct MappingGuard::Range {
 
   static std::atomic<Range*> first_;
 
-  // A range that nobody uses, or a new one.
+  // Returns an unused range, or a new one.
   static Range* Take() {
     for (Range* range = first_; range != nullptr; range = range->next) {
       if (bool free = false; range->is_taken.compare_exchange_strong(free, true)) {
@@ -35,8 +35,9 @@ struct MappingGuard::Range {
     return made;
   }
 
-  // In a handler, so it makes one system call, and that directly: ThreadSanitizer takes libc's mmap
-  // for a write to the whole mapping. Whether the address is in a guarded mapping.
+  // Replaces the mapping that contains the address. Returns false if the address is not in a
+  // guarded one. Called in a signal handler, so it makes one raw system call: ThreadSanitizer
+  // treats libc's mmap as a write to the whole mapping.
   static bool Replace(uintptr_t address) {
     for (Range* range = first_; range != nullptr; range = range->next) {
       const uintptr_t begin = range->begin;
@@ -51,12 +52,12 @@ struct MappingGuard::Range {
     return false;
   }
 
-  static struct sigaction before_;  // the handler that was there
+  static struct sigaction before_;  // the previous handler
 
   static void OnBusError(int signal, siginfo_t* info, void* /*context*/) {
     const int error = errno;
     if (!Replace(reinterpret_cast<uintptr_t>(info->si_addr))) {
-      sigaction(signal, &before_, nullptr);  // it comes again, and goes there
+      sigaction(signal, &before_, nullptr);  // the access repeats and reaches that handler
     }
     errno = error;
   }

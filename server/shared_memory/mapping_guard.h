@@ -5,28 +5,27 @@
 
 namespace procgen {
 
-// Guards a mapping of a shared file against truncation. To touch a page that the file no longer has
-// is a SIGBUS, which ends the process; with a guard the mapping is replaced, there and then, by
-// zeroed memory of this process alone, and whoever touched it goes on.
+// Guards a mapping of a shared file against truncation. Touching a page beyond the file's end
+// raises SIGBUS, which ends the process. With a guard, the signal handler replaces the mapping by
+// zeroed private memory, and the access continues.
 //
-// The first guard installs a handler of SIGBUS for the process; a SIGBUS elsewhere goes to the
-// handler that was there before. Wayland compositors protect themselves in the same way. Threads:
-// any method from any thread.
+// The first guard installs a SIGBUS handler for the process; a SIGBUS elsewhere goes to the
+// previous handler. Wayland compositors protect themselves in the same way.
+// Threads: any method from any thread.
 class MappingGuard {
  public:
-  // `memory`, [bytes]: mapped with write access from a page's begin on; unmapped after this has
-  // ended.
+  // `memory`, [bytes]: a writable mapping, page aligned. Unmap it after this is destroyed.
   MappingGuard(void* memory, size_t bytes);
   ~MappingGuard();
   MappingGuard(const MappingGuard&) = delete;
   MappingGuard& operator=(const MappingGuard&) = delete;
 
-  // Whether the mapping was replaced: nobody else sees what is written to it.
+  // Whether the mapping was replaced: writes to it are no longer shared.
   bool was_replaced() const;
 
  private:
   struct Range;
-  Range* const range_;  // never freed, as a handler may look at it at any time; used again
+  Range* const range_;  // never freed, as the handler may read it at any time; reused
 };
 
 }  // namespace procgen

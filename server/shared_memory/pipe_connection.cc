@@ -19,7 +19,7 @@ namespace procgen {
 namespace {
 
 constexpr size_t kLengthBytes = sizeof(uint32_t);
-// Enough for the requests of some hundred environments; larger ones make room.
+// Enough for requests of some hundred environments; grows for larger ones.
 constexpr size_t kBufferBytes = 4096;
 
 absl::Status Ended() { return absl::CancelledError("the pipe transport has ended"); }
@@ -45,7 +45,7 @@ bool PipeConnection::MakePipes() {
   learners_requests_ = FileDescriptor(requests[1]);
   learners_responses_ = FileDescriptor(responses[0]);
   responses_ = FileDescriptor(responses[1]);
-  // The learner's ends wait as it likes.
+  // The learner decides whether its ends block.
   return made && fcntl(requests_.number(), F_SETFL, O_NONBLOCK) == 0 &&
          fcntl(responses_.number(), F_SETFL, O_NONBLOCK) == 0;
 }
@@ -147,8 +147,8 @@ bool PipeConnection::Send(const std::vector<absl::string_view>& pieces) {
   }
   const auto length = static_cast<uint32_t>(outgoing_.size() - kLengthBytes);
   std::memcpy(outgoing_.data(), &length, kLengthBytes);
-  // Where there is no room for all of it, nobody has read for long: a stream has few responses, and
-  // those that share memory are small.
+  // A full pipe means that the peer has not read for long: a stream has few responses in flight,
+  // and those with shared memory are small.
   ssize_t sent = 0;
   do {
     sent = write(responses_.number(), outgoing_.data(), outgoing_.size());
@@ -158,8 +158,8 @@ bool PipeConnection::Send(const std::vector<absl::string_view>& pieces) {
 
 void PipeConnection::HangUp() {
   hung_up_ = true;
-  // Closes the end that is written to, at once and for every thread, without its number becoming
-  // another file's: what cannot be written to takes its place.
+  // Atomically replaces the write end for all threads; its number cannot be reused by another file
+  // meanwhile.
   dup3(responses_read_.number(), responses_.number(), O_CLOEXEC);
 }
 

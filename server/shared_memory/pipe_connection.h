@@ -15,41 +15,40 @@
 
 namespace procgen {
 
-// The server's side of two pipes by which a learner and its stream exchange messages past gRPC:
-// requests and responses, each after its length as an unsigned number of four bytes (both are on
-// one machine, so in its order).
+// The server's side of two pipes that carry a stream's messages past gRPC: requests and responses,
+// each preceded by its length as a uint32 in native byte order (both ends are on one machine).
 //
-// Nobody has to wait for messages: who has time polls for the next one (Receive), and only who
-// finds none has a thread woken by it (Watch, AwaitInput). Threads: one may receive while another
-// sends and a third one waits; Watch and HangUp from any.
+// Threads can poll for messages (Receive); only if none is there must a thread be woken (Watch,
+// AwaitInput).
+// Threads: one may receive while another sends and a third one waits; Watch and HangUp from any
+// thread.
 class PipeConnection {
  public:
-  // Messages that are received have at most `message_bytes_max`. Null: the process or the system
-  // has no file descriptors left for it.
+  // `message_bytes_max`: of received messages. Returns null if the process or system has no file
+  // descriptors left.
   static std::unique_ptr<PipeConnection> Make(size_t message_bytes_max);
   ~PipeConnection();
   PipeConnection(const PipeConnection&) = delete;
   PipeConnection& operator=(const PipeConnection&) = delete;
 
-  // Gives the learner its ends of the pipes, once, through a connected unix socket: a byte 0 with
-  // the end to write requests to and the end to read responses from. False: it is not there.
+  // Sends the learner its ends of the pipes, once, over a connected unix socket: a byte 0 with the
+  // write end for requests and the read end for responses. Returns false if the learner is gone.
   bool HandOver(int socket);
 
-  // The next message, good until the next call; none: it is not there yet. Errors: CANCELLED the
-  // pipes have ended; RESOURCE_EXHAUSTED the message is larger, and the pipes of no more use.
+  // Returns the next message, valid until the next call; nullopt: none yet. Errors: CANCELLED the
+  // pipes have ended; RESOURCE_EXHAUSTED the message is too large, and the pipes are unusable.
   absl::StatusOr<std::optional<absl::string_view>> Receive();
 
-  // Has AwaitInput return, once, when there are bytes that were not received or the pipes have
-  // ended.
+  // Makes AwaitInput return, once, when there is unreceived input or the pipes have ended.
   void Watch();
-  // Waits for what Watch asks for. False: this side has hung up, and it would wait for nothing.
+  // Waits for the event of Watch. Returns false if this side has hung up.
   bool AwaitInput();
 
-  // Sends a message that is given in pieces, without waiting. False: the pipes have ended, or
-  // whoever is there reads nothing.
+  // Sends a message, given in pieces, without blocking. Returns false if the pipes have ended or
+  // the peer does not read.
   bool Send(const std::vector<absl::string_view>& pieces);
 
-  // Ends the pipes for both sides: what was sent can still be received there.
+  // Ends the pipes for both sides. The peer can still receive what was sent.
   void HangUp();
 
  private:
@@ -58,23 +57,23 @@ class PipeConnection {
   explicit PipeConnection(size_t message_bytes_max);
   bool MakePipes();
   bool WatchPipes();
-  // Whether `count` bytes are there from begin_ on.
+  // Whether `count` bytes from begin_ on have been received.
   Filled Fill(size_t count);
 
   const size_t message_bytes_max_;
   FileDescriptor requests_;
   FileDescriptor responses_;
-  // Their reading end, from which nobody reads here: while it is open, nobody who writes gets a
-  // SIGPIPE; and it tells who waits that this side hung up.
+  // The read end of the responses, never read here. While it is open, writing raises no SIGPIPE. It
+  // also notifies the waiting thread that this side hung up.
   FileDescriptor responses_read_;
   FileDescriptor learners_requests_;  // until they are handed over
   FileDescriptor learners_responses_;
-  FileDescriptor watch_;  // an epoll that knows what is read here
+  FileDescriptor watch_;  // an epoll of the read ends
   std::atomic<bool> hung_up_ = false;
   std::vector<char> buffer_;  // received: [begin_, end_)
   size_t begin_ = 0;
   size_t end_ = 0;
-  std::string outgoing_;  // length and message; its memory is kept
+  std::string outgoing_;  // length and message; memory is reused
 };
 
 }  // namespace procgen

@@ -23,14 +23,14 @@
 namespace procgen {
 namespace {
 
-// Who has come must show its key within so many seconds, and so many may be about it.
+// Time limit for a peer to send its key, and maximum number of such peers.
 constexpr int kKeySeconds = 10;
 constexpr int kUnknownMax = 64;
 constexpr absl::Duration kNoDescriptorsPause = absl::Milliseconds(100);
 
 std::string RandomBytes(size_t count) {
   std::string bytes(count, '\0');
-  // Up to 256 bytes are given whole, and without an error, on any Linux of today.
+  // Up to 256 bytes are returned at once and without error on current Linux.
   while (getrandom(bytes.data(), count, 0) != static_cast<ssize_t>(count)) {
   }
   return bytes;
@@ -48,7 +48,7 @@ void SetReceiveTimeout(int connection, int seconds) {
   setsockopt(connection, SOL_SOCKET, SO_RCVTIMEO, &timeout, sizeof(timeout));
 }
 
-// Binds to a name that has no file: it begins with a byte 0.
+// Binds to an abstract name, which begins with a byte 0.
 bool BindTo(int socket, absl::string_view name) {
   sockaddr_un address = {};
   address.sun_family = AF_UNIX;
@@ -163,7 +163,7 @@ void PipeListener::Begin(FileDescriptor connection) {
     visit.pipes = nullptr;
   });
   if (!thread.ok()) {
-    visits_.pop_back();  // the learner finds its connection closed, and goes by gRPC's stream
+    visits_.pop_back();  // the learner's connection closes, and it uses gRPC
     return;
   }
   ++unknown_count_;

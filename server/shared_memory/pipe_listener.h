@@ -17,65 +17,64 @@
 
 namespace procgen {
 
-// A stream whose learner may come by pipes. All calls are made on the pipes' thread.
-// Messages are received by whoever finds the time, on any thread, one at a time; who finds none has
-// the pipes watched.
+// A stream that can be served over pipes. All calls are made on the pipes' thread.
+// Any thread may receive messages, one at a time; a thread that finds none has the pipes watched.
 class PipeConnectionUser {
  public:
   virtual ~PipeConnectionUser() = default;
 
-  // The learner has come, once. The pipes may be used until they end.
+  // The learner has connected; called once. The pipes are usable until they end.
   virtual void OnPipesOpened(std::shared_ptr<PipeConnection> pipes) = 0;
-  // There is something to receive, or the pipes have ended, and were watched; or this side has hung
-  // up. Must not block for long.
+  // Watched pipes have input or have ended, or this side has hung up. Must not block for long.
   virtual void OnPipesInput() = 0;
 };
 
-// Where learners on this machine open pipes to their streams: a unix socket without a file,
-// which is gone with the process. Only processes of the same user are let in, and each must show
-// the key of its stream; who has shown it is given the learner's ends of the pipes, and the
-// connection ends. A PipeConnection has a thread, which waits where nobody else finds its messages.
+// Accepts learners on this machine that open pipes to their streams, on a unix socket in the
+// abstract namespace. Peers must be processes of the same user and send the key of their stream.
+// They then receive their ends of the pipes, and the socket connection ends. Each PipeConnection
+// has a thread, which waits for messages that no other thread polls for.
 // Threads: any method from any thread.
 class PipeListener {
  public:
   static constexpr size_t kKeyBytes = 16;
 
-  // `message_bytes_max`: of what a learner sends. Errors: RESOURCE_EXHAUSTED no socket can be made.
+  // `message_bytes_max`: of a learner's messages. Errors: RESOURCE_EXHAUSTED no socket can be
+  // created.
   static absl::StatusOr<std::unique_ptr<PipeListener>> Open(size_t message_bytes_max);
-  // Ends all pipes, and waits for their threads.
+  // Ends all pipes and waits for their threads.
   ~PipeListener();
   PipeListener(const PipeListener&) = delete;
   PipeListener& operator=(const PipeListener&) = delete;
 
-  // The socket's name among those that have no file, without the byte 0 at its beginning.
+  // The socket's abstract name, without the leading byte 0.
   const std::string& socket_name() const { return socket_name_; }
 
-  // Lets the first who shows the key, [kKeyBytes], speak to `user`.
+  // Connects the first peer that sends the key, [kKeyBytes], to `user`.
   std::string Expect(std::weak_ptr<PipeConnectionUser> user);
-  // Lets nobody come by this key any more.
+  // Revokes a key.
   void Forget(const std::string& key);
 
  private:
-  // Of one who has come: a connection until a key is shown, and then pipes; and its thread.
+  // One peer: its socket connection until the key has arrived, then its pipes; and its thread.
   struct Visit {
-    FileDescriptor connection;  // changed by the thread only, under the lock
+    FileDescriptor connection;  // changed only by the thread, under the lock
     std::shared_ptr<PipeConnection> pipes;
     std::thread thread;
-    bool is_over = false;  // the thread is at its end
+    bool is_over = false;  // the thread is about to end
   };
 
   PipeListener(int socket, std::string socket_name, size_t message_bytes_max);
   void AcceptUntilStopped();
   void Begin(FileDescriptor connection);
-  // What a visit's thread does.
+  // The main function of a visit's thread.
   void Receive(Visit* visit);
-  // The stream to which who has come shows a key; null: none.
+  // Receives the key and returns its stream; null: none.
   std::shared_ptr<PipeConnectionUser> Identify(int connection);
-  // Makes pipes for who has come; null: it is gone, or no more can be made or are wanted.
+  // Opens pipes for a peer; null: it is gone, or no more can be opened.
   std::shared_ptr<PipeConnection> OpenPipes(Visit* visit);
-  // Whom a key is for, once; null: nobody.
+  // Returns the user of a key and revokes it; null: unknown key.
   std::shared_ptr<PipeConnectionUser> Claim(absl::string_view key);
-  // Waits for threads that are at their ends.
+  // Joins threads that have ended.
   void Reap() ABSL_LOCKS_EXCLUDED(mutex_);
 
   const int socket_;
@@ -84,11 +83,11 @@ class PipeListener {
 
   absl::Mutex mutex_;
   bool stopping_ ABSL_GUARDED_BY(mutex_) = false;
-  int unknown_count_ ABSL_GUARDED_BY(mutex_) = 0;  // visits that have shown no key yet
+  int unknown_count_ ABSL_GUARDED_BY(mutex_) = 0;  // visits without a key yet
   std::list<Visit> visits_ ABSL_GUARDED_BY(mutex_);
   std::unordered_map<std::string, std::weak_ptr<PipeConnectionUser>> expected_
       ABSL_GUARDED_BY(mutex_);
-  std::thread accepting_;  // the last, as it uses all others
+  std::thread accepting_;  // last, as it uses the other members
 };
 
 }  // namespace procgen

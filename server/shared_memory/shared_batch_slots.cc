@@ -15,8 +15,8 @@
 namespace procgen {
 namespace {
 
-// Takes memory for all of the file: a page that is only found missing when it is written ends the
-// process. Returns an error number, or 0.
+// Allocates the file's memory: a page missing at the first write would end the process. Returns an
+// errno value, or 0.
 int Extend(int descriptor, int64_t from_bytes, int64_t to_bytes) {
   int error = EINTR;
   while (error == EINTR) {

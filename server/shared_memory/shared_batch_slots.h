@@ -13,23 +13,22 @@
 
 namespace procgen {
 
-// The batches of a pool in memory that learners on the same machine map: a file, in which batch k
-// begins at k * layout().batch_bytes(). Who reads what, and when it may be written again, is
-// SlotTable's affair.
-// Threads: Grow while nobody does anything else; Rows from any thread.
+// The batches of a pool in memory that learners on the same machine map: a file in which batch k
+// begins at k * layout().batch_bytes(). SlotTable tracks their use.
+// Threads: Grow alone; Rows from any thread.
 class SharedBatchSlots {
  public:
-  // Without a batch. `folder` must outlive it.
+  // Starts without batches. `folder` must outlive this.
   SharedBatchSlots(const SharedFolder* folder, int32_t env_count, int64_t observation_bytes)
       : folder_(folder), layout_(env_count, observation_bytes) {}
   ~SharedBatchSlots();
   SharedBatchSlots(const SharedBatchSlots&) = delete;
   SharedBatchSlots& operator=(const SharedBatchSlots&) = delete;
 
-  // Has at least `batch_count` batches from now on. What others have mapped, and what is in it,
-  // stays. The memory is taken here and now, so that writing to it cannot fail. May take long.
-  // Errors: RESOURCE_EXHAUSTED no room (with path, bytes and why), and nothing has changed;
-  // FAILED_PRECONDITION somebody has truncated the file, and no learner sees what is written.
+  // Grows to at least `batch_count` batches. Existing mappings and contents stay. Memory is
+  // allocated here, so that later writes cannot fail. May take long.
+  // Errors: RESOURCE_EXHAUSTED no space (with path, bytes and reason), and nothing has changed;
+  // FAILED_PRECONDITION the file was truncated, so learners no longer see what is written.
   absl::Status Grow(int32_t batch_count);
 
   const SharedLayout& layout() const { return layout_; }
@@ -38,7 +37,7 @@ class SharedBatchSlots {
   // REQUIRES: it has a batch.
   const std::string& path() const { return file_->path(); }
 
-  // The rows of environments [first, first + count) in batch number `batch`, to be written.
+  // The writable rows of environments [first, first + count) in batch number `batch`.
   Batch Rows(int32_t batch, int32_t first, int32_t count) const {
     return layout_.Rows(memory_ + batch * layout_.batch_bytes(), first, count);
   }
@@ -47,7 +46,7 @@ class SharedBatchSlots {
   const SharedFolder* const folder_;
   const SharedLayout layout_;
   int32_t batch_count_ = 0;
-  std::unique_ptr<SharedFile> file_;     // null: it has no batch
+  std::unique_ptr<SharedFile> file_;     // null: no batch
   uint8_t* memory_ = nullptr;            // [size_bytes()]
   std::unique_ptr<MappingGuard> guard_;  // of memory_
 };

@@ -23,12 +23,12 @@
 namespace procgen {
 namespace {
 
-// A file's name is this and a random number: where several machines or containers have folders of
-// the same path, a client that opens the wrong one finds no such file.
+// Prefix of file names; a random number follows, since machines or containers may have directories
+// of the same path. A client that opens the wrong directory finds no file.
 constexpr absl::string_view kNamePrefix = "procgen-server-";
 constexpr size_t kNumberDigits = 16;
 constexpr mode_t kOwnUserOnly = 0600;
-// A new file can be taken for a stale file by a server that starts in the same instant.
+// A starting server can mistake a new file for a stale one.
 constexpr int kTriesMax = 10;
 
 bool IsOurs(absl::string_view name) {
@@ -43,7 +43,7 @@ std::string DrawName() {
   return absl::StrCat(kNamePrefix, absl::Hex(number, absl::kZeroPad16));
 }
 
-// Removes the file if it is a stale file: of this user, and no server's that lives.
+// Removes the file if it is stale: of this user, and not locked by a live server.
 bool RemoveStaleFile(const std::string& path) {
   const int descriptor = open(path.c_str(), O_RDONLY | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC);
   if (descriptor < 0) {
@@ -52,7 +52,7 @@ bool RemoveStaleFile(const std::string& path) {
   struct stat facts = {};
   const bool is_stale = fstat(descriptor, &facts) == 0 && S_ISREG(facts.st_mode) &&
                         facts.st_uid == geteuid() && flock(descriptor, LOCK_EX | LOCK_NB) == 0;
-  // Removed under the lock, so that whoever made it a moment ago finds out.
+  // Removed under the lock, so that its creator can detect the removal.
   const bool removed = is_stale && unlink(path.c_str()) == 0;
   close(descriptor);
   return removed;
@@ -70,7 +70,7 @@ int RemoveStaleFiles(const std::string& folder) {
   return count;
 }
 
-// Whether a file that was just made is locked now, and still there.
+// Locks a new file. Returns whether it is locked and still exists.
 bool Lock(int descriptor) {
   struct stat facts = {};
   return flock(descriptor, LOCK_EX | LOCK_NB) == 0 && fstat(descriptor, &facts) == 0 &&
@@ -80,13 +80,13 @@ bool Lock(int descriptor) {
 }  // namespace
 
 SharedFile::~SharedFile() {
-  // Before the lock goes with the descriptor, so that no stale file is seen in it.
+  // Before the descriptor closes and releases the lock, so that the file never looks stale.
   unlink(path_.c_str());
   close(descriptor_);
 }
 
 absl::StatusOr<std::unique_ptr<SharedFolder>> SharedFolder::Open(const std::string& path) {
-  // Clients have working directories of their own.
+  // Clients may have other working directories.
   std::error_code error;
   const std::string folder = std::filesystem::canonical(path, error);
   if (!error && !std::filesystem::is_directory(folder, error) && !error) {
@@ -100,7 +100,7 @@ absl::StatusOr<std::unique_ptr<SharedFolder>> SharedFolder::Open(const std::stri
         absl::StrCat("'", path, "': ", error.message(), "; allowed: a folder to make files in"));
   }
   std::unique_ptr<SharedFolder> opened(new SharedFolder(folder, RemoveStaleFiles(folder)));
-  // Some folders may be written to and yet take no file: /proc.
+  // Some directories are writable but accept no files: /proc.
   if (const auto file = opened->MakeFile(); !file.ok()) {
     return absl::InvalidArgumentError(absl::StrCat("'", path, "': ", file.status().message(),
                                                    "; allowed: a folder to make files in"));

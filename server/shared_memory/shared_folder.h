@@ -8,12 +8,12 @@
 
 namespace procgen {
 
-// A file that is mapped by this process and by others, and that this one removes. Whoever has it
-// mapped keeps the memory.
+// A file that this process creates and removes, and that other processes map. Mappings keep the
+// memory alive.
 // Threads: compatible.
 class SharedFile {
  public:
-  // Takes over what was made and locked.
+  // Takes over a created and locked file.
   SharedFile(std::string path, int descriptor) : path_(std::move(path)), descriptor_(descriptor) {}
   ~SharedFile();
   SharedFile(const SharedFile&) = delete;
@@ -27,21 +27,21 @@ class SharedFile {
   const int descriptor_;
 };
 
-// The folder where a server makes such files, e.g. /dev/shm. Servers may share it, and what one
-// that was killed has left is removed by the next that starts: as long as a server lives, its files
-// are locked. Only processes of the same user can open them.
+// The directory of a server's shared files, e.g. /dev/shm. Several servers may share it. A live
+// server's files are locked; a starting server removes files of killed ones. Only processes of the
+// same user can open the files.
 // Threads: any method from any thread.
 class SharedFolder {
  public:
-  // Also removes what servers have left there. Errors: INVALID_ARGUMENT no folder that files can be
-  // made in.
+  // Also removes stale files. Errors: INVALID_ARGUMENT not a directory in which files can be
+  // created.
   static absl::StatusOr<std::unique_ptr<SharedFolder>> Open(const std::string& path);
 
   const std::string& path() const { return path_; }
-  // How many files other servers had left.
+  // Number of stale files that were removed.
   int stale_file_count() const { return stale_file_count_; }
 
-  // Makes an empty file. Errors: RESOURCE_EXHAUSTED, with its path and why.
+  // Creates an empty file. Errors: RESOURCE_EXHAUSTED, with its path and the reason.
   absl::StatusOr<std::unique_ptr<SharedFile>> MakeFile() const;
 
  private:

@@ -7,11 +7,11 @@ namespace {
 
 using Element = SharedArray::Element;
 
-// As the contract promises.
+// As documented in step.proto.
 constexpr int64_t kArrayAlignment = 64;
 constexpr int64_t kBatchAlignment = 4096;
 
-// The arrays in the order in which they lie; as `Rows` takes them up.
+// The arrays in memory order, which `Rows` relies on.
 enum Field : uint8_t {
   kObservations,
   kFinalObservations,

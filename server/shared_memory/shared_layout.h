@@ -20,18 +20,18 @@ struct SharedArray {
   bool is_pictures = false;  // a row is an observation, otherwise a number
 };
 
-// Where the arrays of a batch lie in shared memory: one after the other, each aligned for any
-// processor's vectors, a row for each environment of the pool.
+// The offsets of the arrays of a batch in shared memory: consecutive, each aligned for SIMD, with a
+// row per environment of the pool.
 // Threads: immutable.
 class SharedLayout {
  public:
   SharedLayout(int32_t env_count, int64_t observation_bytes);
 
-  // Of one batch; a multiple of 4096.
+  // Size of one batch; a multiple of 4096.
   int64_t batch_bytes() const { return batch_bytes_; }
   absl::Span<const SharedArray> arrays() const { return arrays_; }
 
-  // The rows of the environments [first, first + count) in the batch that begins at `memory`.
+  // The rows of environments [first, first + count) in the batch that begins at `memory`.
   Batch Rows(uint8_t* memory, int32_t first, int32_t count) const;
 
  private:

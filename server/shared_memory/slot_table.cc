@@ -71,7 +71,7 @@ absl::StatusOr<int32_t> SlotTable::Take(const Change& change, int64_t number, bo
   if (!after.ok()) {
     return after.status();
   }
-  // The first that is free: the fewer are in use, the more of them the caches hold.
+  // The first free one: the fewer batches are in use, the better they stay in the caches.
   const auto free = std::find_if(after->begin(), after->end(), [](const Entry& entry) {
     return !entry.held && entry.kept_for == 0;
   });

@@ -11,49 +11,49 @@
 
 namespace procgen {
 
-// Who needs which batch of a shared mapping: the learner holds it, from when it is written until
-// it is released; or it is kept, because the request that it answers may be asked again. Others
-// may be written.
+// The state of each batch of a shared mapping: held by the learner, from its writing until its
+// release; or kept, because its request may be repeated; or free.
 // Threads: compatible.
 class SlotTable {
  public:
   int32_t batch_count() const { return static_cast<int32_t>(entries_.size()); }
-  // How many the learner holds.
+  // Number of batches that the learner holds.
   int32_t HeldCount() const;
 
-  // What concerns batches in a request.
+  // The parts of a request that concern batches.
   struct Change {
     absl::Span<const int32_t> released;  // by the learner
-    int64_t forgotten = 0;  // answers to requests up to this number are not kept any more
+    int64_t forgotten = 0;               // answers up to this request number are no longer kept
   };
 
-  // Checks that the learner can hold `held`. Errors: INVALID_ARGUMENT no such batch, or twice.
+  // Checks that the learner can hold `held`. Errors: INVALID_ARGUMENT no such batch, or a
+  // duplicate.
   absl::Status CheckHeld(absl::Span<const int32_t> held) const;
-  // A stream begins whose learner holds `held` and nothing else. REQUIRES: CheckHeld.
+  // Begins a stream whose learner holds exactly `held`. REQUIRES: CheckHeld.
   void BeginStream(absl::Span<const int32_t> held);
-  // Has `batch_count` batches from now on, if it had fewer.
+  // Grows to `batch_count` batches; never shrinks.
   void Grow(int32_t batch_count);
 
-  // Releases and forgets. On error nothing has changed. Errors: INVALID_ARGUMENT a released batch
-  // is not held.
+  // Releases batches and drops kept ones. On error nothing has changed. Errors: INVALID_ARGUMENT a
+  // released batch is not held.
   absl::Status Apply(const Change& change);
-  // The same, and then has a batch for the answer to request `number`, which the learner holds from
-  // now on and which, if it `keeps`, is kept. Errors: also FAILED_PRECONDITION none is free.
+  // As above, then takes a batch for the answer to request `number`. The learner holds it from now
+  // on; if `keeps`, it is also kept. Errors: also FAILED_PRECONDITION none is free.
   absl::StatusOr<int32_t> Take(const Change& change, int64_t number, bool keeps);
-  // The learner holds again what was kept for `number`.
+  // The learner holds the batch kept for `number` again.
   void HoldAgain(int64_t number);
   void ForgetUpTo(int64_t number);
 
  private:
   struct Entry {
     bool held = false;
-    int64_t kept_for = 0;  // the request; 0: none
+    int64_t kept_for = 0;  // the request number; 0: none
   };
   using Entries = std::vector<Entry>;
 
   absl::StatusOr<Entries> After(const Change& change) const;
 
-  Entries entries_;  // by number
+  Entries entries_;  // by batch number
 };
 
 }  // namespace procgen

@@ -108,7 +108,7 @@ def test_a_cluster_is_played_and_goes_on_without_one_of_its_nodes(tmp_path: Path
     output, complaints = process.communicate()
     assert (process.returncode, complaints) == (0, "")
     assert "and 3 nodes behind it" in output
-    address = re.search(r"runs on with its nodes at (\S+) ", output).group(1)
+    address = re.search(r"its nodes keep running at (\S+) ", output).group(1)
     servers = [int(number) for number in re.search(r"kill ((?:\d+ ?){4})", output).group(1).split()]
     victim = int(re.search(r"kill -9 (\d+)", output).group(1))
     assert victim in servers[1:]
@@ -142,7 +142,7 @@ def test_keep_leaves_a_server_and_says_how_to_stop_it(tmp_path: Path) -> None:
     assert (process.returncode, complaints) == (0, "")
     server_id = int(re.search(r"kill (\d+)", output).group(1))
     try:
-        address = re.search(r"runs on at (\S+)", output).group(1)
+        address = re.search(r"server keeps running at (\S+)", output).group(1)
         with Client(address) as client:
             while [pool.name for pool in client.list_pools()] != ["pools/watch-me"]:
                 time.sleep(0.05)  # What is to be watched comes soon.

@@ -276,7 +276,7 @@ TEST(ConfigTest, AStateDirHasOneProcessAtATime) {
   ASSERT_THAT(OpenStateDir(&config), IsOk());
   Config other = config;
   EXPECT_THAT(OpenStateDir(&other),
-              StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr("another process has")));
+              StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr("used by another process")));
 }
 
 }  // namespace

@@ -11,7 +11,7 @@ namespace procgen {
 namespace {
 
 constexpr absl::string_view kSetUp[] = {
-    // The only connection: no index of the write-ahead log in shared memory, no lock a transaction.
+    // With one connection: no WAL index in shared memory, no lock per transaction.
     "PRAGMA locking_mode = EXCLUSIVE",  "PRAGMA synchronous = NORMAL",
     "PRAGMA wal_autocheckpoint = 4096",  // pages: 16 MiB
     "PRAGMA cache_size = -256",          // KiB
@@ -38,7 +38,7 @@ int Bind(sqlite3_stmt* statement, int place, const SqlValue& value) {
     return sqlite3_bind_int64(statement, place, *number);
   }
   if (const auto* bytes = std::get_if<absl::string_view>(&value)) {
-    // Not null for no bytes, which would be bound as NULL.
+    // A null pointer would be bound as NULL, not as an empty blob.
     return sqlite3_bind_blob64(statement, place, bytes->empty() ? "" : bytes->data(), bytes->size(),
                                SQLITE_STATIC);
   }
@@ -55,13 +55,13 @@ Database::Database(const std::string& path, bool create) : path_(path) {
   if (!Check(code)) {
     return;
   }
-  // A file is left as it is until something is written, and quickly.
+  // Closing does not checkpoint: the file changes only on writes, and closing is fast.
   sqlite3_db_config(connection, SQLITE_DBCONFIG_NO_CKPT_ON_CLOSE, 1, nullptr);
   for (const absl::string_view sql : kSetUp) {
     Run(sql);
   }
   if (create) {
-    Run("PRAGMA journal_mode = WAL");  // which the file keeps
+    Run("PRAGMA journal_mode = WAL");  // stored in the file
   }
 }
 
@@ -74,7 +74,7 @@ bool Database::Check(int code) {
     case SQLITE_CORRUPT:
     case SQLITE_NOTADB:
     case SQLITE_TOOBIG:
-    case SQLITE_ERROR:  // such as a table that is missing
+    case SQLITE_ERROR:  // such as a missing table
       Fail(absl::DataLossError(
           absl::StrCat(path_, " is damaged: ", sqlite3_errmsg(connection_.get()))));
       return false;

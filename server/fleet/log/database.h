@@ -16,20 +16,20 @@
 
 namespace procgen {
 
-// A value of a row: NULL, a number or bytes, which are borrowed.
+// A value of a row: NULL, a number, or borrowed bytes.
 using SqlValue = std::variant<std::monostate, int64_t, absl::string_view>;
 
-// A connection to an SQLite database in one file, with a write-ahead log beside it. One connection
-// at a time may have the file. A commit is written when it returns, and synced with the next
-// checkpoint of the write-ahead log: it survives the process, not always a power cut, after which
-// the file holds an earlier commit.
+// A connection to an SQLite database in one file, with a write-ahead log beside it. Only one
+// connection may be open at a time. A commit is written when it returns, and synced with the next
+// checkpoint of the write-ahead log. It survives a crash of the process; after a power cut the file
+// may hold an earlier commit.
 //
-// The first error is final: every later call does nothing, and status() returns that error.
-// Errors: DATA_LOSS the file is damaged or no database; UNAVAILABLE what the system says.
+// The first error is final: later calls do nothing, and status() returns that error.
+// Errors: DATA_LOSS the file is damaged or no database; UNAVAILABLE a system error.
 // Threads: compatible.
 class Database {
  public:
-  // `create`: whether to make the file where there is none.
+  // `create`: create the file if it does not exist.
   Database(const std::string& path, bool create);
   Database(const Database&) = delete;
   Database& operator=(const Database&) = delete;
@@ -38,17 +38,17 @@ class Database {
   const absl::Status& status() const { return status_; }
   void Fail(const absl::Status& status) { status_.Update(status); }
 
-  // Executes one statement with `values` in its places, and passes each row to `visit`.
+  // Executes one statement with `values` as its parameters, and passes each row to `visit`.
   void Run(
       absl::string_view sql, absl::Span<const SqlValue> values = {},
       absl::FunctionRef<void(absl::Span<const SqlValue>)> visit = [](auto) {});
-  // Copies the write-ahead log into the file, syncs both, and gives the room of the former back.
-  // Also after an error, which then remains.
+  // Copies the write-ahead log into the file, syncs both, and frees the log's disk space. Also runs
+  // after an error, which remains.
   void Checkpoint();
 
-  // Where the write-ahead log of a database is.
+  // The path of a database's write-ahead log.
   static std::string WriteAheadLogOf(const std::string& path) { return path + "-wal"; }
-  // A checksum for a column, since SQLite has none in the file's own pages.
+  // Returns the value of a checksum column; SQLite has none in the file's own pages.
   static int64_t ChecksumOf(absl::Span<const SqlValue> values);
 
  private:
@@ -59,7 +59,7 @@ class Database {
     void operator()(sqlite3_stmt* statement) const { sqlite3_finalize(statement); }
   };
 
-  // Turns a result code into status_. Returns whether it is no error.
+  // Updates status_ from a result code. Returns whether it is no error.
   bool Check(int code);
 
   const std::string path_;

@@ -32,12 +32,12 @@ absl::StatusOr<std::shared_ptr<FleetState>> FleetState::Open(const std::string& 
   const int lock = open(absl::StrCat(path, "/lock").c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0600);
   if (lock < 0) {
     return absl::UnavailableError(
-        absl::StrCat(path, ", where no file can be made: ", std::strerror(errno)));
+        absl::StrCat(path, ": cannot create a file: ", std::strerror(errno)));
   }
   std::shared_ptr<FleetState> state(new FleetState(path, lock));
   if (flock(lock, LOCK_EX | LOCK_NB) != 0) {
     return absl::FailedPreconditionError(
-        absl::StrCat(path, ", which another process has; give each fleet server its own"));
+        absl::StrCat(path, " is used by another process; give each fleet server its own"));
   }
   if (absl::Status status = state->ReadName(); !status.ok()) {
     return status;
@@ -57,7 +57,7 @@ absl::Status FleetState::ReadName() {
   std::ofstream file(path);
   file << fleet_name_ << std::endl;
   return file ? absl::OkStatus()
-              : absl::UnavailableError(absl::StrCat(path_, ", where no file can be written"));
+              : absl::UnavailableError(absl::StrCat(path_, ": cannot write a file"));
 }
 
 std::vector<FleetState::Left> FleetState::TakeLeft() {
@@ -90,12 +90,12 @@ std::vector<FleetState::Left> FleetState::TakeLeft() {
     if (!absl::IsDataLoss(pool.status())) {
       LogEvent(LogLevel::kError, "pool_resume_failed",
                {{"file", path}, {"message", std::string(pool.status().message())}});
-      continue;  // and stays: another server, or the next start, can read it
+      continue;  // the file stays: another server version, or the next start, can read it
     }
     LogEvent(LogLevel::kError, "journal_quarantined",
              {{"file", path}, {"message", std::string(pool.status().message())}});
     const std::string aside = absl::StrCat(path, ".damaged");
-    std::filesystem::rename(path, aside, error);  // first: it means nothing without its log
+    std::filesystem::rename(path, aside, error);  // first: never read without its log
     std::filesystem::rename(Database::WriteAheadLogOf(path), Database::WriteAheadLogOf(aside),
                             error);
   }

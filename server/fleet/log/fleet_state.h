@@ -13,33 +13,33 @@
 
 namespace procgen {
 
-// A folder where a fleet server keeps its pools, so that the next process goes on with them. One
-// process at a time has it.
+// The directory in which a fleet server keeps its pools for the next process. One process at a time
+// uses it.
 //
-//     lock       held by the process that has it
-//     name       of the fleet, in the names of its pools on the nodes
+// lock       held by the process that uses it
+// name       of the fleet, part of the names of its pools on the nodes
 //     pool-7     the journal of a pool, and its write-ahead log, pool-7-wal
 // Threads: any method from any thread.
 class FleetState {
  public:
-  // A pool that an earlier process left.
+  // A pool of an earlier process.
   struct Left {
     std::string path;
     JournaledPool pool;
   };
 
-  // Makes the folder if there is none. Errors: FAILED_PRECONDITION another process has it;
-  // UNAVAILABLE it cannot be read or written.
+  // Creates the directory if it does not exist. Errors: FAILED_PRECONDITION another process uses
+  // it; UNAVAILABLE it cannot be read or written.
   static absl::StatusOr<std::shared_ptr<FleetState>> Open(const std::string& path);
   ~FleetState();
   FleetState(const FleetState&) = delete;
   FleetState& operator=(const FleetState&) = delete;
 
   const std::string& fleet_name() const { return fleet_name_; }
-  // What earlier processes left. Those that are damaged are put aside, those of other versions of
-  // the server stay where they are; both is logged.
+  // Reads the pools of earlier processes. Damaged ones are renamed, those of other server versions
+  // stay as they are; both are logged.
   std::vector<Left> TakeLeft();
-  // Where to keep another pool.
+  // Returns the path for another pool.
   std::string NextPath();
 
  private:
@@ -47,11 +47,11 @@ class FleetState {
   absl::Status ReadName();
 
   const std::string path_;
-  const int lock_;  // a file
+  const int lock_;  // file descriptor
   std::string fleet_name_;
 
   absl::Mutex mutex_;
-  int64_t last_number_ ABSL_GUARDED_BY(mutex_) = 0;  // of all files of pools, also damaged ones
+  int64_t last_number_ ABSL_GUARDED_BY(mutex_) = 0;  // of all pool files, including damaged ones
 };
 
 }  // namespace procgen

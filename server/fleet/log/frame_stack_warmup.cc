@@ -36,7 +36,7 @@ void FrameStackWarmup::Add(int64_t number, const LoggedRequest& logged) {
       next_[environment] = static_cast<uint8_t>((next_[environment] + size_t{1}) % needed_);
     }
   }
-  // Environments that are reset are not stepped.
+  // Environments in a reset are not stepped.
   for (const v1::Reset& reset : request.step().resets()) {
     AddBegin(reset.environment());
   }

@@ -10,20 +10,20 @@
 
 namespace procgen {
 
-// Finds out whether the frame stacks of environments can be drawn again from saved states, which
-// hold no frames: of a stack of k frames each environment must have been stepped k - 1 times since,
-// or not at all before, in the episode that it was in then.
+// Tracks whether environments' frame stacks can be redrawn from saved states, which contain no
+// frames. With stacks of k frames, each environment must have been stepped k - 1 times since, or,
+// in its episode at that time, not at all before.
 // Threads: compatible.
 class FrameStackWarmup {
  public:
-  // Environments as they were made.
+  // All environments are as created.
   FrameStackWarmup(int32_t env_count, int32_t frame_stack);
 
-  // The log has another entry, with the next number.
+  // Records the next entry of the log.
   void Add(int64_t number, const LoggedRequest& logged);
-  // Nothing is known of what was added so far, at least of frames before the next number.
+  // Nothing is known of earlier entries, at least of frames before the next number.
   void Forget();
-  // Whether states of `range` that were saved after `number` give the stacks of now.
+  // Whether states of `range` saved after `number` reproduce the current stacks.
   bool IsComplete(Part range, int64_t number) const;
 
  private:
@@ -35,7 +35,7 @@ class FrameStackWarmup {
   size_t needed_;                     // k - 1; 0: nothing is kept
   std::vector<int64_t> first_steps_;  // the first since the stack was empty    int64 [N]
   std::vector<int64_t> steps_;        // the last k - 1, a ring each            int64 [N, k - 1]
-  std::vector<uint8_t> next_;         // the oldest place of each ring          uint8 [N]
+  std::vector<uint8_t> next_;         // index of the oldest entry of each ring         uint8 [N]
 };
 
 }  // namespace procgen

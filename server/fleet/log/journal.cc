@@ -17,13 +17,14 @@ namespace {
 
 using Row = absl::Span<const SqlValue>;
 
-// Of the schema and all that is in it. Files outlive the program. Version 1 was a format of our
-// own, whose files begin with this.
+// Version of the schema and its content; files outlive the program. Version 1 was a custom format,
+// whose files begin with this.
 constexpr int64_t kVersion = 2;
 constexpr absl::string_view kVersion1Title = "procgen-pool 1\n";
 
-// `content` of pool is a v1::Pool; of log a v1::RestoreStatesRequest or else a v1::StepPoolRequest.
-// `states` is a v1::SaveStatesResponse; sequence_number that of the last request that it follows.
+// `pool.content` is a v1::Pool; `log.content` a v1::RestoreStatesRequest (is_states) or a
+// v1::StepPoolRequest. `checkpoint.states` is a v1::SaveStatesResponse; `sequence_number` that of
+// the last request before it.
 constexpr absl::string_view kSchema[] = {
     "CREATE TABLE checkpoint (first_env INTEGER PRIMARY KEY, env_count INTEGER, number INTEGER,"
     " sequence_number INTEGER, states BLOB, level_sampler BLOB, checksum INTEGER)",
@@ -32,7 +33,7 @@ constexpr absl::string_view kSchema[] = {
     "CREATE TABLE pool (content BLOB, checksum INTEGER)",
 };
 
-// After how many more entries a failed write is tried again, at least.
+// Minimum number of further entries before a failed write is retried.
 constexpr int64_t kRetryEntries = 16;
 
 // Executes `sql` with `values` and, after them, their checksum.
@@ -42,7 +43,7 @@ void Insert(absl::string_view sql, std::vector<SqlValue> values, Database* datab
 }
 
 // Reads the rows of `sql`, whose last column is the checksum of the others. `read` returns whether
-// a row makes sense.
+// a row is valid.
 void ReadRows(absl::string_view sql, absl::FunctionRef<bool(Row)> read, Database* database) {
   int number = 0;
   database->Run(sql, {}, [&](Row row) {
@@ -148,7 +149,7 @@ void WriteLogged(int64_t number, const LoggedRequest& logged, Database* database
          {number, int64_t{logged.states.empty() ? 0 : 1}, content}, database);
 }
 
-// Whether the checkpoints are those of all environments, none of them after the log.
+// Whether the checkpoints cover all environments and none is after the log.
 bool IsWhole(const JournaledPool& pool) {
   int32_t end = 0;
   for (const auto& [first, checkpoint] : pool.checkpoints) {
@@ -218,7 +219,7 @@ absl::StatusOr<JournaledPool> Journal::Read(const std::string& path) {
       "SELECT number, is_states, content, checksum FROM log ORDER BY number",
       [&](Row row) { return ReadLogged(row, &pool); }, &database);
   if (database.status().ok() && !IsWhole(pool)) {
-    return absl::DataLossError(absl::StrCat(path, " holds no whole pool"));
+    return absl::DataLossError(absl::StrCat(path, " holds no complete pool"));
   }
   if (!database.status().ok()) {
     return database.status();
@@ -237,7 +238,7 @@ absl::StatusOr<std::unique_ptr<Journal>> Journal::Create(const std::string& path
     absl::MutexLock lock(&journal->mutex_);
     status = journal->TryCommit();
     if (status.ok()) {
-      journal->database_->Checkpoint();  // so that a power cut leaves it, too
+      journal->database_->Checkpoint();  // so that it survives a power cut
       status = journal->database_->status();
     }
   }
@@ -345,7 +346,7 @@ void Journal::Commit(bool must_try) {
   }
   absl::Status status = TryCommit();
   if (!status.ok() && !is_failing_) {
-    status = TryCommit();  // there may be room now
+    status = TryCommit();  // there may be disk space now
   }
   SetFailing(status);
 }
@@ -359,7 +360,7 @@ absl::Status Journal::TryCommit() {
   database_->Run("COMMIT");
   absl::Status status = database_->status();
   if (!status.ok()) {
-    database_->Checkpoint();  // which gives room back
+    database_->Checkpoint();  // frees disk space
     database_ = nullptr;
     return status;
   }
@@ -374,7 +375,7 @@ void Journal::WriteAll() {
     WriteSchema(pool_, database_.get());
   }
   if (unwritten_checkpoints_.size() == checkpoints_.size()) {
-    database_->Run("DELETE FROM checkpoint");  // those of earlier shards, too
+    database_->Run("DELETE FROM checkpoint");  // including those of earlier shards
   }
   for (const int32_t first : unwritten_checkpoints_) {
     const auto& [range, checkpoint] = checkpoints_.at(first);

@@ -8,11 +8,11 @@
 
 namespace procgen {
 
-// Something that was asked of a pool and may have changed it, in the numbers of the whole pool: a
-// request of its stream, or states that were put into it.
+// A log entry: a request of the pool's stream, or restored states. Environments are numbered in the
+// whole pool.
 struct LoggedRequest {
-  v1::StepPoolRequest request;    // of none of the kinds: states
-  std::vector<v1::State> states;  // none: a request
+  v1::StepPoolRequest request;    // no kind is set: `states` is used
+  std::vector<v1::State> states;  // empty: `request` is used
 };
 
 }  // namespace procgen

@@ -37,8 +37,8 @@ absl::Status PoolLog::CheckRoom(bool may_shorten) const {
   }
   return absl::ResourceExhaustedError(absl::StrCat(
       "the log of ", label_, " has ", bytes, " bytes, limit log_bytes_max: ", bytes_max_,
-      "; it becomes shorter when each environment has been stepped ", std::max(frame_stack_, 1),
-      " times, and its state can be saved: step all environments, or make another pool"));
+      "; it shrinks once each environment has been stepped ", std::max(frame_stack_, 1),
+      " times and its state can be saved: step all environments, or create another pool"));
 }
 
 int64_t PoolLog::Append(LoggedRequest logged) {

@@ -16,11 +16,11 @@
 namespace procgen {
 
 // The request log of a pool in memory, and its journal on disk if the pool is kept.
-// Threads: any method from any thread, after Keep or Resume, which are called before others or
-// while no request runs.
+// Threads: any method from any thread. Keep or Resume come before other methods, or while no
+// request runs.
 class PoolLog {
  public:
-  // `label`: the pool's name in errors. `bytes_max`: memory that the log may take.
+  // `label`: the pool's name in errors. `bytes_max`: maximum memory of the log.
   PoolLog(int32_t env_count, int32_t frame_stack, std::string label, int64_t bytes_max);
 
   // Keeps the pool in a new file from now on. Errors: those of Journal::Create.
@@ -30,7 +30,7 @@ class PoolLog {
 
   const RequestLog& requests() const { return requests_; }
   // Errors: RESOURCE_EXHAUSTED the log has no room for another entry. `may_shorten`: the entry may
-  // allow a later checkpoint, and so has an eighth more room.
+  // allow a later checkpoint, and therefore gets an eighth more room.
   absl::Status CheckRoom(bool may_shorten) const;
   // Adds an entry and returns its number.
   int64_t Append(LoggedRequest logged);
@@ -39,9 +39,9 @@ class PoolLog {
   // Drops the entries up to `number` from memory.
   void ForgetUpTo(int64_t number) { requests_.ForgetUpTo(number); }
 
-  // A shard has a new checkpoint.
+  // Sets the checkpoint of one shard.
   void SetCheckpoint(Part range, std::shared_ptr<const ShardCheckpoint> checkpoint);
-  // The pool has other shards.
+  // Replaces the shards and their checkpoints.
   void SetCheckpoints(ShardCheckpoints checkpoints);
   // Removes the file.
   void Discard();

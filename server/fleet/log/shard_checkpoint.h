@@ -12,20 +12,21 @@
 
 namespace procgen {
 
-// From where on a shard can be made anew: its states after a number of the log.
+// The states of a shard at a position of the log, from which it can restart.
 struct ShardCheckpoint {
   int64_t number = 0;
-  std::vector<std::string> states;                  // of each environment; none: as it was made
-  std::shared_ptr<const v1::LevelSampler> sampler;  // in force then; null: none
+  std::vector<std::string> states;                  // of each environment; empty: as created
+  std::shared_ptr<const v1::LevelSampler> sampler;  // in force at that position; null: none
 };
 
-// What was saved to begin from, and when that can be done: observations can be drawn from it, also
-// of requests that may have to be answered again.
+// A saved checkpoint that may not be usable yet. It is usable once observations can be drawn from
+// it, also those of requests that may have to be answered again.
 struct PendingCheckpoint {
   std::shared_ptr<const ShardCheckpoint> checkpoint;
   int64_t drawable_number = 0;  // from this request on; 0: not yet
 
-  // `number`: of the request that runs. `answers_kept`: how many may have to be answered again.
+  // `number`: of the current request. `answers_kept`: how many requests may have to be answered
+  // again.
   bool IsUsable(const RequestLog& log, Part range, int64_t number, int64_t answers_kept) {
     if (drawable_number == 0 && log.CanDrawFrom(range, checkpoint->number)) {
       drawable_number = log.end();

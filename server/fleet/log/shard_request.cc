@@ -45,7 +45,7 @@ void FillStep(const Request& request, const Batch& pictures, v1::Step* step) {
 
 Part SliceOf(const v1::Slice& slice) { return {slice.first_env(), slice.env_count()}; }
 
-// The elements that belong to `part`, in numbers that begin with `offset`.
+// The elements that belong to `part`, renumbered from `offset`.
 template <typename Element>
 void CutList(const google::protobuf::RepeatedPtrField<Element>& list, Part part, int32_t offset,
              google::protobuf::RepeatedPtrField<Element>* cut) {

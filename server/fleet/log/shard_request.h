@@ -8,24 +8,24 @@
 
 namespace procgen {
 
-// A request as the contract has it, in the numbers of the whole pool. `pictures`: arrays of
-// pictures that are asked for are not empty there. REQUIRES: Accept has filled in its count.
+// Converts a request to a message, numbered in the whole pool. `pictures`: arrays of images that
+// the request asks for are not empty there. REQUIRES: Accept has filled in its count.
 v1::StepPoolRequest RequestMessageOf(const Request& request, const Batch& pictures);
 
-// What of `request` concerns the environments of `range`, in numbers that begin with the first of
-// them; nullopt: nothing. A reset of others alone is an observe.
+// Returns the part of `request` for the environments of `range`, numbered from the first of them;
+// nullopt: none. A reset of other environments only becomes an observe.
 std::optional<v1::StepPoolRequest> CutRequest(const v1::StepPoolRequest& request, Part range);
 
-// The environments that both have; a count of 0: none.
+// The intersection; a count of 0: empty.
 Part Overlap(Part left, Part right);
 
-// Has `request` answer no pictures, as is enough where it is only made up for.
+// Clears the request's demand for images, for a replay.
 void AskForNoPictures(v1::StepPoolRequest* request);
 
-// The same sampler as the contract has it.
+// Converts a level sampler to a message.
 v1::LevelSampler LevelSamplerMessageOf(const LevelSampler& level_sampler);
 
-// The slice that a request names; of a level sampler, all: `env_count` environments.
+// The slice of a request; for a level sampler, all `env_count` environments.
 Part SliceOf(const v1::StepPoolRequest& request, int32_t env_count);
 
 }  // namespace procgen

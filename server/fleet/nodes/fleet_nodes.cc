@@ -17,7 +17,7 @@
 namespace procgen {
 namespace {
 
-// Fewer environments are not worth a node of their own, unless there is no room otherwise.
+// Smallest shard worth a node of its own, unless capacity is short.
 constexpr int32_t kShardEnvCountMin = 4;
 
 absl::Status ReadCredential(const char* flag, const std::string& path, std::string* text) {
@@ -48,18 +48,18 @@ absl::StatusOr<procgen_client::Credentials> ReadCredentials(const FleetCredentia
   return credentials;
 }
 
-// What keeps a node from being used. Where it does not let this server in, that is no word on who
-// asked this server: PERMISSION_DENIED.
+// Converts an error of connecting to a node. If the node rejects this server's credentials:
+// PERMISSION_DENIED, since UNAUTHENTICATED would refer to those of this server's caller.
 absl::Status NodeError(const NodeStatus& node, bool has_tls, const absl::Status& status) {
   const std::string name = absl::StrCat("node ", node.node_id, " at ", node.address);
   if (absl::IsUnauthenticated(status) || absl::IsPermissionDenied(status)) {
     return absl::PermissionDeniedError(
-        absl::StrCat(name, " does not let the fleet server in: ", status.message(),
-                     "; it is shown --fleet_token and --fleet_certificate"));
+        absl::StrCat(name, " rejects the fleet server: ", status.message(),
+                     "; check --fleet_token and --fleet_certificate"));
   }
   return {status.code(),
-          absl::StrCat(name, ", spoken to in ", has_tls ? "TLS" : "plain text, without --fleet_ca",
-                       ": ", status.message())};
+          absl::StrCat(name, ", over ", has_tls ? "TLS" : "plain text without --fleet_ca", ": ",
+                       status.message())};
 }
 
 bool MayHaveShards(const NodeStatus& node) {
@@ -76,7 +76,7 @@ absl::Status CheckFleetCredentials(const FleetCredentials& paths) {
   }
   if (!paths.certificate.empty() && paths.ca.empty()) {
     return absl::InvalidArgumentError(
-        "--fleet_certificate is given without --fleet_ca, which tells the nodes apart from others");
+        "--fleet_certificate is given without --fleet_ca, which verifies the nodes");
   }
   return ReadCredentials(paths).status();
 }
@@ -115,7 +115,7 @@ std::vector<FleetNodes::Room> FleetNodes::Rooms(const std::vector<ShardAssignmen
       if (!MayHaveShards(node)) {
         continue;
       }
-      // What a node tells may be a second old, and does not have what was put there since.
+      // A node's report may be a second old and does not include what was placed on it since.
       const auto reserved = reserved_.find(node.node_id);
       int64_t used = std::max(node.env_count, reserved == reserved_.end() ? 0 : reserved->second);
       for (const ShardAssignment& assignment : own) {
@@ -157,7 +157,7 @@ absl::StatusOr<std::vector<ShardAssignment>> FleetNodes::PlanAmong(std::vector<R
                                                                    int32_t env_count,
                                                                    size_t node_count_max) {
   if (rooms.empty()) {
-    return absl::UnavailableError("the fleet has no node at the moment; repeat when it has");
+    return absl::UnavailableError("the fleet has no node at the moment; retry later");
   }
   const auto worth = static_cast<size_t>(std::max(1, env_count / kShardEnvCountMin));
   int64_t free = 0;
@@ -180,7 +180,7 @@ absl::StatusOr<std::vector<ShardAssignment>> FleetNodes::PlanAmong(std::vector<R
   for (const Room& room : rooms) {
     const int64_t room_free = std::max<int64_t>(room.free, 0);
     if (left > 0 && room_free > 0) {
-      // Of what is left, as much as of the room that is left; rounded up, so that it all goes.
+      // In proportion to the remaining capacity, rounded up so that nothing is left over.
       const auto count = static_cast<int32_t>((left * room_free + free - 1) / free);
       assignments.push_back({room.node_id, count});
       left -= count;
@@ -219,7 +219,7 @@ absl::StatusOr<std::shared_ptr<NodeClient>> FleetNodes::Connect(const std::strin
   }
   {
     absl::MutexLock lock(&mutex_);
-    // One of that name may have come back elsewhere.
+    // A node of that name may have returned at another address.
     if (const auto found = clients_.find(node_id);
         found != clients_.end() && found->second->address == node->address) {
       return found->second;
@@ -230,7 +230,7 @@ absl::StatusOr<std::shared_ptr<NodeClient>> FleetNodes::Connect(const std::strin
     Suspect(node_id);
     return connected.status();
   }
-  std::shared_ptr<NodeClient> last = *connected;  // goes outside the lock
+  std::shared_ptr<NodeClient> last = *connected;  // destroyed outside the lock
   absl::MutexLock lock(&mutex_);
   clients_[node_id].swap(last);
   return connected;
@@ -265,7 +265,7 @@ absl::StatusOr<std::shared_ptr<NodeClient>> FleetNodes::MakeClient(const NodeSta
 }
 
 void FleetNodes::Suspect(const std::string& node_id) {
-  std::shared_ptr<NodeClient> last;  // goes outside the lock
+  std::shared_ptr<NodeClient> last;  // destroyed outside the lock
   absl::MutexLock lock(&mutex_);
   SuspicionOf(node_id)->until = options_.clock() + kNodeSuspicion;
   if (const auto found = clients_.find(node_id); found != clients_.end()) {
@@ -298,7 +298,7 @@ absl::Status FleetNodes::Distrust(const std::string& node_id, const absl::Status
             {"excluded", absl::FormatDuration(excluded)},
             {"message", std::string(why.message())}});
   return absl::UnavailableError(
-      absl::StrCat("node ", node_id, " answers wrongly: ", why.message()));
+      absl::StrCat("node ", node_id, " sent an invalid answer: ", why.message()));
 }
 
 bool FleetNodes::IsUsable(const std::string& node_id) const {
@@ -357,7 +357,7 @@ void FleetNodes::OnNodesChanged() {
   for (const NodeStatus& node : options_.nodes()) {
     present.insert(node.node_id);
   }
-  std::vector<std::shared_ptr<NodeClient>> gone;  // go outside the lock
+  std::vector<std::shared_ptr<NodeClient>> gone;  // destroyed outside the lock
   absl::MutexLock lock(&mutex_);
   std::erase_if(clients_, [&](auto& each) {
     const bool is_gone = !present.contains(each.first);

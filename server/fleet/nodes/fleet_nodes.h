@@ -22,7 +22,7 @@
 
 namespace procgen {
 
-// A connection to a node, and what it takes at most.
+// A connection to a node, and its limits.
 struct NodeClient {
   std::string node_id;
   std::string address;
@@ -30,14 +30,14 @@ struct NodeClient {
   v1::Limits limits;
 };
 
-// A shard of a pool, with this many environments, on a node.
+// A shard of `env_count` environments on a node.
 struct ShardAssignment {
   std::string node_id;
   int32_t env_count = 0;
 };
 
-// The nodes that shards can be put on: which there are, how much room they have, and connections to
-// them. Threads: any method from any thread; none holds the lock while it talks to a node.
+// The nodes for shards: presence, capacity, and connections.
+// Threads: any method from any thread. The lock is not held during a call to a node.
 class FleetNodes {
  public:
   // Capacity of a node for some environments, which counts as used until this is destroyed.
@@ -64,74 +64,74 @@ class FleetNodes {
 
   explicit FleetNodes(FleetOptions options);
 
-  // Divides the `env_count` environments of a new pool among the nodes by the room that they have,
-  // among at most `node_count_max` of them.
-  // Errors: UNAVAILABLE there is no node; RESOURCE_EXHAUSTED they have too little room.
+  // Divides the `env_count` environments of a new pool among at most `node_count_max` nodes, in
+  // proportion to their free capacity.
+  // Errors: UNAVAILABLE there is no node; RESOURCE_EXHAUSTED they have too little capacity.
   absl::StatusOr<std::vector<ShardAssignment>> PlanShards(int32_t env_count,
                                                           size_t node_count_max = SIZE_MAX) const;
-  // The same for a pool that runs, whose environments are where `own` says, which counts as room.
-  // Only among nodes that this process is connected to: a node that is announced but cannot be
-  // reached never moves a pool. Errors: as PlanShards.
+  // As PlanShards, for an existing pool with shards `own`, whose capacity counts as free. Considers
+  // only nodes that this process is connected to, so an announced but unreachable node never moves
+  // a pool. Errors: as PlanShards.
   absl::StatusOr<std::vector<ShardAssignment>> PlanRebalance(
       int32_t env_count, const std::vector<ShardAssignment>& own) const;
 
-  // Reserves capacity on `preferred` or, if it has too little, on the node with most room, nodes
-  // that have been reached before others. Errors: UNAVAILABLE no node has room for the moment.
+  // Reserves capacity on `preferred` or, if it has too little, on the node with the most capacity;
+  // nodes that have been reached come first. Errors: UNAVAILABLE no node has enough capacity now.
   absl::StatusOr<CapacityReservation> Reserve(int32_t env_count, const std::string& preferred);
-  // A connection to the node of that id, made anew if there is none. Errors: PERMISSION_DENIED it
-  // does not let this server in; UNAVAILABLE, others of the node.
+  // Returns a connection to a node, opening one if needed. Errors: PERMISSION_DENIED the node
+  // rejects this server; UNAVAILABLE and others of the node.
   absl::StatusOr<std::shared_ptr<NodeClient>> Connect(const std::string& node_id);
-  // It did not serve: another connection is made the next time, and others are preferred for a
-  // while.
+  // Reports that a node failed. The next Connect opens a new connection, and other nodes are
+  // preferred for kNodeSuspicion.
   void Suspect(const std::string& node_id);
-  // It has answered wrongly, `why`: it gets no shards for a while, twice as long each time. Logs
-  // that, and returns an error of the node: UNAVAILABLE.
+  // Reports a wrong answer, described by `why`: the node gets no shards for a while, doubled each
+  // time. Logs it and returns an error of the node: UNAVAILABLE.
   absl::Status Distrust(const std::string& node_id, const absl::Status& why);
 
-  // Whether shards may stay there: it is there, healthy and does not drain.
+  // Whether the node can hold shards: it is present, healthy and not draining.
   bool IsUsable(const std::string& node_id) const;
-  // Whether a connection to it was made and has not failed since.
+  // Whether a connection to it was opened and has not failed since.
   bool IsConnected(const std::string& node_id) const;
-  // Whether it is there, in whatever state.
+  // Whether it is present, in any state.
   bool IsPresent(const std::string& node_id) const;
-  // Those that are there, whether or not shards may be put on them.
+  // The present nodes, whether or not they can hold shards.
   std::vector<std::string> Present() const;
-  // Nodes of which it remembers something: shards there, a suspicion, a connection.
+  // Number of nodes with shards, a suspicion or a connection.
   size_t known_count() const;
-  // Threads of all nodes that step environments.
+  // Total number of stepping threads of all nodes.
   int32_t worker_count() const;
 
-  // Wakes those that wait, as nodes may have come, and closes connections to those that have gone.
+  // Wakes AwaitChange, and closes connections to nodes that are gone.
   void OnNodesChanged();
   // Waits until OnNodesChanged or `until`, a time of SteadyNow.
   void AwaitChange(absl::Time until) const;
 
  private:
-  // Of a node that did not serve, or not well.
+  // State of a node that has failed or answered wrongly.
   struct Suspicion {
-    absl::Time until;                                  // others are preferred
-    absl::Time excluded_until = absl::InfinitePast();  // it is not used at all
+    absl::Time until;                                  // other nodes are preferred
+    absl::Time excluded_until = absl::InfinitePast();  // the node is not used at all
     int32_t wrong_answer_count = 0;
   };
   struct Room {
     std::string node_id;
     int64_t free = 0;
     bool is_connected = false;
-    bool is_suspect = false;  // others are preferred
+    bool is_suspect = false;  // other nodes are preferred
 
-    // Lower is better. A node that was connected and failed once comes before one that nobody has
-    // reached: its next connection tells.
+    // Lower is better. A node that was connected and failed once comes before one that was never
+    // reached.
     int Rank() const { return (is_connected ? 0 : 2) + (is_suspect ? 1 : 0); }
   };
 
-  // REQUIRES: it is used now. Those of long ago are forgotten.
+  // REQUIRES: it is used immediately. Drops expired suspicions.
   Suspicion* SuspicionOf(const std::string& node_id) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
-  // Nodes that shards may be put on, those with most room first; none that is excluded.
+  // The nodes that can hold shards, by capacity, highest first; excluded nodes are left out.
   std::vector<Room> Rooms(const std::vector<ShardAssignment>& own) const;
   static absl::StatusOr<std::vector<ShardAssignment>> PlanAmong(std::vector<Room> rooms,
                                                                 int32_t env_count,
                                                                 size_t node_count_max);
-  // A connection that is made now. Errors: as Connect.
+  // Opens a connection. Errors: as Connect.
   absl::StatusOr<std::shared_ptr<NodeClient>> MakeClient(const NodeStatus& node);
 
   const FleetOptions options_;
@@ -139,7 +139,7 @@ class FleetNodes {
   mutable absl::Mutex mutex_;
   mutable SteadyCondVar changed_;
   int64_t change_number_ ABSL_GUARDED_BY(mutex_) = 0;
-  std::map<std::string, int32_t> reserved_ ABSL_GUARDED_BY(mutex_);  // environments, by node
+  std::map<std::string, int32_t> reserved_ ABSL_GUARDED_BY(mutex_);  // environments by node
   std::map<std::string, Suspicion> suspects_ ABSL_GUARDED_BY(mutex_);
   std::map<std::string, std::shared_ptr<NodeClient>> clients_ ABSL_GUARDED_BY(mutex_);
 };

@@ -18,39 +18,39 @@
 
 namespace procgen {
 
-// What a fleet shows its nodes; files, which are read with each connection. Empty: none.
+// Credentials that a fleet presents to its nodes: paths of files, read for each connection. Empty:
+// none.
 struct FleetCredentials {
-  std::string ca;           // PEM: who vouches for the nodes; empty: plain text
-  std::string certificate;  // PEM, and its key
+  std::string ca;           // PEM of the CA of the nodes; empty: plain text
+  std::string certificate;  // PEM; `key` is its private key
   std::string key;
-  std::string token;  // a file with the token alone
+  std::string token;  // path of a file that contains only the token
 };
 
 struct FleetOptions {
-  // The nodes of the cluster as they are known; called often, on any thread.
+  // Returns the current nodes of the cluster. Called often, on any thread.
   std::function<std::vector<NodeStatus>()> nodes;
-  // Has `changed` called when they have changed, until what is returned goes.
+  // Calls `changed` when they have changed, until the returned subscription is destroyed.
   std::function<Subscription(absl::AnyInvocable<void()> changed)> subscribe;
   FleetCredentials credentials;
-  // After how many requests, or bytes of requests, the states of a shard are saved anew.
+  // The states of a shard are saved after this many requests, or bytes of requests.
   int64_t snapshot_requests = 256;
   int64_t snapshot_bytes = int64_t{8} << 20;
-  // What the log of a pool may take, where states cannot be saved or cannot be begun from: beyond
-  // it only steps of all environments are taken, which may change that, and beyond 9 / 8 of it
-  // nothing.
+  // Maximum bytes of a pool's log, if states cannot be saved or used. Beyond it only steps of all
+  // environments are accepted, which may shorten it; beyond 9 / 8 of it no request is.
   int64_t log_bytes_max = int64_t{1} << 30;
-  // Threads that the shards of all pools may have together, one each.
+  // Maximum shard threads of all pools; each shard has one.
   int32_t shard_threads_max = kShardThreadsMax;
-  // Where pools are kept, so that another process can go on with them; null: nowhere.
+  // Where pools are kept for the next process; null: nowhere.
   std::shared_ptr<FleetState> state;
-  // How many answers a learner whose connection broke may ask for again, at most.
+  // Maximum number of answers that a reconnecting learner may request again.
   int32_t requests_in_flight_max = 16;
-  // How long a request waits for nodes that can carry it out.
+  // How long a request waits for usable nodes.
   absl::Duration failover_timeout = absl::Minutes(10);
-  // How often pools poll their nodes though these do not seem to have changed: those that had
-  // too little room may have more, and others may be less busy.
+  // How often pools poll their nodes even without a reported change: capacity and load may have
+  // changed.
   absl::Duration poll_interval = absl::Seconds(1);
-  Clock clock = SteadyNow;  // of suspicions; a test has its own
+  Clock clock = SteadyNow;  // for suspicions; replaced in tests
 };
 
 // Reads the files to see whether they can be used. Errors: INVALID_ARGUMENT, NOT_FOUND; the message

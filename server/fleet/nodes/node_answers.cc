@@ -9,7 +9,7 @@
 namespace procgen {
 namespace {
 
-// Snapshots are never larger, in bytes.
+// Maximum size of a snapshot, in bytes.
 constexpr size_t kSnapshotBytesMax = 1 << 20;
 
 absl::Status Wrong(absl::string_view what, absl::string_view answered, absl::string_view expected) {

@@ -20,18 +20,18 @@
 
 namespace procgen {
 
-// Whether another node may do better after this error of a node. False: any node would return it.
+// Whether another node might succeed after this error. False: any node would return it.
 bool IsNodeError(const absl::Status& status);
 
-// Checks of what nodes answer, before anything of it is used: a node may be faulty, hostile or of
-// another version. All return DATA_LOSS with what was answered and what was expected.
+// Validation of nodes' answers before they are used: a node may be faulty, hostile or of another
+// version. All return DATA_LOSS with the answered and the expected value.
 
-// The limits of a node's catalog.
+// Checks the limits in a node's catalog.
 absl::Status CheckNodeLimits(const v1::Limits& limits);
-// The pool that a node made of `spec`, to be called `pool_id`.
+// Checks the pool that a node created from `spec` as `pool_id`.
 absl::Status CheckNodePool(const v1::Pool& pool, const v1::PoolSpec& spec,
                            const std::string& pool_id);
-// A stream that was attached to a pool of `env_count` environments, for so many requests in flight.
+// Checks a stream attached to a pool of `env_count` environments, for so many requests in flight.
 absl::Status CheckNodeStream(const procgen_client::StepStream& stream, int32_t env_count,
                              int32_t requests_in_flight_max);
 
@@ -42,17 +42,17 @@ struct AskedRows {
   bool final_observations = false;
 };
 AskedRows AskedRowsOf(const v1::StepPoolRequest& request);
-// The answer to a request for `asked`: exactly its rows, and each array of their size.
+// Checks the answer to a request for `asked`: exactly its rows, and the size of each array.
 // `observation_bytes`: of one environment.
 absl::Status CheckNodeBatch(const procgen_client::Batch& batch, const AskedRows& asked,
                             size_t observation_bytes);
 
-// Snapshots of `environments`, in this order; of `env_count` environments, if none is named.
-// Returns them.
+// Returns the snapshots of `environments`, in this order; of `env_count` environments if the list
+// is empty.
 absl::StatusOr<std::vector<std::string>> TakeNodeStates(std::vector<v1::State> states,
                                                         absl::Span<const int32_t> environments,
                                                         int32_t env_count);
-// One frame of `bytes` bytes.
+// Checks that there is one frame of `bytes` bytes.
 absl::Status CheckNodeFrame(const v1::RenderEnvironmentsResponse& response, size_t bytes);
 
 }  // namespace procgen

@@ -78,7 +78,7 @@ void OrphanCollector::Run() {
         }
       }
       present_ = {nodes.begin(), nodes.end()};
-      // Those that are gone are looked through when they come again.
+      // Nodes that are gone are checked when they return.
       std::erase_if(pending_, [&present = present_](const auto& node) {
         return !present.contains(node.first);
       });
@@ -86,13 +86,13 @@ void OrphanCollector::Run() {
     }
     for (const std::string& node : todo) {
       if (stops && !nodes_->IsConnected(node)) {
-        continue;  // nobody waits for it to connect
+        continue;  // not worth a wait for a connection
       }
       int32_t failures = 0;
       {
         absl::MutexLock lock(&mutex_);
         if (!stops && (stops_ || changed_)) {
-          break;  // one that is new goes first
+          break;  // new nodes go first
         }
         failures = pending_.extract(node).mapped();
       }

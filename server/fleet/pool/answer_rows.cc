@@ -33,7 +33,7 @@ void CopyAnswerRows(const procgen_client::Batch& answer, size_t answer_row, cons
   CopySpan(answer.prev_level_complete(), from, batch.prev_level_complete, to, row_count);
   CopySpan(answer.episode_returns(), from, batch.episode_returns, to, row_count);
   CopySpan(answer.episode_lengths(), from, batch.episode_lengths, to, row_count);
-  // Rows of ended episodes come one directly after the other.
+  // Rows of ended episodes are stored contiguously.
   size_t ended_count = 0;
   for (size_t row = 0; row < from + row_count; ++row) {
     if (!answer.terminated()[row] && !answer.truncated()[row]) {

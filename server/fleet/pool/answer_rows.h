@@ -8,9 +8,8 @@
 
 namespace procgen {
 
-// Copies `row_count` rows of a node's answer, from `answer_row` on, into a batch, from `batch_row`
-// on; arrays that either of them does not have are left as they are. `observation_bytes`: of one
-// environment.
+// Copies `row_count` rows of a node's answer, from `answer_row`, into a batch, from `batch_row`.
+// Arrays that only one of them has are left unchanged. `observation_bytes`: of one environment.
 void CopyAnswerRows(const procgen_client::Batch& answer, size_t answer_row, const Batch& batch,
                     size_t batch_row, size_t row_count, size_t observation_bytes);
 

@@ -27,13 +27,14 @@ class Checkpointer {
   int64_t checkpoint_number() const { return checkpoint_number_; }
 
   // Replaces the checkpoint by the next one if that is usable when request `number` is executed.
-  // REQUIRES: all shards of the pool have executed what is before `number`, so that none rolls back
-  // beyond it.
+  // REQUIRES: all shards of the pool have executed every entry before `number`, so that none rolls
+  // back further.
   void Promote(int64_t number);
-  // Saves the states of `pool` as the next checkpoint, if that is due. Errors: those of the node. A
-  // state that cannot be saved is no error: it is logged and tried again later.
+  // Saves the states of `pool` as the next checkpoint if one is due. Errors: those of the node. A
+  // state that cannot be saved is not an error: it is logged and retried later.
   absl::Status SaveIfDue(const RemotePool& pool);
-  // The log is rolled back, and with it maybe the entries that made the next checkpoint usable.
+  // Drops the next checkpoint after a rollback of the log, which may remove the entries that made
+  // it usable.
   void DiscardNext() { next_.reset(); }
 
  private:
@@ -43,7 +44,7 @@ class Checkpointer {
   const Part range_;
   std::shared_ptr<const ShardCheckpoint> checkpoint_;
   std::optional<PendingCheckpoint> next_;
-  int64_t retry_position_ = 0;  // no states are saved before this position, since that failed
+  int64_t retry_position_ = 0;  // no states are saved before this position, after a failure
   std::atomic<int64_t> checkpoint_number_;
 };
 

@@ -11,7 +11,7 @@
 
 namespace procgen {
 
-// Calls `done` with the first error when `count` operations have ended.
+// Calls `done` with the first error, or OK, when `count` operations have ended.
 // Threads: any method from any thread.
 class CompletionLatch {
  public:

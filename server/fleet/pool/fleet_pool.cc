@@ -59,7 +59,7 @@ absl::StatusOr<std::vector<v1::StepPoolRequest>> FleetPool::Resume(const std::st
                                                                    const JournaledPool& journaled,
                                                                    int64_t answer_count) {
   log_.Resume(path, journaled, context_->metrics);
-  int64_t latest = 0;  // checkpoint; what comes after it may have replaced the sampler
+  int64_t latest = 0;  // checkpoint; later entries may have replaced the sampler
   for (const auto& [first, checkpoint] : journaled.checkpoints) {
     if (checkpoint.second->number >= latest) {
       latest = checkpoint.second->number;
@@ -95,9 +95,9 @@ void FleetPool::BeginRequest(const Request& request, const Batch& first_part) {
   if (request.again) {
     number_ = again_number_ + 1;
     while (log_.requests().Find(number_)->request.sequence_number() != request.sequence_number) {
-      ++number_;  // states, or what nobody can ask for again
+      ++number_;  // states, or a request that no learner can ask for again
     }
-    again_number_ = number_ - 1;  // until it is done
+    again_number_ = number_ - 1;  // until it is executed
     RunRequest(number_);
     return;
   }
@@ -116,7 +116,7 @@ void FleetPool::RunRequest(int64_t number) {
   if (logged->request.has_level_sampler()) {
     sampler_ = {logged, &logged->request.level_sampler()};
   }
-  // Now and then all of them, so that none needs the log of long ago.
+  // Occasionally all shards run, so that none needs old log entries.
   const bool all = logged->request.has_level_sampler() ||
                    number % std::max<int64_t>(context_->options->snapshot_requests, 1) == 0;
   const std::vector<Shard*> shards =
@@ -157,7 +157,7 @@ void FleetPool::StepAsync(const StepInput& part, const Batch& batch, Done done) 
 }
 
 void FleetPool::SetLevelSampler(std::shared_ptr<const LevelSampler> level_sampler, Done done) {
-  // BeginRequest has it in the log.
+  // BeginRequest has logged it.
   StepAsync({}, {},
             [this, sampler = std::move(level_sampler),
              done = std::move(done)](absl::Status status) mutable {
@@ -252,7 +252,7 @@ void FleetPool::RestoreStates(std::vector<StateToRestore> states, Done done) {
 }
 
 void FleetPool::CloneStates(std::vector<StateToClone> pairs, Done done) {
-  // A source may be read several times, and a node is asked for it once.
+  // A source may be used several times, but is requested once.
   std::map<int32_t, size_t> places;
   std::vector<int32_t> sources;
   for (const StateToClone& pair : pairs) {

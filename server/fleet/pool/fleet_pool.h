@@ -24,31 +24,31 @@
 
 namespace procgen {
 
-// A pool whose environments are on the nodes of a fleet, in contiguous shards, which execute their
-// parts of a request at the same time. Answers equal those of a single server, bit for bit,
-// whatever becomes of the nodes; Shard sees to that.
+// A pool in contiguous shards on the nodes of a fleet, which execute their parts of a request in
+// parallel. Answers equal those of a single server, bit for bit, also after node failures (see
+// Shard).
 class FleetPool final : public PoolBackend {
  public:
-  // `validator`: for the same options. `goes` is called when it begins to go. `executor` must
-  // outlive it. Begin or Resume comes first.
+  // `validator`: for the same options. `goes`: called at the start of the destructor. `executor`
+  // must outlive this. Call Begin or Resume first.
   FleetPool(const PoolOptions& options, StateValidator validator, const ShardContext& context,
             BackgroundExecutor* executor, std::function<void(FleetPool*)> goes);
   ~FleetPool() override;
 
-  // Makes a new one and puts all of it on nodes. `threads`: reserved for its shards, one each.
+  // Creates the shards of a new pool on nodes. `threads`: reserved for its shards, one each.
   // Errors: those of Shard::Create and Shard::Run.
   void Begin(const std::vector<ShardAssignment>& assignments,
              std::vector<ShardThreadBudget::Reservation> threads, Done done);
-  // Keeps a new one, which is called so, in a file from now on. Errors: those of Journal::Create.
+  // Keeps a new pool, described by `pool`, in a file from now on. Errors: those of Journal::Create.
   absl::Status KeepIn(const std::string& path, const v1::Pool& pool);
-  // Continues where another process had it, and keeps it there. It stands before the first of the
-  // requests that are returned, the last `answer_count` ones or fewer, which are to be executed
-  // again. Errors: those of ShardSet::Make.
+  // Continues the pool of an earlier process and its file. Returns the last `answer_count` requests
+  // or fewer, which must be executed again; the pool is in the state before the first of them.
+  // Errors: those of ShardSet::Make.
   absl::StatusOr<std::vector<v1::StepPoolRequest>> Resume(const std::string& path,
                                                           const JournaledPool& journaled,
                                                           int64_t answer_count);
-  // Shards leave nodes that are gone or drain; a later request rebalances the pool if that is worth
-  // it. Threads: any, at any time.
+  // Moves shards from nodes that are gone or draining. A later request rebalances the pool if that
+  // is worth it. Threads: any, at any time.
   void OnNodesChanged() { rebalancer_.OnNodesChanged(); }
 
   void Discard() override { log_.Discard(); }
@@ -62,19 +62,19 @@ class FleetPool final : public PoolBackend {
   void SaveStates(absl::Span<const int32_t> environments, TakeState take, Done done) override;
   void RestoreStates(std::vector<StateToRestore> states, Done done) override;
   void CloneStates(std::vector<StateToClone> pairs, Done done) override;
-  // The nodes draw at once.
+  // The nodes draw immediately.
   void CaptureScenes(const std::vector<int32_t>& environments, View view, int32_t size_px,
                      CaptureDone done) override;
 
  private:
-  // Has the shards that a request concerns execute it.
+  // Runs the request on the shards that it concerns.
   void RunRequest(int64_t number);
-  // Answers a part if there is one.
+  // Completes a part, if there is one.
   void AnswerPart(std::optional<RequestProgress::Answer> answer);
   void CopyRows(const Shard& shard, Part part, const Batch& batch);
-  // Drops what no checkpoint needs from the log.
+  // Drops log entries that no checkpoint needs.
   void ForgetLog();
-  // Validates states, logs them and has the shards apply them; on the background executor.
+  // Validates states, logs them and applies them to the shards; on the background executor.
   void ApplyStates(std::vector<v1::State> states, const std::shared_ptr<Done>& done);
 
   const PoolOptions options_;
@@ -85,16 +85,16 @@ class FleetPool final : public PoolBackend {
   const std::function<void(FleetPool*)> goes_;
   std::vector<bool> awaits_reset_;                   // [N]
   std::shared_ptr<const v1::LevelSampler> sampler_;  // in force; null: none
-  // The one that the learner has sent, which counts among its owner's buffers; null: none.
+  // The one received from the learner, which counts as its owner's buffer; null: none.
   std::shared_ptr<const LevelSampler> held_sampler_;
   int64_t again_number_ = 0;  // of the last request that was executed again
 
-  // Of the request that runs.
-  int64_t number_ = 0;      // of the log
-  bool is_logged_ = false;  // by this run of it
+  // The request under way.
+  int64_t number_ = 0;      // in the log
+  bool is_logged_ = false;  // by this execution
   RequestProgress progress_;
 
-  ShardSet shards_;  // their threads use what is above
+  ShardSet shards_;  // their threads use the members above
   Rebalancer rebalancer_;
 };
 

@@ -11,9 +11,9 @@
 namespace procgen {
 namespace {
 
-// Rebalancing is worth it where so large a part of the environments would move.
+// Minimum fraction of environments that must move for a rebalance.
 constexpr double kMovedFractionMin = 0.15;
-// What nodes report of themselves may be old, so finding it once is not enough.
+// Nodes' reports may be stale, so one result is not enough.
 constexpr int32_t kWorthItCountMin = 2;
 
 }  // namespace
@@ -44,7 +44,7 @@ bool Rebalancer::IsWorthIt(const std::vector<ShardAssignment>& assignments) cons
     return false;  // the shards are being replaced
   }
   const auto better = context_->nodes->PlanRebalance(env_count_, assignments);
-  // The new shards start before those that they replace end.
+  // The new shards start before the old ones end.
   if (!better.ok() || better->size() > context_->threads->available()) {
     return false;
   }
@@ -63,7 +63,7 @@ void Rebalancer::BeforeRequest(int64_t number, std::shared_ptr<const v1::LevelSa
     auto shared_run = std::make_shared<absl::AnyInvocable<void()>>(std::move(run));
     shards_->Save(all, [this, number, sampler = std::move(sampler), run = std::move(shared_run)](
                            absl::StatusOr<std::vector<std::string>> states) {
-      // Not on the thread of a shard, which may have to end.
+      // Not on a shard's thread, since that shard may be destroyed.
       executor_->Run(context_->owner,
                      [this, number, sampler, run, states = std::move(states)]() mutable {
                        if (states.ok()) {
@@ -95,7 +95,7 @@ bool Rebalancer::CanRebalance(int64_t number) {
     return true;
   }
   if (number > pending_->checkpoint->number + 2 * context_->options->snapshot_requests) {
-    pending_.reset();  // or else the log would have to reach back to it for good
+    pending_.reset();  // otherwise the log would have to reach back to it indefinitely
   }
   return false;
 }
@@ -104,7 +104,7 @@ void Rebalancer::Rebalance() {
   const PendingCheckpoint pending = *std::exchange(pending_, std::nullopt);
   const auto assignments = context_->nodes->PlanRebalance(env_count_, shards_->assignments());
   if (!assignments.ok()) {
-    return;  // nodes have gone in the meantime
+    return;  // nodes have gone meanwhile
   }
   auto shards = shards_->Make(SplitCheckpoint(*pending.checkpoint, *assignments), *assignments);
   if (!shards.ok()) {
@@ -112,7 +112,7 @@ void Rebalancer::Rebalance() {
              {{"pool", context_->label}, {"message", std::string(shards.status().message())}});
     return;
   }
-  ReplaceShards({});  // before the others go to nodes: they need the room
+  ReplaceShards({});  // first, since the new shards need the capacity
   LogEvent(LogLevel::kInfo, "pool_rebalanced",
            {{"pool", context_->label},
             {"shards", absl::StrCat(assignments->size())},
@@ -122,7 +122,7 @@ void Rebalancer::Rebalance() {
 }
 
 void Rebalancer::ReplaceShards(ShardSet::Shards shards) {
-  ShardSet::Shards replaced;  // they end after the lock is released
+  ShardSet::Shards replaced;  // destroyed after the lock is released
   absl::MutexLock lock(&mutex_);
   replaced = shards_->Replace(std::move(shards));
   worth_it_count_ = 0;

@@ -21,11 +21,10 @@
 
 namespace procgen {
 
-// Replaces the shards of a pool by others when nodes have joined or have room again, so that the
-// environments are spread by the room that nodes have.
+// Replaces the shards of a pool when nodes have joined or have free capacity again, so that
+// environments are spread by capacity.
 //
-//     1. OnNodesChanged finds, twice in a row, that so many environments would move that it is
-//        worth it.
+//     1. OnNodesChanged finds, twice in a row, that enough environments would move.
 //     2. Before the next request, the states of all environments are saved as one checkpoint.
 //     3. Before the first request for which observations can be drawn from that checkpoint, other
 //        shards, which start from it, replace those of the pool.
@@ -39,17 +38,18 @@ class Rebalancer {
              BackgroundExecutor* executor);
 
   void OnNodesChanged() ABSL_LOCKS_EXCLUDED(mutex_);
-  // Does what is due before request `number`, and then calls `run`: at once, or on the executor.
-  // `sampler`: in force now; null: none.
+  // Does what is due before request `number`, then calls `run`: immediately, or on the executor.
+  // `sampler`: currently in force; null: none.
   void BeforeRequest(int64_t number, std::shared_ptr<const v1::LevelSampler> sampler,
                      absl::AnyInvocable<void()> run);
-  // The log is rolled back, and with it maybe the entries that make the checkpoint usable.
+  // Drops the checkpoint after a rollback of the log, which may remove the entries that made it
+  // usable.
   void DiscardCheckpoint() { pending_.reset(); }
-  // The checkpoint needs no log entry up to this number; INT64_MAX: there is none.
+  // The checkpoint needs no log entry up to this number; INT64_MAX: there is no checkpoint.
   int64_t checkpoint_number() const;
 
  private:
-  // Whether enough environments of shards that are so placed would move.
+  // Whether these assignments would move enough environments.
   bool IsWorthIt(const std::vector<ShardAssignment>& assignments) const;
   // Whether shards can start from the checkpoint before `number`. Drops a checkpoint that stays
   // unusable for long.
@@ -61,11 +61,11 @@ class Rebalancer {
   const int32_t env_count_;
   ShardSet* const shards_;
   BackgroundExecutor* const executor_;
-  std::optional<PendingCheckpoint> pending_;  // of all environments at one moment
+  std::optional<PendingCheckpoint> pending_;  // of all environments, at one position of the log
   std::atomic<bool> is_due_ = false;          // with the next request
 
-  // Held while shards are replaced, and by OnNodesChanged: what it finds concerns the shards of
-  // now.
+  // Held while shards are replaced, and by OnNodesChanged, whose findings concern the current
+  // shards.
   absl::Mutex mutex_;
   int32_t worth_it_count_ ABSL_GUARDED_BY(mutex_) = 0;  // times in a row
 };

@@ -87,12 +87,12 @@ absl::Status RemotePool::Attach() {
   options.requests_in_flight_max =
       std::min(kReplayedInFlightMax, node_->limits.requests_in_flight_max());
   options.response_bytes_max = node_->limits.response_bytes_max();
-  options.pipe_transport = false;  // pools of a fleet share no memory, whatever a node says
-  // Whatever breaks ends an epoch; the node need keep no answers.
+  options.pipe_transport = false;  // pools of a fleet share no memory, even if a node offers it
+  // A break ends the epoch, so the node keeps no answers.
   options.reconnect_timeout = absl::ZeroDuration();
   auto stream = node_->client->Attach(name_, options);
   if (!stream.ok()) {
-    // No server has these to say of attach; the client has, of what it was answered.
+    // Servers never return these for attach; the client does for a wrong answer.
     const bool is_wrong = absl::IsInternal(stream.status()) || absl::IsDataLoss(stream.status());
     return is_wrong ? Distrust(stream.status()) : stream.status();
   }
@@ -215,7 +215,7 @@ absl::Status RemotePool::Render(absl::Span<const int32_t> environments, View vie
 }
 
 absl::Status RemotePool::StreamError(absl::Status status) const {
-  // No server has these to say of a request of a stream.
+  // Servers never return these for a request of a stream.
   if (absl::IsDataLoss(status) || absl::IsInternal(status)) {
     return Distrust(status);
   }

@@ -13,9 +13,9 @@
 
 namespace procgen {
 
-// Which shards still execute the request that runs, and the part of it that waits for an answer. A
-// part can be answered when all shards that it touches are done; the last part, and any part after
-// an error, when all shards are done.
+// Tracks the shards that execute the current request, and the part of it that waits for an answer.
+// A part can be answered when all shards that it touches are done. The last part, and any part
+// after an error, can be answered when all shards are done.
 // Threads: any method from any thread; Begin while no request runs.
 class RequestProgress {
  public:
@@ -27,13 +27,13 @@ class RequestProgress {
     absl::Status status;  // the first error of the request
   };
 
-  // A request of `slice` begins. No part can be answered before Start.
+  // Begins a request of `slice`. No part can be answered before Start.
   void Begin(Part slice);
-  // The shards of `ranges` execute the request; none: it ends with `status`.
+  // Sets the shards, by range, that execute the request; empty: it ends with `status`.
   void Start(std::vector<Part> ranges, absl::Status status = absl::OkStatus());
-  // The learner waits for this part. Returns it if it can be answered now.
+  // Adds the part that the learner waits for. Returns it if it can be answered now.
   std::optional<Answer> AddPart(Part part, const Batch& batch, PoolBackend::Done done);
-  // The shard of `range` is done. Returns the part that waits if it can be answered now.
+  // Marks the shard of `range` as done. Returns the waiting part if it can be answered now.
   std::optional<Answer> OnShardDone(Part range, const absl::Status& status);
 
  private:

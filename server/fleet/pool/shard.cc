@@ -48,7 +48,7 @@ Shard::~Shard() {
       stream_->Cancel();
     }
   }
-  context_->nodes->OnNodesChanged();  // it may wait for one
+  context_->nodes->OnNodesChanged();  // its thread may wait for a node
   thread_.join();
 }
 
@@ -106,7 +106,7 @@ void Shard::OnNodesChanged() {
     node_id = node_id_;
   }
   if (stream != nullptr && !context_->nodes->IsPresent(node_id)) {
-    stream->Cancel();  // its answer would be waited for in vain
+    stream->Cancel();  // it would wait for an answer in vain
   }
 }
 
@@ -189,7 +189,7 @@ absl::Status Shard::Execute(Task* task) {
     }
     MarkNodeFailed(status);
     failed_over = true;
-    // A pool that is being made need not wait for nodes that let nobody in.
+    // A new pool does not wait for nodes that reject the server.
     const bool is_refused = number == 0 && absl::IsPermissionDenied(status);
     attempts += IsNodeError(status) && !is_refused ? 0 : 1;
     gives_up_ = attempts == kShardAttemptsMax;

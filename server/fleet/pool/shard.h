@@ -28,11 +28,11 @@
 namespace procgen {
 
 // A contiguous range of a pool's environments, on one node at a time. It executes the pool's
-// request log whatever becomes of the node: when that dies, drains or does not answer, the shard
-// moves to another node, restarts from its checkpoint and replays the log up to where it was.
+// request log across node failures. When its node dies, drains or does not answer, the shard moves
+// to another node, restarts from its checkpoint and replays the log.
 //
-// In each epoch it is a RemotePool, a pool of its own on the node, with a stream that ends with the
-// epoch. So a node that comes back cannot answer for environments that have moved.
+// Each epoch of a shard is a RemotePool: a separate pool on the node, with a stream that ends with
+// the epoch. A node that returns therefore cannot answer for environments that have moved.
 //
 // A thread of its own talks to the node and blocks there.
 // Threads: one call at a time, from any thread, the next after `done`; OnNodesChanged and const
@@ -41,13 +41,14 @@ class Shard {
  public:
   using Done = absl::AnyInvocable<void(absl::Status)>;
 
-  // `number`: of the shard in the life of its pool. `preferred_node`: where it is placed if it has
-  // room. `reservation`: of its thread. Errors: RESOURCE_EXHAUSTED that cannot be started.
+  // `number`: of the shard in the life of its pool. `preferred_node`: where it is placed if there
+  // is capacity. `reservation`: of its thread. Errors: RESOURCE_EXHAUSTED the thread cannot be
+  // started.
   static absl::StatusOr<std::unique_ptr<Shard>> Create(
       std::shared_ptr<const ShardContext> context, int32_t number, Part range,
       std::shared_ptr<const ShardCheckpoint> checkpoint, std::string preferred_node,
       ShardThreadBudget::Reservation reservation);
-  // Frees what it has on its node. REQUIRES: no call runs.
+  // Releases its resources on the node. REQUIRES: no call runs.
   ~Shard();
   Shard(const Shard&) = delete;
   Shard& operator=(const Shard&) = delete;
@@ -55,10 +56,10 @@ class Shard {
   const Part& range() const { return range_; }
 
   // Executes the log up to `number`; `done` is called on the shard's thread. Errors:
-  // DEADLINE_EXCEEDED there was no node for FleetOptions::failover_timeout; those of nodes that any
-  // other node would return, too. After an error only Rollback may follow.
+  // DEADLINE_EXCEEDED there was no node for FleetOptions::failover_timeout; errors that any node
+  // would return. After an error only Rollback is allowed.
   void Run(int64_t number, Done done);
-  // What the node answered to `number` of Run. Valid until the next call.
+  // The node's answer to `number` of Run. Valid until the next call.
   const procgen_client::Batch& answer() const { return answer_; }
   // Snapshots of environments, in the shard's numbers. Errors: as Run.
   void Save(std::vector<int32_t> environments, std::vector<std::string>* snapshots, Done done);
@@ -69,7 +70,7 @@ class Shard {
   // Restores the state after `number`, as if nothing later had been executed. Does not block.
   void Rollback(int64_t number);
 
-  // Detaches from a node that is gone or drains: at once, or when the call that runs has ended.
+  // Detaches from a node that is gone or draining: immediately, or after the current call.
   void OnNodesChanged();
 
   // The checkpoint that it restarts from. REQUIRES: no call runs.
@@ -78,13 +79,14 @@ class Shard {
   }
   // The shard needs no log entry up to this number.
   int64_t checkpoint_number() const { return checkpointer_.checkpoint_number(); }
-  // The node where it is; empty: none.
+  // The current node; empty: none.
   std::string node_id() const;
 
  private:
   struct Task {
-    std::optional<int64_t> number;  // log entries up to this one are executed; none: no further one
-    absl::AnyInvocable<absl::Status(const RemotePool&)> work;  // then; may be repeated; null: none
+    std::optional<int64_t> number;  // executes log entries up to this one; nullopt: none
+    // runs afterwards; may be repeated; null: none
+    absl::AnyInvocable<absl::Status(const RemotePool&)> work;
     Done done;
     absl::Time begin_time = SteadyNow();
   };
@@ -96,16 +98,16 @@ class Shard {
   void Start(Task task);
   void RunUntilStopped();
   void RollbackNow(int64_t number);
-  // Moves to another node if the shard has none or its node is not to be used any more.
+  // Moves to another node if the shard has none or its node can no longer be used.
   void Reconcile();
-  // Executes the task, on as many nodes as it takes.
+  // Executes the task, on several nodes if necessary.
   absl::Status Execute(Task* task);
-  // Brings the environments to where they are after `number`, on the node or the next one.
+  // Advances the environments to `number`, on the current node or another one.
   absl::Status AdvanceTo(int64_t number);
   absl::Status Place();
-  // Whether it has no node, and `why`; counts and logs when that changes.
+  // Sets whether it waits for a node, and `why`; counts and logs a change.
   void SetWaits(bool waits, const absl::Status& why = absl::OkStatus());
-  // The node has failed: detaches from it, and prefers others for a while.
+  // Detaches from the failed node, and prefers others for a while.
   void MarkNodeFailed(const absl::Status& why);
   // Ends the epoch.
   void Detach();
@@ -118,15 +120,15 @@ class Shard {
   const Part range_;
   const ShardThreadBudget::Reservation reservation_;  // of thread_
 
-  // Of its thread.
+  // Used by its thread only.
   std::string preferred_node_;
   int32_t epoch_ = 0;
   Checkpointer checkpointer_;
   std::unique_ptr<RemotePool> remote_;  // null: it has no node
   bool waits_ = false;                  // for a node
-  // The last error would be the same on any node: none is tried before the next call.
+  // The last error would be the same on any node; no node is tried before the next call.
   bool gives_up_ = false;
-  int64_t executed_position_ = 0;  // of the log; what is up to here is replayed when it moves
+  int64_t executed_position_ = 0;  // entries up to here are replayed when it moves
   procgen_client::Batch answer_;
 
   mutable absl::Mutex mutex_;

@@ -16,7 +16,7 @@
 
 namespace procgen {
 
-// What the shards of one pool have in common. Objects that are pointed to outlive the shards.
+// What the shards of one pool share. The objects pointed to must outlive the shards.
 struct ShardContext {
   std::string owner;             // of the pool
   std::string label;             // the pool's name in log events
@@ -29,7 +29,7 @@ struct ShardContext {
   ShardThreadBudget* threads = nullptr;
   Metrics* metrics = nullptr;
   PoolLog* log = nullptr;
-  // How many of the last requests a shard must be able to execute again, with their answers.
+  // Number of last requests that a shard must be able to execute again, with their answers.
   int64_t answers_kept = 0;
 };
 

@@ -22,7 +22,7 @@
 
 namespace procgen {
 
-// The checkpoints of shards of these sizes, cut from `checkpoint`, a checkpoint of the whole pool.
+// Splits `checkpoint`, of a whole pool, into checkpoints of shards of these sizes.
 ShardCheckpoints SplitCheckpoint(const ShardCheckpoint& checkpoint,
                                  const std::vector<ShardAssignment>& assignments);
 
@@ -37,46 +37,46 @@ class ShardSet {
 
   explicit ShardSet(std::shared_ptr<const ShardContext> context) : context_(std::move(context)) {}
 
-  // Makes a shard for each of `checkpoints`, which is not in the set yet. `assignments`: where they
-  // are placed if there is room, in the same order; empty: anywhere. `threads`: reserved for them,
-  // at least one each. Errors: as Shard::Create.
+  // Makes a shard for each of `checkpoints`, outside the set. `assignments`: their preferred nodes,
+  // in the same order; empty: any. `threads`: reserved for them, at least one each. Errors: as
+  // Shard::Create.
   absl::StatusOr<Shards> Make(const ShardCheckpoints& checkpoints,
                               const std::vector<ShardAssignment>& assignments,
                               std::vector<ShardThreadBudget::Reservation> threads);
-  // The same, with threads that are reserved now. Errors: RESOURCE_EXHAUSTED too few are left; as
+  // As above, and reserves the threads. Errors: RESOURCE_EXHAUSTED too few are available; those of
   // Shard::Create.
   absl::StatusOr<Shards> Make(const ShardCheckpoints& checkpoints,
                               const std::vector<ShardAssignment>& assignments);
-  // Puts other shards into the set and returns those that were there.
+  // Replaces the shards of the set and returns the previous ones.
   Shards Replace(Shards shards) ABSL_LOCKS_EXCLUDED(mutex_);
 
   bool empty() const { return shards_.empty(); }
-  // Where the shards are.
+  // The current nodes of the shards.
   std::vector<ShardAssignment> assignments() const;
   // Their checkpoints.
   ShardCheckpoints checkpoints() const;
   // The shards need no log entry up to this number.
   int64_t checkpoint_number() const;
-  // All, those that have one of `range`, or one of `environments`.
+  // All shards; those that overlap `range`; those that contain any of `environments`.
   std::vector<Shard*> all() const { return Overlapping({0, INT32_MAX}); }
   std::vector<Shard*> Overlapping(Part range) const;
   std::vector<Shard*> Containing(const std::vector<int32_t>& environments) const;
 
-  // As Shard::Run, of several shards. `done` gets the first error.
+  // As Shard::Run, for several shards. `done` gets the first error.
   static void Run(const std::vector<Shard*>& shards, int64_t number, Done done);
-  // As Shard::Rollback, of all shards.
+  // As Shard::Rollback, for all shards.
   void Rollback(int64_t number);
-  // Snapshots of environments of the pool, in this order.
+  // Returns snapshots of environments of the pool, in this order.
   void Save(const std::vector<int32_t>& environments, SaveDone done);
   // Renders environments of the pool; `frames`: uint8 [size_px, size_px, 3], one for each.
   void Render(const std::vector<int32_t>& environments, View view, int32_t size_px,
               const std::vector<absl::Span<uint8_t>>& frames, Done done);
 
-  // As Shard::OnNodesChanged, of all shards; returns where they are.
+  // As Shard::OnNodesChanged, for all shards. Returns their nodes.
   std::vector<ShardAssignment> OnNodesChanged() ABSL_LOCKS_EXCLUDED(mutex_);
 
  private:
-  // Environments of one shard, in its numbers, and their places in a list of environments of the
+  // Environments of one shard, numbered in it, and their indices in a list of environments of the
   // pool.
   struct Selection {
     Shard* shard = nullptr;
@@ -85,7 +85,7 @@ class ShardSet {
   };
 
   size_t IndexOf(int32_t environment) const;
-  // Of the shards that have one of `environments`.
+  // Selects from the shards that contain any of `environments`.
   std::vector<Selection> Select(const std::vector<int32_t>& environments) const;
 
   const std::shared_ptr<const ShardContext> context_;

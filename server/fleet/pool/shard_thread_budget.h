@@ -12,8 +12,8 @@
 
 namespace procgen {
 
-// The threads that the shards of all pools of a fleet may have together, one each. They are
-// reserved before they are started, so that pools made at the same time do not exceed the limit.
+// The limit of the fleet's shard threads, over all pools. Threads are reserved before they are
+// started, so that pools created at the same time do not exceed the limit.
 // Threads: any method from any thread; none blocks.
 class ShardThreadBudget {
  public:
@@ -28,9 +28,10 @@ class ShardThreadBudget {
   ShardThreadBudget(const ShardThreadBudget&) = delete;
   ShardThreadBudget& operator=(const ShardThreadBudget&) = delete;
 
-  // Reserves `count` threads or, if fewer are left, those. Errors: RESOURCE_EXHAUSTED none is left.
+  // Reserves `count` threads or, if fewer are available, all of these. Errors: RESOURCE_EXHAUSTED
+  // none is available.
   absl::StatusOr<std::vector<Reservation>> Reserve(size_t count);
-  // How many are left at the moment.
+  // Number of threads available now.
   size_t available() const;
 
  private:

@@ -12,15 +12,15 @@
 
 namespace procgen {
 
-// Restores states in a small pool of this process, one environment of each game, to find out
-// whether nodes will accept them. Threads: compatible.
+// Restores states in a small local pool, one environment of each game, to check whether nodes will
+// accept them. Threads: compatible.
 class StateValidator {
  public:
-  // Errors: those of Pool::Create for `options`, in the same words.
+  // Errors: those of Pool::Create for `options`, with the same messages.
   static absl::StatusOr<StateValidator> Create(const PoolOptions& options);
 
-  // Checks states for a pool with those options, and updates `awaits_reset` ([N]) to what it is
-  // when they are restored. Errors: those of Pool::RestoreStates; then `awaits_reset` is unchanged.
+  // Checks states for a pool with those options, and sets `awaits_reset` ([N]) to its value after a
+  // restore. Errors: those of Pool::RestoreStates; then `awaits_reset` is unchanged.
   absl::Status Check(const std::vector<v1::State>& states, std::vector<bool>* awaits_reset);
 
  private:
@@ -31,7 +31,7 @@ class StateValidator {
   std::unique_ptr<Pool> model_;
 };
 
-// Errors: INVALID_ARGUMENT a pool of `env_count` environments has no such one.
+// Errors: INVALID_ARGUMENT `environment` is not in [0, env_count).
 absl::Status CheckEnvironment(int32_t environment, int32_t env_count);
 
 }  // namespace procgen

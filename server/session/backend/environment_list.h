@@ -9,16 +9,17 @@
 
 namespace procgen {
 
-// Environments of a pool that a request names one by one, and what the request calls them.
+// A list of environment indices in a request, with the names to use in errors.
 struct EnvironmentList {
   absl::string_view list = "";    // the list's field, e.g. "pairs"
-  absl::string_view member = "";  // or what of an entry is the index, e.g. ".target_environment"
+  absl::string_view member = "";  // an entry's index field, e.g. ".target_environment"
   absl::Span<const int32_t> environments = {};
   bool repeats_allowed = false;  // an environment may be named more than once
 };
 
-// Checks that there is at least one, and that all are in [0, env_count) of the pool named `pool`.
-// Errors: INVALID_ARGUMENT (the message says which entry, what was given and what is allowed).
+// Checks that the list has an entry and that all indices are in [0, env_count) of the pool named
+// `pool`.
+// Errors: INVALID_ARGUMENT; the message gives the entry, its value and the allowed values.
 absl::Status CheckEnvironmentList(const EnvironmentList& list, absl::string_view pool,
                                   int32_t env_count);
 

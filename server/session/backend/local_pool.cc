@@ -10,13 +10,12 @@
 namespace procgen {
 namespace {
 
-// So many environments are captured sooner than handed over.
+// Up to so many environments are captured faster here than on the background executor.
 constexpr size_t kScenesHereMax = 64;
 
 }  // namespace
 
-// Renderers that nobody uses at the moment. Whoever draws takes one, and the next has its memory.
-// Threads: any method from any thread.
+// A free list of renderers, so that their memory is reused. Threads: any method from any thread.
 class LocalPool::Renderers {
  public:
   std::unique_ptr<SceneSnapshotRenderer> Take() {

@@ -13,11 +13,11 @@
 
 namespace procgen {
 
-// A pool of this process: stepped by its worker pool, and what takes long besides by the background
+// A pool of this process, stepped by its worker pool. Other long operations run on the background
 // executor.
 class LocalPool final : public PoolBackend {
  public:
-  // `executor` must outlive this; what it does for the pool counts as work of `owner`.
+  // `executor` must outlive this. Its work for the pool is accounted to `owner`.
   LocalPool(std::unique_ptr<Pool> pool, std::string owner, BackgroundExecutor* executor);
   ~LocalPool() override;
 
@@ -44,11 +44,11 @@ class LocalPool final : public PoolBackend {
   const std::shared_ptr<Renderers> renderers_;
 };
 
-// Makes pools in this process, which share one worker pool.
+// Creates pools in this process; they share one worker pool.
 class LocalPoolFactory final : public PoolBackendFactory {
  public:
-  // `worker_count` >= 1 threads step environments. All pools draw with `art`; null: the built-in.
-  // `executor` must outlive this and its pools.
+  // `worker_count` >= 1: threads that step environments. `art`: what all pools draw with; null: the
+  // built-in art. `executor` must outlive this and its pools.
   LocalPoolFactory(int32_t worker_count, std::shared_ptr<const SharedArt> art,
                    BackgroundExecutor* executor);
 

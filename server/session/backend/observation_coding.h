@@ -10,22 +10,20 @@
 
 namespace procgen {
 
-// An observation of this format as the encoder sees it.
+// The encoder's description of an observation in `format`.
 PictureShape ShapeOf(const ObservationFormat& format);
 
-// How the observations of a pool are sent, and what they take.
+// The encoding of a pool's observations, and their size in bytes.
 class ObservationCoding {
  public:
   explicit ObservationCoding(const ObservationFormat& format, Encoding encoding = Encoding::kRaw);
 
   Encoding encoding() const { return encoding_; }
-  // Bytes of one observation as it is drawn.
+  // Bytes of one observation as drawn, before encoding.
   int64_t drawn_bytes() const { return drawn_bytes_; }
-  // Bytes that one takes at most as it is sent; several together take no more than so many times
-  // that.
+  // Maximum bytes of one encoded observation. N observations take at most N times this.
   int64_t sent_bytes_max() const { return sent_bytes_max_; }
-  // Encodes the observations of a pool for one stream, from its beginning on; null: they are sent
-  // as they are drawn.
+  // Returns a new encoder for one stream. Null if observations are sent as drawn.
   std::unique_ptr<ObservationEncoder> MakeEncoder(int32_t env_count) const;
 
  private:

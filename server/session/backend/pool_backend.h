@@ -23,62 +23,61 @@ enum class View : uint8_t {
   kAgent,  // as an observation in the default format, and so at kObservationSizePx
 };
 
-// The environments of one pool, wherever they are: in this process (LocalPool), or on the nodes of
-// a fleet.
+// The environments of one pool: in this process (LocalPool), or on the nodes of a fleet.
 //
-// No call blocks. Each that ends with `done` calls it once, on any thread: also on the calling one,
-// before the call returns, as a fleet does where all answers are there already. So a caller that
-// makes the next call in `done` returns from there first, or its stack grows with the calls. What
-// spans refer to must stay valid until `done`.
-// Threads: one call at a time, on any thread; the next begins after `done`. It may go in `done`.
+// No call blocks. Each call with a `done` calls it once, on any thread. That may be the calling
+// thread, before the call returns; a fleet does so when all answers have arrived. A caller that
+// starts the next call in `done` must first return from it, or its stack grows with the calls.
+// Memory that spans refer to must stay valid until `done`.
+// Threads: one call at a time, from any thread. The next call may begin in `done`.
 class PoolBackend {
  public:
   using Done = absl::AnyInvocable<void(absl::Status)>;
-  // Draws what environments showed when it was made: once, on any thread, also while the pool does
-  // something else or is gone. `frames`: uint8 [size_px, size_px, 3], one for each environment.
+  // Draws the captured scenes. Call once, on any thread; the pool may be busy or destroyed by then.
+  // `frames`: uint8 [size_px, size_px, 3], one for each captured environment.
   using Draw = absl::AnyInvocable<void(const std::vector<absl::Span<uint8_t>>& frames)>;
   using CaptureDone = absl::AnyInvocable<void(absl::StatusOr<Draw>)>;
-  // Is handed a snapshot of an environment; false: no more are wanted.
+  // Receives a snapshot of an environment. Returns false to stop.
   using TakeState = absl::AnyInvocable<bool(int32_t environment, std::string snapshot)>;
 
   virtual ~PoolBackend() = default;
 
-  // It was deleted, or its lease has run out: what is kept of it beyond this process need not be
-  // kept any longer. Threads: any, at any time.
+  // The pool was deleted or its lease expired: data stored outside this process may be deleted.
+  // Threads: any, at any time.
   virtual void Discard() {}
 
   virtual const PoolOptions& options() const = 0;
   int32_t env_count() const { return options().env_count; }
-  // Whether the episode of `environment` has ended and it must be reset before it is stepped, with
-  // AutoresetMode::kDisabled. REQUIRES: an index in the pool, and that no call runs.
+  // Whether the episode of `environment` has ended and it must be reset before the next step, with
+  // AutoresetMode::kDisabled. REQUIRES: an index in the pool, and no call in progress.
   virtual bool AwaitsReset(int32_t environment) const = 0;
 
-  // Tells a whole request before its parts are carried out, from the first to the last, so that who
-  // is far away can begin with all of it. `first_part`: no part asks for arrays that this one has
-  // not. `request` must stay valid until its last part is done, or one has failed.
+  // Announces a whole request before its parts are executed in order. A remote backend can then
+  // start on all of it at once. `first_part`: no part asks for an array that this one does not
+  // have. `request` must stay valid until its last part is done or one has failed.
   virtual void BeginRequest(const Request& request, const Batch& first_part) = 0;
-  // As Pool::StepAsync, of a part of the request that has begun.
+  // As Pool::StepAsync, for one part of the request passed to BeginRequest.
   virtual void StepAsync(const StepInput& part, const Batch& batch, Done done) = 0;
-  // As those of Pool.
+  // As the methods of Pool.
   virtual void SetLevelSampler(std::shared_ptr<const LevelSampler> level_sampler, Done done) = 0;
   virtual void SaveStates(absl::Span<const int32_t> environments, TakeState take, Done done) = 0;
   virtual void RestoreStates(std::vector<StateToRestore> states, Done done) = 0;
   virtual void CloneStates(std::vector<StateToClone> pairs, Done done) = 0;
-  // What environments show, to be drawn later at a size, in `view`. An environment may be named
-  // several times.
+  // Captures the scenes of environments, to be drawn later at `size_px` in `view`. An environment
+  // may be listed several times.
   virtual void CaptureScenes(const std::vector<int32_t>& environments, View view, int32_t size_px,
                              CaptureDone done) = 0;
 };
 
-// How a pool is kept, and how its batches travel, besides what it is made of.
+// Options of a pool that concern its session, not its environments.
 struct SessionOptions {
-  absl::Duration lease_duration = absl::InfiniteDuration();  // its life without a stream
+  absl::Duration lease_duration = absl::InfiniteDuration();  // lifetime without a stream
   Encoding encoding = Encoding::kRaw;
-  // Batches are written where learners map them; then as they are drawn.
+  // Batches are written to memory that learners map; they are then not encoded.
   bool shares_memory = false;
 };
 
-// A pool that is to be made.
+// The arguments of PoolBackendFactory::Create.
 struct CreatePoolOptions {
   std::string owner;
   std::string name;
@@ -86,32 +85,33 @@ struct CreatePoolOptions {
   SessionOptions session_options;
 };
 
-// A pool that goes on where an earlier process had it.
+// A pool of an earlier process that is continued in this one.
 struct ResumedPool {
   CreatePoolOptions create_options;
   std::unique_ptr<PoolBackend> pool;
   int64_t next_sequence_number = 1;
-  // The last requests that were accepted, serialised as they were sent. The pool stands before the
-  // first of them; whoever has it carries them out `again`, since learners may ask for the answers.
+  // The last accepted requests, serialised as they were sent. The pool is in the state before the
+  // first of them. The owner of the pool executes them with `again` set, since learners may request
+  // their answers.
   std::vector<std::string> requests;
 };
 
-// Where the pools of a server are made. Threads: any method from any thread.
+// Creates the pools of a server. Threads: any method from any thread.
 class PoolBackendFactory {
  public:
   using CreateDone = absl::AnyInvocable<void(absl::StatusOr<std::unique_ptr<PoolBackend>>)>;
 
   virtual ~PoolBackendFactory() = default;
 
-  // Makes a pool and calls `done` once, on any thread. Errors: those of Pool::Create, and what
-  // keeps the backend from having it.
+  // Creates a pool and calls `done` once, on any thread. Errors: those of Pool::Create and of the
+  // backend.
   virtual void Create(const CreatePoolOptions& create_options, CreateDone done) = 0;
-  // The pools that earlier processes left here; once.
+  // The pools of earlier processes. Call once.
   virtual std::vector<ResumedPool> TakeResumed() { return {}; }
-  // Whether its pools outlive the process: the next one has them, and learners need but wait for
-  // it.
+  // Whether pools outlive the process. If so, the next process resumes them and learners only have
+  // to wait for it.
   virtual bool keeps_pools() const { return false; }
-  // Threads that step environments.
+  // Number of threads that step environments.
   virtual int32_t worker_count() const = 0;
 };
 

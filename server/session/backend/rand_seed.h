@@ -5,7 +5,7 @@
 
 namespace procgen {
 
-// A rand_seed for who has given none, in [0, 2^31 - 1). Threads: from any thread.
+// Returns a random rand_seed in [0, 2^31 - 1), for pools created without one. Threads: any.
 int64_t DrawRandSeed();
 
 }  // namespace procgen

@@ -44,7 +44,7 @@ absl::Status CheckActions(absl::string_view pool, const Request& request) {
   return absl::OkStatus();
 }
 
-// Checks that each element of `list` names an environment of the slice, and none twice.
+// Checks that each element of `list` is an environment of the slice, and that none repeats.
 template <typename Element>
 absl::Status CheckEnvironments(absl::string_view list_name, absl::Span<const Element> list,
                                const Request& request) {

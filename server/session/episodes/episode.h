@@ -14,35 +14,35 @@ enum class EpisodeOutcome : uint8_t {
   kUnderWay,
   kTerminated,
   kTruncated,
-  kReset,  // it was left
+  kReset,  // ended by a reset
 };
 
-// Why the beginning of an episode is not known.
+// Why the beginning of an episode is missing.
 enum class IncompleteReason : uint8_t {
-  kNone,             // it is
-  kStateRestored,    // a state was put into the environment in its midst
-  kTooOld,           // it was forgotten
+  kNone,             // it is complete
+  kStateRestored,    // a state was restored into the environment mid-episode
+  kTooOld,           // the oldest steps were dropped to save memory
   kServerRestarted,  // it began when another process had the pool
-  kRequestFailed,    // a request failed in its midst
+  kRequestFailed,    // a request failed mid-episode
 };
 
-// A level that began in the midst of an episode.
+// A level that began within an episode.
 struct LevelChange {
-  int32_t action = 0;  // index of the one that completed the level before
+  int32_t action = 0;  // index of the action that completed the previous level
   int32_t level_seed = 0;
 };
 
-// An episode as a whole.
+// An episode without its steps.
 struct EpisodeSummary {
   int32_t level_seed = 0;  // of its first level
-  // That it was made with; null: those of the pool.
+  // The options that it was made with; null: those of the pool.
   std::shared_ptr<const EnvironmentOptions> options;
   float total_reward = 0;
   EpisodeOutcome outcome = EpisodeOutcome::kUnderWay;
   bool level_complete = false;  // by the last action
-  uint64_t fingerprint = 0;     // at its end; 0: it has none
+  uint64_t fingerprint = 0;     // at its end; 0: none
   IncompleteReason incomplete_reason = IncompleteReason::kNone;
-  // An episode came before whose level was not completed; miner remembers that until its first
+  // The previous episode ended with its level incomplete. Miner depends on this until its first
   // step.
   bool prev_level_incomplete = false;
 };
@@ -50,8 +50,8 @@ struct EpisodeSummary {
 // An episode with its steps.
 struct Episode : EpisodeSummary {
   std::string actions;                 // one byte each; 255: kEndEpisodeAction
-  std::vector<float> rewards;          // of each of the learner's steps
-  std::vector<int32_t> action_counts;  // likewise: how many actions it took; empty: one each
+  std::vector<float> rewards;          // one per step of the learner
+  std::vector<int32_t> action_counts;  // likewise: actions in the step; empty: one each
   std::vector<LevelChange> level_changes;
 };
 

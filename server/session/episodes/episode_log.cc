@@ -8,21 +8,21 @@
 namespace procgen {
 namespace {
 
-// A pool's memory: so much for each environment, and then some. The longest episodes have 6,000
+// Memory limit of a pool: a part per environment, plus a constant. The longest episodes have 6,000
 // steps, and two of them are kept.
 constexpr int64_t kEnvironmentBytesMax = 20 << 10;
 constexpr int64_t kPoolBytesMin = 1 << 20;
 // The smallest buffer.
 constexpr int64_t kBufferBytesMin = 64;
 
-// The beginning is not known; the first reason counts.
+// Sets why the beginning is missing; the first reason wins.
 void SetReason(IncompleteReason reason, EpisodeRecording* recording) {
   if (recording->summary.incomplete_reason == IncompleteReason::kNone) {
     recording->summary.incomplete_reason = reason;
   }
 }
 
-// Forgets the oldest steps until the others take `bytes`.
+// Drops the oldest steps until the rest takes at most `bytes`.
 void Forget(EpisodeRecording* recording, int64_t bytes) {
   if (recording->KeepLast(bytes)) {
     SetReason(IncompleteReason::kTooOld, recording);
@@ -48,7 +48,7 @@ void EpisodeLog::Add(const StepInput& input, const Batch& batch) {
   const auto first = static_cast<size_t>(input.first);
   const auto count = static_cast<size_t>(input.count);
   for (size_t row = 0; input.steps && row < count; ++row) {
-    // Most rows are an action and perhaps a reward, and take the short way.
+    // Fast path: most rows are an action and perhaps a reward.
     const bool is_plain = (batch.terminated[row] | batch.truncated[row] | batch.first[row] |
                            batch.prev_level_complete[row]) == 0;
     Environment& environment = environments_[first + row];
@@ -59,7 +59,7 @@ void EpisodeLog::Add(const StepInput& input, const Batch& batch) {
     }
   }
   if (!input.steps) {
-    // All other rows repeat what they were before.
+    // In all other rows the arrays hold stale values.
     for (const Reset& reset : input.resets) {
       AddBoundary(reset.environment, batch, static_cast<size_t>(reset.environment - input.first));
     }

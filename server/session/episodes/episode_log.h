@@ -16,46 +16,46 @@
 
 namespace procgen {
 
-// Records of each environment of a pool the episode under way and the last one that ended.
+// Records the current episode and the last one that ended, for each environment of a pool.
 //
-// Each environment has two append buffers, which swap roles when an episode ends. A buffer that is
-// full is doubled. Where the budget has no room for that, the environment forgets its own oldest
-// steps: first those of the episode that ended, then those of the one under way.
-// Threads: one at a time (it is written and read in turns).
+// Each environment has two append buffers, which swap roles when an episode ends. A full buffer is
+// doubled. If the budget does not allow that, the environment drops its own oldest steps: first
+// those of the ended episode, then those of the current one.
+// Threads: one call at a time (it is used in turns).
 class EpisodeLog {
  public:
-  // How an environment stands whose state was restored.
+  // The state of an environment after a restore.
   struct RestoredState {
     int32_t environment = 0;
     std::shared_ptr<const EnvironmentOptions> options;  // null: those of the pool
     int32_t level_seed = 0;
     int32_t episode_length = 0;
-    bool awaits_episode = false;         // the next one has not begun
+    bool awaits_episode = false;         // the next episode has not begun
     bool prev_level_incomplete = false;  // as in Episode
   };
 
-  // Reserves what it takes of `bytes`, which must outlive it, as it grows.
+  // Reserves memory from `bytes`, which must outlive it, as it grows.
   EpisodeLog(int32_t env_count, ByteBudget* bytes);
   ~EpisodeLog();
   EpisodeLog(const EpisodeLog&) = delete;
   EpisodeLog& operator=(const EpisodeLog&) = delete;
 
-  // A part of a request was carried out, that steps (`input.steps`) or only resets. `batch`: as
-  // BatchNumbers lends it.
+  // Records an executed part of a request: a step (`input.steps`) or resets alone. `batch`: as
+  // BatchNumbers provides it.
   void Add(const StepInput& input, const Batch& batch);
-  // States were restored.
+  // Records restored states.
   void Add(absl::Span<const RestoredState> states);
-  // Environments were put into the states of others, all at once.
+  // Records environments that were set to the states of others, all at once.
   void Add(absl::Span<const StateToClone> pairs);
-  // What happened in [part.first, part.first + part.count) is not known.
+  // Marks the episodes of [part.first, part.first + part.count) as incomplete.
   void Lose(Part part, IncompleteReason reason);
 
-  // Whether the seed of the level is known that the episode under way began with.
+  // Whether the first level seed of the current episode is known.
   bool KnowsLevel(int32_t environment) const { return Of(environment).knows_level; }
-  // Tells it; of an episode that has not been stepped.
+  // Sets it. REQUIRES: the episode has no steps yet.
   void SetLevel(int32_t environment, int32_t level_seed);
 
-  // A copy of an environment's episode: the one under way, or else the last that ended. Errors:
+  // Returns a copy of an environment's episode: the current one or the last that ended. Errors:
   // FAILED_PRECONDITION there is none.
   absl::StatusOr<EpisodeRecording> Read(int32_t environment, bool under_way) const;
 
@@ -74,22 +74,23 @@ class EpisodeLog {
   }
 
   void AddStep(const StepInput& input, const Batch& batch, size_t row);
-  // Of a row where something ended or began.
+  // Handles a row where an episode or a level ended or began.
   void AddBoundary(int32_t environment, const Batch& batch, size_t row);
-  // The episode under way becomes the last one; its summary is complete.
+  // Makes the current episode the last one. REQUIRES: its summary is complete.
   static void EndEpisode(Environment* environment);
-  // The episode's EpisodeSummary::prev_level_incomplete is known already.
+  // REQUIRES: EpisodeSummary::prev_level_incomplete is set.
   void BeginEpisode(int32_t environment, int32_t level_seed);
-  // Makes room for a step, by forgetting the environment's oldest if need be. None: no step fits.
+  // Makes room for a step, dropping the environment's oldest steps if needed. No room remains if
+  // the budget allows no step.
   void MakeRoom(Environment* environment);
-  // Changes the capacity of a recording's buffer; false: the budget has no room.
+  // Changes the capacity of a recording's buffer. Returns false if the budget is exceeded.
   bool Reallocate(EpisodeRecording* recording, int64_t capacity);
 
   ByteBudget* const bytes_;
   const int64_t bytes_max_;  // of this pool
   int64_t reserved_bytes_ = 0;
   std::vector<Environment> environments_;
-  std::vector<int32_t> lengths_;  // of the episodes under way, in steps; -1: not known
+  std::vector<int32_t> lengths_;  // of the current episodes, in steps; -1: unknown
   std::vector<float> returns_;    // likewise, the sums of their rewards
 };
 

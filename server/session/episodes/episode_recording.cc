@@ -44,7 +44,7 @@ bool EpisodeRecording::KeepLast(int64_t bytes) {
 }
 
 size_t EpisodeRecording::FindStep(size_t from) const {
-  bool in_step = false;  // a count was read whose action comes next
+  bool in_step = false;  // a count was read; its action follows
   size_t at = 0;
   while (at < bytes_.size()) {
     const uint8_t kind = bytes_[at];

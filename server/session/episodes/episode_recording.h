@@ -11,14 +11,14 @@
 
 namespace procgen {
 
-// An episode while it is recorded: its summary, and its steps in one append buffer.
+// An episode being recorded: its summary, and its steps in one append buffer.
 //
 // The buffer is a sequence of records. A step is its action, one byte. A repeat count other than 1
-// comes before the action; a reward other than 0 and the seed of a level that began come after it.
+// precedes the action. A reward other than 0 and the seed of a new level follow it.
 // Threads: compatible.
 class EpisodeRecording {
  public:
-  // Memory of the buffer, in bytes, and whether a further step fits it.
+  // Memory of the buffer, in bytes, and whether it has room for another step.
   int64_t capacity() const { return static_cast<int64_t>(bytes_.capacity()); }
   bool HasRoom() const { return bytes_.capacity() - bytes_.size() >= kStepBytesMax; }
   // Moves the steps to a buffer of `capacity` bytes. REQUIRES: they fit.
@@ -34,11 +34,11 @@ class EpisodeRecording {
       Append(kReward, reward);
     }
   }
-  // A level began within the episode, with the step that was added last. Once a step at most.
+  // Records that a level began with the last added step. At most once per step.
   void AddLevel(int32_t level_seed) { Append(kLevel, level_seed); }
-  // Forgets all steps and keeps the memory.
+  // Drops all steps and keeps the memory.
   void ClearSteps() { bytes_.clear(); }
-  // Forgets the oldest steps until the others take at most `bytes`. True: some were forgotten.
+  // Drops the oldest steps until the rest takes at most `bytes`. Returns whether any were dropped.
   bool KeepLast(int64_t bytes);
 
   Episode Decode() const;
@@ -47,7 +47,7 @@ class EpisodeRecording {
 
  private:
   static constexpr size_t kStepBytesMax = 14;  // count 3, action 1, reward 5, level 5
-  // The first byte of a record that is no action; its value follows.
+  // Kinds of records that are no actions, in their first byte; a value follows.
   static constexpr uint8_t kCount = 0x80;   // uint16
   static constexpr uint8_t kReward = 0x81;  // float
   static constexpr uint8_t kLevel = 0x82;   // int32
@@ -60,7 +60,7 @@ class EpisodeRecording {
     bytes_[at] = kind;
     std::memcpy(&bytes_[at + 1], &value, sizeof(value));
   }
-  // Where the first step begins that does so at `from` or behind it.
+  // Returns the start of the first step at or after `from`.
   size_t FindStep(size_t from) const;
 
   std::vector<uint8_t> bytes_;

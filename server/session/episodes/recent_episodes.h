@@ -10,16 +10,16 @@
 
 namespace procgen {
 
-// How a pool's episodes ended: how many, and how the last ones were.
-// Threads: any method from any thread; its lock is held alone.
+// Statistics of a pool's ended episodes: their total count, and means over the most recent ones.
+// Threads: any method from any thread. Its lock is a leaf.
 class RecentEpisodes {
  public:
-  // Means are of so many.
+  // Number of episodes that the means cover.
   static constexpr size_t kRecentCount = 100;
 
   struct Summary {
     int64_t count = 0;      // of all episodes
-    float mean_return = 0;  // of the last kRecentCount; 0 without any
+    float mean_return = 0;  // of the last kRecentCount; 0 if none
     float mean_length = 0;  // likewise, in steps
   };
 

@@ -12,12 +12,12 @@
 
 namespace procgen {
 
-// Has a request written to one batch, as a whole; for callers in this process, who read it there.
+// Writes a whole request to one batch, for callers in this process.
 class BatchSink final : public ResponseSink {
  public:
   using OnDone = absl::AnyInvocable<void(absl::Status)>;
 
-  // What `batch` refers to must stay valid until `done`, which is called once.
+  // Memory that `batch` refers to must stay valid until `done`, which is called once.
   BatchSink(const Batch& batch, OnDone done) : batch_(batch), done_(std::move(done)) {}
 
   absl::StatusOr<std::optional<Batch>> PreparePart(Part /*part*/) override { return batch_; }

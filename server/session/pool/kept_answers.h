@@ -11,25 +11,25 @@
 
 namespace procgen {
 
-// The answer to one request: its responses as they were sent, in order. What is in them is nobody's
-// business here. A Cord shares its bytes, so an answer that is kept and one that is sent are one.
+// The answer to one request: its responses as sent, in order, opaque here. A Cord shares its bytes,
+// so a kept answer and a sent one use the same memory.
 using Answer = std::vector<absl::Cord>;
 
-// Answers to the last requests of a pool, so that they can be asked for again.
+// Answers to the last requests of a pool, for streams that resume.
 // Threads: compatible.
 class KeptAnswers {
  public:
-  // Keeps the answer to request `number`.
+  // Stores the answer to request `number`.
   void Keep(int64_t number, Answer answer);
-  // Forgets the answers to `number` and all requests before.
+  // Drops the answers to `number` and all earlier requests.
   void ForgetUpTo(int64_t number);
 
-  // The answer to `number`; null: it is not kept.
+  // Returns the answer to `number`; null if it is not kept.
   const Answer* Find(int64_t number) const;
-  // The least number of which the answer is kept; `none` where none is.
+  // Returns the lowest number with a kept answer; `none` if there is none.
   int64_t OldestOr(int64_t none) const;
   size_t size() const { return answers_.size(); }
-  // Which are kept, for people: "5 to 6", or "none".
+  // The numbers of the kept answers for messages: "5 to 6", or "none".
   std::string Range() const;
 
  private:

@@ -12,16 +12,16 @@
 
 namespace procgen {
 
-// What all pools of a server share. All of it must outlive them.
+// What the pools of a server depend on. All of it must outlive them.
 struct PoolContext {
   Quotas* quotas = nullptr;
   BackgroundExecutor* executor = nullptr;
-  DeadlineTimer* lease_timer = nullptr;        // also tells the time
-  ByteBudget* resume_buffer_bytes = nullptr;   // for the answers that they keep
-  ByteBudget* shared_memory_bytes = nullptr;   // for what they share with learners
-  ByteBudget* episode_bytes = nullptr;         // for the episodes that they remember
-  std::atomic<int64_t>* step_count = nullptr;  // environment steps are added to it
-  Metrics* metrics = nullptr;                  // and all else that is counted to these
+  DeadlineTimer* lease_timer = nullptr;        // also provides the time
+  ByteBudget* resume_buffer_bytes = nullptr;   // for kept answers
+  ByteBudget* shared_memory_bytes = nullptr;   // for memory shared with learners
+  ByteBudget* episode_bytes = nullptr;         // for the episode history
+  std::atomic<int64_t>* step_count = nullptr;  // counts environment steps
+  Metrics* metrics = nullptr;                  // all other counts
 };
 
 }  // namespace procgen

@@ -15,29 +15,29 @@
 namespace procgen {
 
 // Counts a pool's steps and the episodes that end in them, for the pool and by game.
-// Threads: one at a time, but what is const from any.
+// Threads: one call at a time; const methods from any thread.
 class PoolCounts {
  public:
   // `metrics` must outlive this.
   PoolCounts(const PoolOptions& options, Metrics* metrics);
 
-  // Counts what was stepped into `batch`, but for those of `resets`, which began an episode
-  // instead; returns the number of steps. `batch`: as BatchNumbers lends it.
+  // Counts the steps in `batch`, except those of `resets`, which began an episode instead. Returns
+  // the number of steps. `batch`: as BatchNumbers provides it.
   int64_t Add(Part part, absl::Span<const Reset> resets, const Batch& batch);
 
   // Environment steps since the pool was made.
   int64_t step_count() const { return step_count_; }
-  // How its episodes ended.
+  // Statistics of its episodes.
   const RecentEpisodes& episodes() const { return episodes_; }
 
  private:
-  // Of the game that an environment plays, in games_.
+  // Index in games_ of the environment's game.
   size_t GameIndexOf(int32_t environment) const;
   void AddSteps(Part part, absl::Span<const Reset> resets);
 
   const int32_t first_env_;
   std::vector<GameMetrics*> games_;  // in the order of PoolOptions::games
-  std::vector<int64_t> game_steps_;  // of the part that is counted, by game
+  std::vector<int64_t> game_steps_;  // of the current part, by game
   std::atomic<int64_t> step_count_ = 0;
   RecentEpisodes episodes_;
 };

@@ -9,21 +9,21 @@
 
 namespace procgen {
 
-// Somebody who looks at what is drawn for a pool's learner, where it is drawn anyway.
-// Threads: one call at a time, but OnEnd at any time. None may call the pool, or block: but for
-// OnEnd the learner waits for it.
+// Receives what is drawn for a pool's learner.
+// Threads: one call at a time; OnEnd at any time. No method may call the pool or block: the learner
+// waits for all of them except OnEnd.
 class PoolObserver {
  public:
   virtual ~PoolObserver() = default;
 
-  // A part of a request was carried out. `observations`: of its environments as they stand now, in
-  // the pool's ObservationFormat; empty: nobody asked for them.
+  // A part of a request was executed. `observations`: the current ones of its environments, in the
+  // pool's ObservationFormat; empty if the request asked for none.
   virtual void OnPart(Part part, absl::Span<const uint8_t> observations) = 0;
-  // The last part of request `sequence_number` was, and the pool's change number is now this one.
+  // The last part of request `sequence_number` was executed. `change_number`: the pool's new one.
   virtual void OnRequestEnd(int64_t sequence_number, int64_t change_number) = 0;
-  // Environments stand where nobody has seen them.
+  // Environments changed without being observed.
   virtual void OnInvalidated() = 0;
-  // The pool is closed, or looking at it ends. Nothing else follows.
+  // The pool closed, or observation ends. This is the last call.
   virtual void OnEnd(const absl::Status& reason) = 0;
 };
 

@@ -5,7 +5,7 @@
 namespace procgen {
 namespace {
 
-// What snapshots say of how environments go on that were put into them.
+// The states that restored snapshots leave environments in.
 std::vector<EpisodeLog::RestoredState> RestoredStatesOf(const std::vector<StateToRestore>& states) {
   std::vector<EpisodeLog::RestoredState> restored;
   for (const StateToRestore& state : states) {
@@ -16,7 +16,7 @@ std::vector<EpisodeLog::RestoredState> RestoredStatesOf(const std::vector<StateT
                           .level_seed = moment->level_seed,
                           .episode_length = moment->episode_length,
                           .awaits_episode = moment->awaits_episode,
-                          // That of a new environment has drawn one level.
+                          // A new environment has drawn one level.
                           .prev_level_incomplete = moment->level_draws != 1});
     }
   }
@@ -52,7 +52,7 @@ void PoolObservers::Remember(const Request& request, const StepInput& input, con
   if (ok) {
     episodes_->Add(input, batch);
   } else if (input.first > request.first) {
-    // Its earlier parts have not happened after all.
+    // The request's earlier parts are void.
     episodes_->Lose({request.first, input.first - request.first}, IncompleteReason::kRequestFailed);
   }
 }

@@ -19,30 +19,29 @@
 
 namespace procgen {
 
-// All that looks at a pool's batches beside its learner: statistics, the history of episodes, and
-// observers.
-// Threads: methods that change something are called in a turn, but those of observers from any
-// thread.
+// All observers of a pool's batches other than the learner: statistics, episode history, and
+// PoolObservers.
+// Threads: methods that change something are called in a turn; those of observers from any thread.
 class PoolObservers {
  public:
   // `context` must outlive this.
   PoolObservers(const PoolOptions& options, const PoolContext& context);
 
-  // A part of `request` was executed into `batch`, as BatchNumbers lends it; or failed, and with it
-  // the whole request. `request_number`: its sequence number.
+  // A part of `request` was executed into `batch`, as BatchNumbers provides it. Or (`ok` false) it
+  // failed, and with it the whole request.
   void OnPart(const Request& request, const StepInput& input, const Batch& batch, bool ok);
-  // States were restored: nobody has seen them.
+  // States were restored; no observation of them exists yet.
   void OnRestore(const std::vector<StateToRestore>& states);
   void OnClone(const std::vector<StateToClone>& pairs);
-  // They are about to be, or may have been, changed past requests, and with
-  // them what observers have seen.
+  // Environments are about to change, or may have changed, outside of requests. What observers have
+  // seen becomes invalid.
   void OnInvalidated() ABSL_LOCKS_EXCLUDED(observers_mutex_);
-  // An earlier process executed the requests before; what happened in them is not known.
+  // An earlier process executed the previous requests; their episodes are unknown.
   void ForgetEpisodes(int32_t env_count);
-  // Environments are changed by what comes next.
+  // The next operation changes environments.
   void AddChange() { ++change_number_; }
 
-  // As those of PoolSession.
+  // As the methods of PoolSession.
   absl::Status AddObserver(std::shared_ptr<PoolObserver> observer)
       ABSL_LOCKS_EXCLUDED(observers_mutex_);
   void RemoveObserver(const PoolObserver* observer) ABSL_LOCKS_EXCLUDED(observers_mutex_);
@@ -50,7 +49,7 @@ class PoolObservers {
   int64_t change_number() const { return change_number_; }
 
   const PoolCounts& counts() const { return counts_; }
-  // Null: none are remembered.
+  // Null: no history is kept.
   EpisodeLog* episodes() const { return episodes_.get(); }
 
  private:
@@ -65,8 +64,8 @@ class PoolObservers {
 
   absl::Mutex observers_mutex_;
   std::vector<std::shared_ptr<PoolObserver>> observers_ ABSL_GUARDED_BY(observers_mutex_);
-  absl::Status observers_end_ ABSL_GUARDED_BY(observers_mutex_);  // OK while they may be added
-  std::atomic<bool> has_observers_ = false;                       // observers_ has some
+  absl::Status observers_end_ ABSL_GUARDED_BY(observers_mutex_);  // OK while they can be added
+  std::atomic<bool> has_observers_ = false;                       // observers_ is not empty
 };
 
 }  // namespace procgen

@@ -11,8 +11,7 @@
 namespace procgen {
 namespace {
 
-// After a capture the pool is left alone for so many times as long as it took, and no longer than
-// the maximum.
+// Multiple of the last capture's duration during which no capture runs, up to a maximum.
 constexpr int kPausePerCapture = 99;
 constexpr absl::Duration kPauseMax = absl::Seconds(1);
 
@@ -56,11 +55,11 @@ PoolSession::~PoolSession() {
 }
 
 int64_t PoolSession::AnswerBytesMax() const {
-  // An observation and a final one, which is not encoded, and what else a response of a single
-  // environment has.
+  // An observation, a final observation (not encoded), and the other fields of a response of one
+  // environment.
   constexpr int64_t kRowBytesMax = 512;
   if (shared_batch_slots_ != nullptr) {
-    return kRowBytesMax;  // the number of a batch
+    return kRowBytesMax;  // a batch number
   }
   return env_count() * (coding_.sent_bytes_max() + coding_.drawn_bytes() + kRowBytesMax);
 }
@@ -108,12 +107,12 @@ absl::Status PoolSession::GrowSharedBatchSlots(int32_t batch_count) {
 void PoolSession::Close(const absl::Status& reason) {
   stream_.Close(reason);
   backend_->Discard();
-  TellClosed(reason);
+  NotifyClosed(reason);
 }
 
 void PoolSession::Fail(const absl::Status& reason) {
   if (stream_.CloseIfOpen(reason)) {
-    TellClosed(reason);
+    NotifyClosed(reason);
   }
 }
 
@@ -124,11 +123,11 @@ bool PoolSession::CloseIfExpired(absl::Time now) {
     return false;
   }
   backend_->Discard();
-  TellClosed(reason);
+  NotifyClosed(reason);
   return true;
 }
 
-void PoolSession::TellClosed(const absl::Status& reason) {
+void PoolSession::NotifyClosed(const absl::Status& reason) {
   std::deque<TurnQueue::Begin> waiting = turns_.Close(reason);
   stream_.EndAll(reason);
   EndObservers(reason);
@@ -178,7 +177,7 @@ void PoolSession::GetEpisode(int32_t environment, bool under_way, EpisodeDone do
     done(episodes->Read(environment, under_way));
     return;
   }
-  // It has not been stepped yet, and says itself which level it has.
+  // The environment has no steps yet, so an observation contains its level seed.
   struct Observed {
     Request request;
     int32_t level_seed = 0;

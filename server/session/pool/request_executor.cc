@@ -243,7 +243,7 @@ bool RequestExecutor::EndPart() {
     SelectNextPart();
     return Prepare();
   }
-  // From here on the request may be gone: its answer may have been sent.
+  // From here on the request may be destroyed: its answer may have been sent.
   if (keeps_) {
     context_.resume_buffer->Keep(sequence_number_, std::exchange(answer_, {}));
   }

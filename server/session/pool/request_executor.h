@@ -25,13 +25,13 @@
 
 namespace procgen {
 
-// Executes requests on a pool, each in a turn: validates it, has the environments carry it out part
-// by part into memory of its sink, shows each part to the observers, and keeps the answer.
+// Executes requests on a pool, each in a turn: validates it, executes it part by part into memory
+// of its sink, passes each part to the observers, and keeps the answer.
 //
-// Threads: one request at a time, which the turns see to; what is const from any thread.
+// Threads: one request at a time, which turns ensure; const methods from any thread.
 class RequestExecutor {
  public:
-  // All of it must outlive this. `pool_name`: for errors.
+  // Dependencies, which must outlive this. `pool_name`: for errors.
   struct Context {
     std::string pool_name;
     PoolBackend* backend = nullptr;
@@ -43,18 +43,18 @@ class RequestExecutor {
 
   explicit RequestExecutor(Context context);
 
-  // As those of PoolSession.
+  // As the methods of PoolSession.
   void Execute(Request* request, std::shared_ptr<ResponseSink> sink);
   void ExecuteInTurn(Request* request, std::shared_ptr<ResponseSink> sink);
   void Resume() { Advance(); }
 
-  // The number that the next new request must have.
+  // The number of the next new request.
   const std::atomic<int64_t>& next_sequence_number() const { return next_sequence_number_; }
   void ResumeAt(int64_t next_sequence_number) { next_sequence_number_ = next_sequence_number; }
   RequestTimes::Summary request_times() const { return request_times_.Read(); }
 
  private:
-  // What comes next for the request under way.
+  // The next action of the request under way.
   enum class State : uint8_t {
     kBegin,    // it has a turn: validate it, or recall its answer
     kPrepare,  // ask the sink for memory for part_
@@ -62,11 +62,11 @@ class RequestExecutor {
     kPartRan,  // part_ ended with part_status_
   };
 
-  // Takes as many steps of the request as can be taken now. An event that happens meanwhile, on
-  // this thread or another, is seen by the loop that is under way, so that the stack does not grow
-  // with the parts.
+  // Takes as many steps of the request as possible now. An event on any thread meanwhile is handled
+  // by the loop that already runs, so the stack does not grow with the number of parts.
   void Advance();
-  // Takes one step; false: the request and its turn have ended, and nothing here is touched more.
+  // Takes one step. Returns false when the request and its turn have ended; members must not be
+  // used after that.
   bool Step();
   bool Begin();
   bool Prepare();
@@ -74,12 +74,12 @@ class RequestExecutor {
   bool EndPart();
   bool End(const absl::Status& status);
 
-  // Validates a new request, and takes its number. An answer: it was executed before. Errors, which
-  // take nothing: INVALID_ARGUMENT; FAILED_PRECONDITION an answer that is not kept, an environment
-  // that must be reset, or no batch of shared memory that is free.
+  // Validates a new request and takes its number. Returns an answer if the request was executed
+  // before. Errors, which take no number: INVALID_ARGUMENT; FAILED_PRECONDITION the answer is not
+  // kept, an environment must be reset, or no shared-memory batch is free.
   absl::StatusOr<std::optional<Answer>> Accept(Request* request);
   absl::Status CheckNoneAwaitsReset(const Request& request) const;
-  // The range after part_, as large as all that are left.
+  // Sets part_ to the range after it, with all remaining environments.
   void SelectNextPart();
 
   const Context context_;
@@ -87,25 +87,25 @@ class RequestExecutor {
   RequestTimes request_times_;                     // likewise
 
   std::atomic<int> advances_due_ = 0;
-  // Of who advances; memory is kept from turn to turn.
+  // Used only by the thread that advances. Memory is reused from turn to turn.
   State state_ = State::kBegin;
   Request* request_ = nullptr;
   std::shared_ptr<ResponseSink> sink_;
-  bool of_stream_ = false;  // it is the next of a stream, in a turn of its own
-  bool keeps_ = false;      // its answer
-  Answer answer_;           // as far as it goes
+  bool of_stream_ = false;  // a stream's next request, in a turn of its own
+  bool keeps_ = false;      // the answer is kept
+  Answer answer_;           // the responses so far
   absl::Time begin_time_;
-  absl::Time arrival_time_;  // of the request, as is its number: both outlive it
+  absl::Time arrival_time_;  // a copy from the request, as is its number: both outlive it
   int64_t sequence_number_ = 0;
-  Part part_;               // the next, or that which runs
-  int32_t rest_ = 0;        // environments from part_ on
+  Part part_;               // the next part, or the one that runs
+  int32_t rest_ = 0;        // environments from part_ on, inclusive
   int32_t parts_left_ = 0;  // after part_
   absl::Status part_status_;
-  StepInput input_;                          // of part_
-  Batch batch_;                              // where it is written
-  std::vector<NextLevel> part_next_levels_;  // those of part_
-  std::vector<Reset> part_resets_;           // those of part_
-  BatchNumbers unasked_;  // what is read of a batch here and its learner has not asked for
+  StepInput input_;                          // for part_
+  Batch batch_;                              // memory for part_
+  std::vector<NextLevel> part_next_levels_;  // for part_
+  std::vector<Reset> part_resets_;           // for part_
+  BatchNumbers unasked_;  // arrays that observers need and the learner did not request
 };
 
 }  // namespace procgen

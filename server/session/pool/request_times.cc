@@ -6,8 +6,7 @@
 namespace procgen {
 namespace {
 
-// The least of `values` that at least `percent` in 100 of them do not exceed. REQUIRES: there are
-// some.
+// The smallest of `values` that is >= `percent` in 100 of them. REQUIRES: not empty.
 int64_t PercentileOf(size_t percent, std::vector<int64_t>* values) {
   const size_t rank = (values->size() * percent + 99) / 100;
   const auto at = values->begin() + static_cast<std::ptrdiff_t>(rank - 1);

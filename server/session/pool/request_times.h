@@ -10,17 +10,17 @@
 
 namespace procgen {
 
-// How long a pool's requests took: all of them together, and the last ones each.
-// Threads: Add by one at a time, Read from any, at any time.
+// Latencies of a pool's requests: the total, and percentiles of the most recent ones.
+// Threads: Add one call at a time; Read from any thread at any time.
 class RequestTimes {
  public:
-  // A summary is of so many.
+  // Number of requests that the percentiles cover.
   static constexpr size_t kRecentCount = 512;
 
   struct Summary {
     int64_t count = 0;   // of all requests
     absl::Duration sum;  // likewise
-    absl::Duration p50;  // of the last kRecentCount; 0 without any
+    absl::Duration p50;  // of the last kRecentCount; 0 if none
     absl::Duration p99;  // likewise
   };
 

@@ -97,7 +97,7 @@ void StreamSlot::BeginStream(const AttachOptions& options, EndStream end_stream)
 }
 
 void StreamSlot::Detach() {
-  EndStream last;  // destroyed outside the lock, as it may hold the stream
+  EndStream last;  // destroyed outside the lock; it may own the stream
   std::optional<Successor> next;
   {
     absl::MutexLock lock(&mutex_);

@@ -25,16 +25,17 @@ enum class StreamEnd : uint8_t {
   kClosed,     // the pool is gone
 };
 
-// Which stream has a pool: one at a time, which others may take over; and the lease, which runs
-// while none has it. Once closed it has no stream any more.
+// The stream attached to a pool, and the lease, which runs while none is. At most one stream is
+// attached; another may take over. After Close none attaches.
 // Threads: any method from any thread. Lock order: mutex_ before that of the ResumeBuffer.
 class StreamSlot {
  public:
-  // Tells a stream that it must end, and with what; called once at most, and not after Detach.
+  // Notifies a stream that it must end and with which status. Called at most once, and not after
+  // Detach.
   using EndStream = absl::AnyInvocable<void(StreamEnd, absl::Status)>;
   using Done = absl::AnyInvocable<void(absl::Status)>;
 
-  // What it belongs to: a pool by `pool_name` of `owner`. All of it must outlive this.
+  // The pool that it belongs to, and its dependencies, which must outlive this.
   struct Context {
     std::string owner;
     std::string pool_name;
@@ -44,33 +45,32 @@ class StreamSlot {
     const std::atomic<int64_t>* next_sequence_number = nullptr;
   };
 
-  // The lease begins now; infinite: there is none.
+  // The lease begins now; infinite: no lease.
   StreamSlot(Context context, absl::Duration lease_duration);
 
-  // As those of PoolSession.
+  // As the methods of PoolSession.
   void Attach(const AttachOptions& options, EndStream end_stream, Done done);
   void Detach();
   void End(StreamEnd why, const absl::Status& reason);
   absl::Status Renew(std::optional<absl::Duration> lease_duration);
 
-  // Lets no stream attach any more: they get `reason`. The stream that is attached learns of it by
-  // EndAll.
+  // Rejects new streams with `reason`. The attached stream is notified by EndAll.
   void Close(const absl::Status& reason);
-  // As Close; false: it was closed before, and nothing changes.
+  // As Close. Returns false and changes nothing if it was closed before.
   bool CloseIfOpen(const absl::Status& reason);
-  // Closes, if the lease has run out by `now`; false: it has not, or there is a stream.
+  // Closes if the lease expired by `now`. Returns false if it has not, or if a stream is attached.
   bool CloseIfExpired(absl::Time now, const absl::Status& reason);
-  // Ends the stream that is attached and the one that waits for it.
+  // Ends the attached stream and the waiting one.
   void EndAll(const absl::Status& reason);
 
   bool attached() const;
   bool closed() const;
   absl::Duration lease_duration() const;
-  // When the lease runs out; InfiniteFuture while a stream is attached, and without a lease.
+  // When the lease expires. InfiniteFuture while a stream is attached, and without a lease.
   absl::Time expire_time() const;
 
  private:
-  // A stream that waits for the one attached to end.
+  // A stream that waits for the attached one to detach.
   struct Successor {
     AttachOptions options;
     EndStream end_stream;
@@ -87,7 +87,7 @@ class StreamSlot {
   mutable absl::Mutex mutex_;
   bool attached_ ABSL_GUARDED_BY(mutex_) = false;
   Quotas::Reservation stream_reservation_
-      ABSL_GUARDED_BY(mutex_);                    // while attached; who takes over has it
+      ABSL_GUARDED_BY(mutex_);                    // while attached; passes to the successor
   EndStream end_stream_ ABSL_GUARDED_BY(mutex_);  // null once called
   std::optional<Successor> successor_ ABSL_GUARDED_BY(mutex_);
   absl::Duration lease_duration_ ABSL_GUARDED_BY(mutex_);

@@ -12,11 +12,10 @@
 
 namespace procgen {
 
-// How many callers may wait for their turn at one pool.
+// Maximum number of callers that wait for a turn at one pool.
 inline constexpr size_t kTurnsWaitingMax = 64;
 
-// Gives turns at a pool: one at a time, in the order in which they were asked for. A turn begins in
-// a callback; nothing here blocks.
+// A first-come-first-served queue of turns at a pool. A turn begins in a callback; nothing blocks.
 // Threads: any method from any thread.
 class TurnQueue {
  public:
@@ -25,12 +24,12 @@ class TurnQueue {
   // `pool_name`: for errors.
   explicit TurnQueue(std::string pool_name) : pool_name_(std::move(pool_name)) {}
 
-  // Calls `begin` with OK when it is the caller's turn (on this thread, or one that ends a turn),
-  // who then must call End once; or with an error, and there is no turn: after Close, its reason;
+  // Calls `begin` with OK when the caller's turn begins, on this thread or on one that ends a turn;
+  // the caller must then call End once. Calls it with an error instead: the reason of Close;
   // RESOURCE_EXHAUSTED kTurnsWaitingMax others wait.
   void Take(Begin begin);
   void End();
-  // Lets no turn begin any more. Returns those that wait, to be called with `reason`.
+  // Rejects new turns. Returns the waiting callbacks, which the caller must call with `reason`.
   std::deque<Begin> Close(const absl::Status& reason);
 
  private:

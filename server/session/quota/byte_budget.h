@@ -6,8 +6,7 @@
 
 namespace procgen {
 
-// Memory that many draw on and that has a limit. What may be needed is reserved before it is used,
-// so that nobody finds it used up later.
+// A limit on memory shared by several users. Memory is reserved before it is used.
 // Threads: any method from any thread; none blocks.
 class ByteBudget {
  public:
@@ -18,8 +17,8 @@ class ByteBudget {
   int64_t bytes_max() const { return bytes_max_; }
   int64_t reserved_bytes() const { return reserved_bytes_; }
 
-  // Replaces a reservation of `from` bytes (0: none) by one of `to`. False, and nothing is changed:
-  // there is no room; to give back always succeeds.
+  // Replaces a reservation of `from` bytes (0: none) by one of `to`. Returns false and changes
+  // nothing if the budget is exceeded. A decrease always succeeds.
   bool Change(int64_t from, int64_t to) {
     int64_t before = reserved_bytes_;
     do {

@@ -10,11 +10,11 @@
 
 namespace procgen {
 
-// What the pools of all owners take of a server together, within its limits.
+// The usage of all pools of a server together, within its limits.
 // Threads: any method from any thread; its lock is taken last, and nothing is called under it.
 class Capacity {
  public:
-  // What one pool takes, given back when this goes. `capacity` must outlive it.
+  // The capacity that one pool uses; released on destruction. `capacity` must outlive it.
   class Reservation {
    public:
     Reservation() = default;
@@ -27,7 +27,7 @@ class Capacity {
     Reservation(Capacity* capacity, int32_t env_count, int64_t observation_bytes)
         : capacity_(capacity), env_count_(env_count), observation_bytes_(observation_bytes) {}
 
-    Capacity* capacity_ = nullptr;  // null: nothing is taken
+    Capacity* capacity_ = nullptr;  // null: an empty reservation
     int32_t env_count_ = 0;
     int64_t observation_bytes_ = 0;
   };
@@ -36,11 +36,11 @@ class Capacity {
   Capacity(const Capacity&) = delete;
   Capacity& operator=(const Capacity&) = delete;
 
-  // Takes room for a pool of `env_count` environments, whose observations have `frame_bytes` bytes.
-  // Errors: INVALID_ARGUMENT no environment; RESOURCE_EXHAUSTED more than one of the limits; the
-  // message names limit and values.
+  // Reserves capacity for a pool of `env_count` environments with observations of `frame_bytes`
+  // bytes. Errors: INVALID_ARGUMENT no environment; RESOURCE_EXHAUSTED a limit is exceeded; the
+  // message contains limit and values.
   absl::StatusOr<Reservation> Reserve(int32_t env_count, int64_t frame_bytes);
-  // For a pool that exists, also beyond limits that have become less since it was made.
+  // As Reserve, for a pool that exists already; also beyond limits that were lowered since.
   Reservation Count(int32_t env_count, int64_t frame_bytes);
 
   int32_t env_count() const;
@@ -55,7 +55,7 @@ class Capacity {
   mutable absl::Mutex mutex_;
   int32_t pool_count_ ABSL_GUARDED_BY(mutex_) = 0;
   int32_t env_count_ ABSL_GUARDED_BY(mutex_) = 0;
-  int64_t observation_bytes_ ABSL_GUARDED_BY(mutex_) = 0;  // of one observation of each
+  int64_t observation_bytes_ ABSL_GUARDED_BY(mutex_) = 0;  // one observation of each environment
 };
 
 }  // namespace procgen

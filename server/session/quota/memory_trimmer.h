@@ -8,16 +8,16 @@
 
 namespace procgen {
 
-// Returns free memory of the heap to the system, in the background.
+// Returns free heap memory to the system, in the background.
 //
-// glibc keeps what is freed, in several arenas. A trim takes the lock of each arena in turn, so it
-// runs after large frees only, and rests where others want its core.
+// glibc keeps freed memory in several arenas. A trim takes the lock of each arena in turn, so it
+// runs only after large frees, and rests on a busy machine.
 // Threads: any method from any thread; none blocks.
 class MemoryTrimmer {
  public:
   MemoryTrimmer();
 
-  // Much was freed, or will be at once: trims within a second, or when it has rested.
+  // Requests a trim after or before a large free. It runs within a second, or after the rest.
   void Request();
 
  private:

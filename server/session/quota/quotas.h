@@ -18,30 +18,30 @@
 
 namespace procgen {
 
-// What one owner has at a time, or asks for.
+// Resources that one owner uses or asks for.
 struct Usage {
   int64_t pool_count = 0;
   int64_t env_count = 0;
   int64_t stream_count = 0;
-  int64_t call_count = 0;    // calls under way, besides streams
+  int64_t call_count = 0;    // calls in progress, besides streams
   int64_t watch_count = 0;   // pools watched
   int64_t buffer_bytes = 0;  // requests, responses and level samplers
 };
 
-// Messages of more bytes count among their owner's buffers: requests until they are answered,
+// Size above which a message counts as its owner's buffer: requests until they are answered,
 // responses of unary calls until they are sent. Smaller ones are bounded by the number of calls. A
-// step of 4,096 environments has some 4 KiB.
+// step of 4,096 environments has about 4 KiB.
 inline constexpr size_t kLargeMessageBytes = 32 << 10;
 
-// Buffers of that many bytes or more are worth a trim of the heap when they are freed.
+// Size from which a freed buffer triggers a trim of the heap.
 inline constexpr int64_t kLargeBufferBytes = 1 << 20;
 
-// Who holds how much of the server. An owner is a name, which whoever knows the caller gives; where
-// nobody is asked who they are, all are the owner "".
+// The usage of each owner. An owner is a name that the transport assigns to a caller. Without
+// authentication all callers are the owner "".
 // Threads: any method from any thread; its lock is taken last, and nothing is called under it.
 class Quotas {
  public:
-  // A part of what an owner holds, given back when this goes. `quotas` must outlive it.
+  // A share of an owner's usage; released on destruction. `quotas` must outlive it.
   class Reservation {
    public:
     Reservation() = default;
@@ -54,23 +54,23 @@ class Quotas {
     Reservation(Quotas* quotas, std::string owner, const Usage& part);
     void Release();
 
-    Quotas* quotas_ = nullptr;  // null: nothing is held
+    Quotas* quotas_ = nullptr;  // null: an empty reservation
     std::string owner_;
     Usage part_;
   };
 
-  // `on_large_free`: called on any thread, when kLargeBufferBytes or more were given back.
+  // `on_large_free`: called on any thread when kLargeBufferBytes or more are released.
   explicit Quotas(const Limits& limits, std::function<void()> on_large_free = nullptr)
       : limits_(limits), on_large_free_(std::move(on_large_free)) {}
   Quotas(const Quotas&) = delete;
   Quotas& operator=(const Quotas&) = delete;
 
-  // Adds `part` to what `owner` holds. Errors: RESOURCE_EXHAUSTED more than one of the owner's
-  // limits; the message names owner, limit and values.
+  // Adds `part` to the usage of `owner`. Errors: RESOURCE_EXHAUSTED an owner limit is exceeded; the
+  // message contains owner, limit and values.
   absl::StatusOr<Reservation> Reserve(absl::string_view owner, const Usage& part);
 
-  // The same value, of `bytes` bytes, which counts among the owner's buffers until its last
-  // reference goes. Errors: as Reserve.
+  // Returns `value`, of `bytes` bytes, which counts as the owner's buffer until its last reference
+  // is dropped. Errors: as Reserve.
   template <typename Value>
   absl::StatusOr<std::shared_ptr<Value>> Hold(absl::string_view owner, int64_t bytes,
                                               std::shared_ptr<Value> value) {
@@ -91,7 +91,7 @@ class Quotas {
   const std::function<void()> on_large_free_;
   absl::Mutex mutex_;
   std::map<std::string, Usage, std::less<>> usage_by_owner_
-      ABSL_GUARDED_BY(mutex_);  // none is empty
+      ABSL_GUARDED_BY(mutex_);  // without empty entries
 };
 
 }  // namespace procgen

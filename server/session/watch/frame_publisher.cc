@@ -30,7 +30,7 @@ std::optional<absl::Cord> FramePublisher::Subscribe(std::shared_ptr<FrameSubscri
   }
   subscribers_.push_back(std::move(subscriber));
   if (busy_) {
-    return absl::Cord();  // it is given what is being drawn
+    return absl::Cord();  // the frame set being drawn follows
   }
   if (latest_.empty() || shown_ != NumbersNow()) {
     at_once_ = true;
@@ -90,8 +90,8 @@ bool FramePublisher::BeginTick(absl::Time now) {
   if (!at_once_ && shown_ == NumbersNow()) {
     return false;
   }
-  // What can be copied comes by itself while the learner goes on; a turn is for the last frame set
-  // before it pauses, and for learners who do not look.
+  // Copies arrive with the learner's requests. A turn is needed for the last frame set before the
+  // learner pauses, and for learners that do not observe.
   const absl::Time from =
       at_once_ ? pool_->next_capture_time() : std::max(pool_->next_capture_time(), rests_until_);
   if (now < from) {
@@ -115,7 +115,7 @@ void FramePublisher::OnTurn(const absl::Status& turn) {
   {
     absl::MutexLock lock(&mutex_);
     waits_for_turn_ = false;
-    // The request before may have shown all that is wanted.
+    // The previous request may have shown all environments.
     captures = captures && !ended_ && !busy_ && (at_once_ || shown_ != NumbersNow());
     if (captures) {
       busy_ = true;
@@ -176,7 +176,7 @@ void FramePublisher::OnCaptured(absl::StatusOr<PoolBackend::Draw> draw, absl::Ti
 
 void FramePublisher::Rest(int64_t sequence_number, const CpuThrottle& throttle) {
   if (pool_->next_sequence_number() - 1 == sequence_number) {
-    return;  // whoever wanted the core, the learner waits
+    return;  // the learner is idle: no need to rest
   }
   absl::MutexLock lock(&mutex_);
   rests_until_ = SteadyNow() + throttle.RestDue();
@@ -210,7 +210,7 @@ void FramePublisher::OnPart(Part part, absl::Span<const uint8_t> observations) {
     }
     seen_[i] = !observations.empty();
     if (seen_[i]) {
-      // Of a stack of frames the last one.
+      // The last frame of a stack.
       const size_t end = (static_cast<size_t>(row) + 1) * row_bytes;
       std::memcpy(copied_[i].data(), observations.data() + end - kAgentViewBytes, kAgentViewBytes);
     }

@@ -9,14 +9,14 @@
 namespace procgen {
 namespace {
 
-// The least that a thread can have of a busy machine.
+// The lowest scheduling priority.
 constexpr int kNicenessMax = 19;
 
 }  // namespace
 
 FramePublishers::FramePublishers()
     : timer_(SteadyNow, [this](absl::Time now) { return OnTimer(now); }) {
-  // On Linux that is said of a thread. Where it is refused, pictures cost the learners more.
+  // On Linux this applies to the thread. If it is refused, drawing costs the learners more.
   drawing_.Run("", [] { setpriority(PRIO_PROCESS, 0, kNicenessMax); });
 }
 
@@ -35,7 +35,7 @@ absl::Status FramePublishers::Subscribe(const std::shared_ptr<PoolSession>& pool
       publisher = std::make_shared<FramePublisher>(pool, spec, encode, &drawing_);
       absl::Status status = pool->AddObserver(publisher);
       if (status.ok() && !(frame_set = publisher->Subscribe(subscriber)).has_value()) {
-        status = pool->AddObserver(publisher);  // tells why it has ended meanwhile
+        status = pool->AddObserver(publisher);  // returns why the pool cannot be watched
       }
       if (!status.ok()) {
         publishers_.erase(key);

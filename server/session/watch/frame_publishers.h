@@ -17,9 +17,8 @@
 
 namespace procgen {
 
-// What is watched of all pools of a server: those who ask for the same share a publisher. One
-// thread says when the next frame sets are due, and one draws them, with what the rest of the
-// machine leaves.
+// The frame publishers of all pools of a server. Identical subscriptions share one. One thread
+// schedules frame sets, and one low-priority thread draws them.
 // Threads: any method from any thread.
 // Lock order: mutex_ before that of a FramePublisher, and before that of a pool's observers.
 class FramePublishers {
@@ -28,13 +27,13 @@ class FramePublishers {
   FramePublishers(const FramePublishers&) = delete;
   FramePublishers& operator=(const FramePublishers&) = delete;
 
-  // Begins to show `subscriber` the pool, until Unsubscribe, which must be called also if it is
-  // told that the watching ends. Errors: why that pool is not watched any more.
+  // Shows the pool to `subscriber` until Unsubscribe, which must be called even after
+  // FrameSubscriber::End. Errors: why the pool cannot be watched.
   absl::Status Subscribe(const std::shared_ptr<PoolSession>& pool, const WatchSpec& spec,
                          const FrameSetEncoder& encode,
                          const std::shared_ptr<FrameSubscriber>& subscriber)
       ABSL_LOCKS_EXCLUDED(mutex_);
-  // A frame set may still be on its way to it.
+  // Ends a subscription. A frame set may still arrive during the call.
   void Unsubscribe(const FrameSubscriber* subscriber) ABSL_LOCKS_EXCLUDED(mutex_);
 
  private:
@@ -47,7 +46,7 @@ class FramePublishers {
   std::map<const FrameSubscriber*, std::shared_ptr<FramePublisher>> publisher_of_
       ABSL_GUARDED_BY(mutex_);
 
-  // Last, so that their threads end before what they use.
+  // Last, so that their threads end before the members that they use.
   BackgroundExecutor drawing_{1};
   DeadlineTimer timer_;
 };

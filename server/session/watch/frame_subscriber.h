@@ -13,12 +13,12 @@
 
 namespace procgen {
 
-// What somebody wants to see of a pool.
+// What a subscriber sees of a pool.
 struct WatchSpec {
-  std::vector<int32_t> environments;  // in the order wanted
-  int32_t size_px = 0;                // kObservationSizePx: what the agent sees
-  absl::Duration interval;            // between two frame sets at least
-  int32_t format = 0;                 // of what Encode makes; means nothing here
+  std::vector<int32_t> environments;  // in the order of the images
+  int32_t size_px = 0;                // kObservationSizePx: the agent's view
+  absl::Duration interval;            // minimum time between two frame sets
+  int32_t format = 0;                 // format of the encoder's output; opaque here
 
   bool operator<(const WatchSpec& other) const {
     return std::tie(environments, size_px, interval, format) <
@@ -26,7 +26,7 @@ struct WatchSpec {
   }
 };
 
-// What a pool showed between two requests.
+// The images of a pool's environments between two requests.
 struct FrameSet {
   std::vector<int32_t> environments;
   std::vector<std::string> images;  // uint8 [size_px, size_px, 3], one for each
@@ -35,19 +35,19 @@ struct FrameSet {
   absl::Time time;
 };
 
-// Makes of a frame set what is sent.
+// Serialises a frame set for sending.
 using FrameSetEncoder = std::function<absl::Cord(FrameSet)>;
 
-// Somebody who watches. Threads: any method from any thread; none may block.
+// A subscriber. Threads: any method from any thread; none may block.
 class FrameSubscriber {
  public:
   virtual ~FrameSubscriber() = default;
 
-  // Whether it could send another frame set now.
+  // Whether it can send another frame set now.
   virtual bool IsReady() = 0;
-  // An encoded frame set. If the one before has not been sent, this takes its place.
+  // Receives an encoded frame set. It replaces the previous one if that has not been sent.
   virtual void Take(const absl::Cord& frame_set) = 0;
-  // There is nothing to watch any more.
+  // The subscription has ended; no more frame sets follow.
   virtual void End(const absl::Status& reason) = 0;
 };
 

@@ -346,7 +346,7 @@ TEST_F(FleetTest, NodesAreShownATokenInTls) {
   EXPECT_THAT(client->CreatePool(SmallSpec()),
               StatusIs(absl::StatusCode::kPermissionDenied,
                        testing::AllOf(testing::HasSubstr("node a at 127.0.0.1:"),
-                                      testing::HasSubstr("does not let the fleet server in"),
+                                      testing::HasSubstr("rejects the fleet server"),
                                       testing::HasSubstr("--fleet_token"))));
   certificates.Replace("token", "the-token-of-the-fleet\n");
   ExpectSameTrace(Script(40), [](int) {});
@@ -422,7 +422,7 @@ TEST_F(FleetTest, NodesThatSpeakTlsAreNotSpokenToInPlainText) {
   StartFleet();
   EXPECT_THAT(Connect(*server_)->CreatePool(SmallSpec()),
               StatusIs(absl::StatusCode::kDeadlineExceeded,
-                       testing::HasSubstr("spoken to in plain text, without --fleet_ca")));
+                       testing::HasSubstr("over plain text without --fleet_ca")));
 }
 
 }  // namespace

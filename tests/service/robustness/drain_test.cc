@@ -21,9 +21,9 @@ TEST_F(DrainTest, NothingBeginsAndStreamsEndWhileItDrains) {
   server_->BeginDrain();
   EXPECT_THAT(CallRaw(channel_, "/grpc.health.v1.Health/Check", {""}).responses,
               testing::ElementsAre("\x08\x02"));  // NOT_SERVING
-  EXPECT_THAT(
-      client_->CreatePool(MazeSpec(1)),
-      StatusIs(absl::StatusCode::kUnavailable, "the server drains and will stop; go on elsewhere"));
+  EXPECT_THAT(client_->CreatePool(MazeSpec(1)),
+              StatusIs(absl::StatusCode::kUnavailable,
+                       "the server is draining and will stop; use another server"));
   EXPECT_THAT(client_->Attach(name), StatusIs(absl::StatusCode::kUnavailable, HasSubstr("drains")));
   EXPECT_THAT(CallStatus(stream.get(), StepRequest({4})),
               StatusIs(absl::StatusCode::kUnavailable, HasSubstr("drains")));

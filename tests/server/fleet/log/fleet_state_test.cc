@@ -98,8 +98,8 @@ TEST(FleetStateTest, OneProcessAtATimeHasTheFolder) {
   const TemporaryFolder folder;
   const auto state = FleetState::Open(folder.path());
   ASSERT_THAT(state, IsOk());
-  EXPECT_THAT(FleetState::Open(folder.path()),
-              StatusIs(absl::StatusCode::kFailedPrecondition, HasSubstr("another process has")));
+  EXPECT_THAT(FleetState::Open(folder.path()), StatusIs(absl::StatusCode::kFailedPrecondition,
+                                                        HasSubstr("used by another process")));
 }
 
 TEST(FleetStateTest, AFileIsNoFolder) {

@@ -138,9 +138,9 @@ TEST(FleetNodesTest, NodesThatAnswerWronglyAreExcludedTwiceAsLongEachTime) {
   options.clock = [&now] { return now; };
   FleetNodes nodes(options);
   for (const int seconds : {1, 2, 4, 8, 16, 32, 64, 128, 256, 300, 300}) {
-    EXPECT_THAT(
-        nodes.Distrust("a", absl::DataLossError("batch.rewards is empty")),
-        StatusIs(absl::StatusCode::kUnavailable, "node a answers wrongly: batch.rewards is empty"));
+    EXPECT_THAT(nodes.Distrust("a", absl::DataLossError("batch.rewards is empty")),
+                StatusIs(absl::StatusCode::kUnavailable,
+                         "node a sent an invalid answer: batch.rewards is empty"));
     now += absl::Seconds(seconds) - absl::Nanoseconds(1);
     EXPECT_THAT(nodes.Reserve(4, "a"), StatusIs(absl::StatusCode::kUnavailable, testing::_));
     now += absl::Nanoseconds(1);
