@@ -1,13 +1,13 @@
 #!/usr/bin/env python3
-"""Tells how the Python client's rate stands to what C++ gets, in one run.
+"""Compares the Python client's rate with that of C++, in one run.
 
 Usage: python_benchmark.py SERVER WORKER [--games GAME...] [--environments N] [--rounds N]
                            [--summary]
 
 SERVER and WORKER are the programs procgen-server and procgen-benchmark-worker of one build
-(preset release). Of each game contestants take turns of 50 ms each, so that all are from the same
-minutes, and of each the best turn counts, for what else runs on a machine makes a turn slower,
-never faster. README.md beside this file says what is compared.
+(preset release). For each game the contestants alternate in turns of 50 ms, so that all are
+measured in the same minutes. The best turn of each counts, because other load makes a turn slower,
+never faster. README.md in this folder describes the contestants.
 """
 
 from __future__ import annotations
@@ -30,10 +30,10 @@ _AIM = 0.8
 _WARM_UP_STEPS = 50
 _TURN_SECONDS = 0.05
 
-Turn = Callable[[], float]  # Steps for a while; gives what a step took, in seconds.
-Costs = dict[str, float]  # Of a step in seconds, by contestant.
+Turn = Callable[[], float]  # Steps for one turn; returns seconds per step.
+Costs = dict[str, float]  # Seconds per step, by contestant.
 
-# Yardsticks, and who competes with each.
+# Reference of each contestant.
 _IN_PROCESS, _CPP_TCP = "C++, in process", "C++, TCP"
 _COMPETITORS = {
     "C++, shared memory": _IN_PROCESS,
@@ -47,14 +47,14 @@ _COMPETITORS = {
 
 
 class Case(NamedTuple):
-    """What is played."""
+    """The game and the size of the pool."""
 
     game: str
     env_count: int
 
 
 class Ratios(NamedTuple):
-    """A competitor's rates divided by its yardstick's, over the games."""
+    """A contestant's rates divided by its reference's, over the games."""
 
     mean: float  # Geometric.
     least: tuple[float, str]
@@ -62,7 +62,7 @@ class Ratios(NamedTuple):
 
     @classmethod
     def of(cls, competitor: str, costs: dict[str, Costs]) -> Ratios:
-        """Takes what a step costs each contestant, by game."""
+        """Computes them from the costs of each contestant, by game."""
         yardstick = _COMPETITORS[competitor]
         ratios = {game: by[yardstick] / by[competitor] for game, by in costs.items()}
         mean = math.exp(sum(map(math.log, ratios.values())) / len(ratios))
@@ -71,7 +71,7 @@ class Ratios(NamedTuple):
 
 
 def measure(step: Callable[[], object]) -> float:
-    """Steps for a turn and gives what a step took on average, in seconds."""
+    """Steps for one turn; returns the mean seconds per step."""
     begin = time.perf_counter()
     count = 0
     while True:
@@ -86,18 +86,18 @@ class Actions:
     """Random actions, drawn in advance."""
 
     def __init__(self, env_count: int) -> None:
-        """Draws a hundred batches, which are used in turn."""
+        """Draws a hundred batches, which are used cyclically."""
         self._batches = list(np.random.default_rng(0).integers(0, 15, (100, env_count)))
         self._used = 0
 
     def next(self) -> np.ndarray:
-        """Gives the next batch: int [env_count]."""
+        """Returns the next batch: int [env_count]."""
         self._used += 1
         return self._batches[self._used % len(self._batches)]
 
 
 def pool_ahead(stack: ExitStack, client: Client, case: Case, transport: str) -> Turn:
-    """A pool with two requests in flight, as the contract has by default."""
+    """A pool with two requests in flight, the default of the protocol."""
     pool = made_pool(stack, client, case, transport)
     actions = Actions(case.env_count)
     warm_up(pool, actions)
@@ -116,7 +116,7 @@ def pool_ahead(stack: ExitStack, client: Client, case: Case, transport: str) -> 
 
 
 def pool_waiting(stack: ExitStack, client: Client, case: Case, transport: str) -> Turn:
-    """A pool whose learner waits for each answer."""
+    """A pool whose learner waits for each response."""
     pool = made_pool(stack, client, case, transport)
     actions = Actions(case.env_count)
     warm_up(pool, actions)
@@ -124,7 +124,7 @@ def pool_waiting(stack: ExitStack, client: Client, case: Case, transport: str) -
 
 
 def vector_env(stack: ExitStack, client: Client, case: Case, transport: str) -> Turn:
-    """The same with Gymnasium's interface."""
+    """The same through Gymnasium's vector interface."""
     env = ProcgenVectorEnv(
         case.game,
         case.env_count,
@@ -141,20 +141,20 @@ def vector_env(stack: ExitStack, client: Client, case: Case, transport: str) -> 
 
 
 def made_pool(stack: ExitStack, client: Client, case: Case, transport: str) -> Pool:
-    """Makes a pool, which ends with the stack."""
+    """Creates a pool, which `stack` closes."""
     return stack.enter_context(
         client.create_pool(case.game, case.env_count, **_OPTIONS, transport=transport)
     )
 
 
 def warm_up(pool: Pool, actions: Actions) -> None:
-    """Brings the environments from their common start to a typical mixture of states."""
+    """Steps until the environments are in a typical mixture of states."""
     for _ in range(_WARM_UP_STEPS):
         pool.step(actions.next())
 
 
 def worker(stack: ExitStack, program: str, case: Case, *how: str) -> Turn:
-    """A learner in C++: of a pool in its own process, unless `how` has a server's address."""
+    """A C++ learner; its pool is in its own process unless `how` has a server's address."""
     process = stack.enter_context(
         subprocess.Popen(
             [program, case.game, str(case.env_count), *how],
@@ -164,7 +164,7 @@ def worker(stack: ExitStack, program: str, case: Case, *how: str) -> Turn:
             bufsize=1,
         )
     )
-    # Its input ends before it is waited for.
+    # Closes its input before waiting for it.
     assert process.stdin is not None
     assert process.stdout is not None
     reader, writer = process.stdout, process.stdin
@@ -179,7 +179,7 @@ def worker(stack: ExitStack, program: str, case: Case, *how: str) -> Turn:
 
 
 def all_turns(stack: ExitStack, program: str, client: Client, case: Case) -> dict[str, Turn]:
-    """Gives who competes, each with a pool of its own."""
+    """Returns the contestants, each with its own pool."""
     turns = {
         _IN_PROCESS: worker(stack, program, case),
         "C++, shared memory": worker(stack, program, case, client.address, "shared_memory"),
@@ -193,7 +193,7 @@ def all_turns(stack: ExitStack, program: str, client: Client, case: Case) -> dic
 
 
 def compete(turns: dict[str, Turn], rounds: int) -> Costs:
-    """Lets all take their turns and gives the best of each, in seconds a step."""
+    """Runs the rounds; returns the best turn of each contestant, in seconds per step."""
     best = dict.fromkeys(turns, float("inf"))
     for _ in range(rounds):
         for name, turn in turns.items():
@@ -202,9 +202,9 @@ def compete(turns: dict[str, Turn], rounds: int) -> Costs:
 
 
 def print_games(costs: dict[str, Costs], env_count: int) -> None:
-    """Prints in Markdown what a step costs each in each game."""
+    """Prints a Markdown table of microseconds per step, by game and contestant."""
     names = [_IN_PROCESS, _CPP_TCP, *_COMPETITORS]
-    print(f"| us a step of {env_count} environments | {' | '.join(names)} |")
+    print(f"| us per step of {env_count} environments | {' | '.join(names)} |")
     print("| --- " * (len(names) + 1) + "|")
     for game, by in costs.items():
         print(f"| {game} | {' | '.join(f'{1e6 * by[name]:.0f}' for name in names)} |")
@@ -212,29 +212,33 @@ def print_games(costs: dict[str, Costs], env_count: int) -> None:
 
 
 def print_summary(costs: dict[str, Costs], env_count: int) -> None:
-    """Prints rows in Markdown, as they stand in the root's README.md."""
-    print("| what | aim | measured |")
+    """Prints the Markdown table of ratios; README.md in this folder contains some rows."""
+    print("| measurement | target | result |")
     print("| --- | --- | --- |")
     for competitor, yardstick in _COMPETITORS.items():
         ratios = Ratios.of(competitor, costs)
-        of = "the pool in process" if yardstick == _IN_PROCESS else "the C++ client's"
+        of = "pool in process" if yardstick == _IN_PROCESS else "C++ client"
         aim = f"{_AIM:.2f}" if "Python" in competitor or "Vector" in competitor else ""
         print(
-            f"| {competitor}, {env_count} environments: rate, of {of} | {aim} | {ratios.mean:.2f} "
+            f"| {competitor}, {env_count} environments: rate / {of} | {aim} | {ratios.mean:.2f} "
             f"({ratios.least[1]} {ratios.least[0]:.2f}, {ratios.most[1]} {ratios.most[0]:.2f}) |"
         )
 
 
 def main() -> None:
-    """Reads the arguments, lets the contestants compete and prints the tables."""
+    """Runs the benchmark and prints the tables."""
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
-    parser.add_argument("server", help="the program procgen-server")
-    parser.add_argument("worker", help="the program procgen-benchmark-worker")
-    parser.add_argument("--games", nargs="+", metavar="GAME", help="default: all")
-    parser.add_argument("--environments", type=int, default=64, help="default: %(default)s")
-    # In its first turns the pool in process still prepares the pictures of its levels.
-    parser.add_argument("--rounds", type=int, default=9, help="default: %(default)s")
-    parser.add_argument("--summary", action="store_true", help="no table of the games")
+    parser.add_argument("server", help="path of procgen-server")
+    parser.add_argument("worker", help="path of procgen-benchmark-worker")
+    parser.add_argument("--games", nargs="+", metavar="GAME",
+                        help="games to measure; default: all")
+    parser.add_argument("--environments", type=int, default=64,
+                        help="environments per pool; default: %(default)s")
+    # In its first turns the pool in process still decodes the images of its levels.
+    parser.add_argument("--rounds", type=int, default=9,
+                        help="turns of each contestant; default: %(default)s")
+    parser.add_argument("--summary", action="store_true",
+                        help="print only the ratios, not the table of games")
     arguments = parser.parse_args()
     count = arguments.environments
     costs: dict[str, Costs] = {}
