@@ -44,7 +44,7 @@ using testing::HasSubstr;
 
 class ClockTest : public ServiceTest {};
 
-TEST_F(ClockTest, ReconnectingEndsInTimeWhenTheClockIsSetBack) {
+TEST_F(ClockTest, ReconnectTimesOutDespiteAClockChange) {
   procgen_client::StreamOptions options;
   options.reconnect_timeout = absl::Milliseconds(500);
   const std::string pool = CreatePool(MazeSpec(1));

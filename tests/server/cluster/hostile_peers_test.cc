@@ -90,7 +90,7 @@ std::vector<NodeStatus> StatusesThatMakeNoSense() {
   return statuses;
 }
 
-TEST(HostilePeersTest, SamplesThatMakeNoSenseAreNoNodes) {
+TEST(HostilePeersTest, InvalidSamplesAreDropped) {
   const auto cluster = Join("a");
   const auto forger = Participant::Create(Options("forger"), {});
   ASSERT_THAT(forger.status(), IsOk());
@@ -108,7 +108,7 @@ TEST(HostilePeersTest, SamplesThatMakeNoSenseAreNoNodes) {
   EXPECT_EQ(cluster->Nodes().back().steps_per_second, 0);
 }
 
-TEST(HostilePeersTest, ThousandsOfForgedNodesAreBoundedAndGoWithTheForger) {
+TEST(HostilePeersTest, ForgedNodesAreBoundedAndLeaveWithTheForger) {
   const auto a = Join("a");
   const auto b = Join("b");
   ASSERT_TRUE(ClusterWatch(a.get()).Await([&] { return a->Nodes().size() == 2; }));
@@ -131,7 +131,7 @@ TEST(HostilePeersTest, ThousandsOfForgedNodesAreBoundedAndGoWithTheForger) {
   EXPECT_THAT(IdsOf(*a), testing::ElementsAre("a", "b"));
 }
 
-TEST(HostilePeersTest, ANodeOfTheSameIdDoesNotReplaceWhatThisOneSaysOfItself) {
+TEST(HostilePeersTest, DuplicateNodeIdDoesNotReplaceTheLocalNode) {
   const auto cluster = Join("a");
   const auto forger = Participant::Create(Options("forger"), {});
   ASSERT_THAT(forger.status(), IsOk());
@@ -199,7 +199,7 @@ std::string Mutated(std::string packet, std::minstd_rand* random) {
   return packet;
 }
 
-TEST(HostilePeersTest, PacketsThatAreGarbageLeaveTheClusterAsItIs) {
+TEST(HostilePeersTest, InvalidPacketsDoNotChangeTheCluster) {
   constexpr int kParticipantOfTheSocket = 25;
   const ClusterOptions options = Options("a");
   const int first_port = 7400 + 250 * options.domain_id + 10;

@@ -5,14 +5,14 @@
 namespace procgen {
 namespace {
 
-TEST(ObservationCodingTest, RawIsSentAsItIsDrawn) {
+TEST(ObservationCodingTest, RawObservationsAreSentUnchanged) {
   const ObservationCoding coding{ObservationFormat()};
   EXPECT_EQ(coding.drawn_bytes(), kObservationBytes);
   EXPECT_EQ(coding.sent_bytes_max(), kObservationBytes);
   EXPECT_EQ(coding.MakeEncoder(4), nullptr);
 }
 
-TEST(ObservationCodingTest, WhatIsEncodedMayTakeHalfAsMuchAgainAtMost) {
+TEST(ObservationCodingTest, EncodedSizeBoundIsOneAndAHalfTimesRaw) {
   for (const Layout layout : {Layout::kHwc, Layout::kChw}) {
     for (const Color color : {Color::kRgb, Color::kGrayscale}) {
       for (int32_t size_px = 16; size_px <= 512; ++size_px) {
