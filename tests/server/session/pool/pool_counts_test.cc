@@ -48,7 +48,7 @@ TEST(PoolCountsTest, StepsAreCountedByRoundRobinGame) {
   EXPECT_THAT(metrics.Text(), HasSubstr(Steps("ninja", 1)));
 }
 
-TEST(PoolCountsTest, ResetEnvironmentCountsNoStep) {
+TEST(PoolCountsTest, ResetIsNotCountedAsAStep) {
   Metrics metrics("test");
   BatchNumbers memory;
   PoolCounts counts(OptionsOf({"maze", "heist"}, 0), &metrics);
