@@ -79,7 +79,7 @@ def test_a_node_is_added(testbed: Testbed, script: Script, expected: Trace) -> N
     assert_same(expected, trace, testbed.fleet)
 
 
-def test_all_nodes_are_killed_and_one_comes(
+def test_all_nodes_are_killed_and_one_joins(
     testbed: Testbed, script: Script, expected: Trace
 ) -> None:
     def kill_all() -> None:
