@@ -23,7 +23,7 @@ async function makeCertificate(folder) {
   return [certificate, key];
 }
 
-test("over https the token is asked for, pools are watched, and levels played, by wss alone", async () => {
+test("over https the page asks for the token, watches pools and plays levels, by wss only", async () => {
   const folder = await mkdtemp(join(tmpdir(), "procgen-web-"));
   const [certificate, key] = await makeCertificate(folder);
   await writeFile(join(folder, "tokens"), `alice ${TOKEN}\n`, { mode: 0o600 });

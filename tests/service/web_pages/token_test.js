@@ -11,7 +11,7 @@ import { Learner, Server } from "./server.js";
 const TOKEN = "alices-token-0123456789";
 const it = withBrowser();
 
-test("the page asks for the token until it is right, keeps it for the tab, and never shows it in an address", async () => {
+test("the page asks for a valid token, keeps it for the tab, and never puts it into a URL", async () => {
   const folder = await mkdtemp(join(tmpdir(), "procgen-web-"));
   await writeFile(join(folder, "tokens"), `alice ${TOKEN}\nbob bobs-token-0123456789\n`, { mode: 0o600 });
   const server = await Server.start(`--tokens=${join(folder, "tokens")}`);
