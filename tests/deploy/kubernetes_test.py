@@ -155,7 +155,7 @@ def test_pods_of_the_cluster_have_names_that_flags_and_services_agree_on(overlay
         flags = server_flags.values(overlay.flags(server))
         name = headless["metadata"]["name"]
         assert flags["cluster_peers"] == name
-        # Certificates have no wildcard for a name of two parts, so it is told in full.
+        # Certificates have no wildcard for two labels, so the name is given in full.
         host = f"pod_name.{name}.pod_namespace.svc"
         assert flags["advertised_address"] == f"{host}:{port_of(flags['address'])}"
         assert flags["node_id"] == "pod_name"

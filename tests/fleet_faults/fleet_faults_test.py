@@ -1,4 +1,4 @@
-"""A fleet on hosts of its own: whatever happens to them, the learner sees what one server shows."""
+"""A fleet on separate hosts: under every fault the learner's trace equals that of one server."""
 
 from __future__ import annotations
 

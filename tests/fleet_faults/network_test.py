@@ -156,5 +156,5 @@ def _has_ended(process_id: int) -> bool:
         os.kill(process_id, 0)
     except ProcessLookupError:
         return True
-    # Whoever has to take note of its end may not have done so yet.
+    # The parent may not have reaped it yet.
     return Path(f"/proc/{process_id}/stat").read_text().rpartition(")")[2].split()[0] == "Z"

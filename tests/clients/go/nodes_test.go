@@ -1,6 +1,6 @@
 package procgenclient
 
-// Which servers there are: a server without a cluster tells of itself.
+// Nodes of a cluster: a server without a cluster lists itself.
 
 import (
 	"context"

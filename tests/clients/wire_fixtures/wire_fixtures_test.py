@@ -1,4 +1,4 @@
-"""The wire fixtures are what a server says today; their check finds who asks otherwise."""
+"""The wire fixtures equal a current server's messages; their check detects other requests."""
 
 from __future__ import annotations
 

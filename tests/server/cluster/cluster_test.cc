@@ -90,7 +90,7 @@ TEST(ClusterTest, NodesReceiveEachOthersStatus) {
   b->Publish(SomeStatus("127.0.0.1:2"));
   EXPECT_TRUE(AwaitIds(a.get(), {"a", "b"}));
   EXPECT_TRUE(AwaitIds(b.get(), {"a", "b"}));
-  b->Publish(SomeStatus("127.0.0.1:2"));  // rates reach those alone who are there
+  b->Publish(SomeStatus("127.0.0.1:2"));  // rates are sent only to current nodes
   NodeStatus expected = SomeStatus("127.0.0.1:2");
   expected.node_id = "b";
   EXPECT_TRUE(ClusterWatch(a.get()).Await([&] { return a->Nodes().back() == expected; }));

@@ -1,5 +1,5 @@
-// Peers that lie: well-formed samples of a participant that forges nodes, and packets that are
-// garbage. There is no DDS Security here: whoever reaches the ports of a domain can write to it.
+// Hostile peers: a participant that forges nodes with well-formed samples, and invalid packets.
+// Without DDS Security, every process that reaches the ports of a domain can write to it.
 
 #include <arpa/inet.h>
 #include <netinet/in.h>
@@ -205,7 +205,7 @@ TEST(HostilePeersTest, InvalidPacketsDoNotChangeTheCluster) {
   const int first_port = 7400 + 250 * options.domain_id + 10;
   const auto a = Join("a");
   const Socket socket(static_cast<uint16_t>(first_port + 2 * kParticipantOfTheSocket));
-  const std::string packet = socket.Receive();  // a node asks who is there
+  const std::string packet = socket.Receive();  // a discovery packet of a node
   ASSERT_GT(packet.size(), 100U);
   ASSERT_EQ(packet.substr(0, 4), "RTPS");
   std::minstd_rand random(7);  // NOLINT(cert-msc*): the same each time

@@ -173,7 +173,7 @@ TEST_F(DmEnvRpcSessionTest, ResetWaitsUntilTheOtherAgentIsNotified) {
   (*reset.request.mutable_reset_world()->mutable_settings())["level_seed"] = IntegerTensor(123);
   other->Send(&reset);
   EXPECT_FALSE(reset.answered.HasBeenNotified());
-  // What is wrong tells nobody.
+  // An invalid step notifies nobody.
   EXPECT_THAT(player->Step(99), IsError(absl::StatusCode::kInvalidArgument, HasSubstr("99")));
   EXPECT_FALSE(reset.answered.HasBeenNotified());
   EXPECT_EQ(player->Step(4).step().state(), dm::INTERRUPTED);

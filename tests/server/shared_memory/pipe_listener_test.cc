@@ -58,7 +58,7 @@ class Visitor {
   bool connected() const { return connected_; }
   // Shows a key; whether it is let in.
   bool Enter(const std::string& key) {
-    // Who is sent away at once may not even get so far.
+    // A rejected connection may already be closed here.
     if (send(socket_.number(), key.data(), key.size(), MSG_NOSIGNAL) == ssize_t(key.size())) {
       ends_ = LearnersEnds::Receive(socket_.number());
     }

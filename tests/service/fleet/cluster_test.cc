@@ -56,7 +56,7 @@ class Node {
     return nodes.ok() ? IdsOf(*nodes) : std::vector<std::string>();
   }
 
-  // Whether it tells within `timeout` what `is_so` holds of.
+  // Waits for a response for which `is_so` holds; returns false after `timeout`.
   bool Tells(const std::function<bool(const v1::WatchNodesResponse&)>& is_so,
              absl::Duration timeout = kSeenWithin) {
     const auto watch = client_->WatchNodes();

@@ -128,7 +128,7 @@ TEST_P(WrongAnswerTest, ReachesNoLearner) {
       hostile->Attack(true);
     }
     if (index == 140) {
-      nodes_.erase("b");  // what it had goes on elsewhere, from what it has saved
+      nodes_.erase("b");  // its shards continue on other nodes, from their checkpoints
     }
   });
   EXPECT_GE(hostile->damage_count(), 1);

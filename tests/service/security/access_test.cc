@@ -1,4 +1,4 @@
-// Who may call, and what they see: tokens, owners and quotas.
+// Authentication and authorization: tokens, owners and quotas.
 
 #include <functional>
 #include <string>

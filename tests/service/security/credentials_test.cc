@@ -42,7 +42,7 @@ class CredentialsTest : public AccessTest {
     return server.rest();
   }
 
-  // By a connection of its own, and without a second attempt: who is refused finds out at once.
+  // Uses its own connection without retries, so a rejection is immediate.
   bool Serves(const Credentials& credentials) const {
     grpc::ChannelArguments arguments;
     arguments.SetInt(GRPC_ARG_USE_LOCAL_SUBCHANNEL_POOL, 1);

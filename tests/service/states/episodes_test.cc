@@ -247,7 +247,7 @@ TEST_F(EpisodesTest, ResetEndsAnEpisodeThatWasStepped) {
   EXPECT_EQ(Last(pool).actions(), std::string("\x07"));
   ExpectPlaysTheSame(Last(pool));
   EXPECT_THAT(Current(pool).actions(), IsEmpty());
-  // In place of a step, another one goes on.
+  // A reset in place of a step; the other environment continues.
   v1::StepPoolRequest step = StepRequest({3, 5});
   *step.mutable_step()->add_resets() = reset.reset().resets(0);
   ASSERT_THAT(stream->Step({2, 4}, &batch), IsOk());

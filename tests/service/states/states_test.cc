@@ -1,4 +1,4 @@
-// Saving and restoring over the wire: what goes on from a snapshot equals what goes on without one.
+// Saving and restoring over gRPC: an environment continues from a snapshot as without one.
 
 #include <string>
 #include <vector>

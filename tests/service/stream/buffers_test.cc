@@ -157,7 +157,7 @@ class NonReadingConnection {
 TEST_F(BuffersTest, UnreadResponsesPerOwnerAreBounded) {
   const std::string pool = CreatePool(MazeSpec(1));
   auto unread = std::make_unique<NonReadingConnection>(small_->address());
-  // Two of them fit; a third one is refused, whoever asks for it.
+  // Two of them fit; a third one is rejected, from any caller.
   const auto render = [&] {
     // A connection of its own: those that last keep buffers of several MiB for what they receive.
     const auto reader = v1::RenderService::NewStub(LargeChannel(small_->address()));

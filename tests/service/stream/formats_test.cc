@@ -1,5 +1,5 @@
-// Other observation formats over the wire. That their pixels are right is shown at the engine; here
-// they must arrive whole, as the pool tells them.
+// Other observation formats over gRPC. The engine's tests check the pixels; these check that they
+// arrive complete, in the pool's format.
 
 #include <memory>
 #include <string>

@@ -311,7 +311,7 @@ TEST_F(SharedMemoryTest, RemoteLearnersAreRejected) {
 TEST_F(SharedMemoryTest, UnmappableFilesAreNamed) {
   const std::string pool = CreatePool(SharedSpec(MazeSpec(1)));
   ASSERT_NE(Attach(pool), nullptr);
-  // As it is for who sees another folder by that path.
+  // As if the client saw another folder at that path.
   const std::filesystem::directory_entry file =
       *std::filesystem::directory_iterator(folder_.path());
   const std::string name = file.path().filename();

@@ -71,7 +71,7 @@ def test_invalid_tokens_are_rejected(tokens: Path, tmp_path: Path) -> None:
                 assert "stranger" not in refused.value.message
                 with pytest.raises(PageError, match="hello must come first"):
                     await page.call("pools.follow")
-            # The fourth is right, and tells that one was needed.
+            # The fourth token is valid; the response says that one was required.
             assert (await page.call("hello", token=_ALICE)).result["requires_token"] is True
             await page.call("pools.unfollow")
         async with open_page(url, says_hello=False) as page:

@@ -70,7 +70,7 @@ const NAMED = [
   "button", "link", "checkbox", "radio", "combobox", "spinbutton", "slider", "textbox", "image", "dialog", "navigation",
 ];
 
-// What assistive technology is told: [role, name] of all that it can use.
+// The accessibility tree: [role, name] of all usable elements.
 async function accessibleNodes(page) {
   const session = await page.context().newCDPSession(page);
   const { nodes } = await session.send("Accessibility.getFullAXTree");

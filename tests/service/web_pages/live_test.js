@@ -35,7 +35,7 @@ test("frames change while the learner steps, and stop while paused", async () =>
   }
   await page.click("#hold");
   assert.equal(await page.getAttribute("#hold", "aria-pressed"), "true");
-  // Frames that were on their way arrive before what the server tells next.
+  // Frames in transit arrive before the server's next message.
   const steps = figure(page, "#pool-figures", "Steps so far");
   const told = await steps.textContent();
   await page.waitForFunction((old) => document.querySelector("#pool-figures div:last-child dd").textContent !== old, told);

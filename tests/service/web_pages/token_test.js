@@ -1,4 +1,4 @@
-// A server that asks who one is.
+// A server with authentication.
 
 import assert from "node:assert/strict";
 import { mkdtemp, rm, writeFile } from "node:fs/promises";
@@ -18,7 +18,7 @@ test("the page asks for a valid token, keeps it for the tab, and never puts it i
   const learner = await Learner.start(server, "hers", ["coinrun"], 4, { credentials: { token: TOKEN } });
   const page = await it.open(server.page());
   const addresses = [];
-  // It stays for who wants it away: without a token there is nothing to see.
+  // The dialog cannot be dismissed: without a token there is nothing to show.
   for (let i = 0; i < 3; i += 1) {
     await page.keyboard.press("Escape");
   }

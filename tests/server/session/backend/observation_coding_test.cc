@@ -21,7 +21,7 @@ TEST(ObservationCodingTest, EncodedSizeBoundIsOneAndAHalfTimesRaw) {
         const ObservationCoding coding(format, Encoding::kDeltaZstd);
         ASSERT_EQ(coding.drawn_bytes(), static_cast<int64_t>(format.bytes()));
         ASSERT_GT(coding.sent_bytes_max(), coding.drawn_bytes()) << size_px;
-        // The contract promises as much to those who reckon with it (Attach.resumable).
+        // The bound that the proto documents (Attach.resumable).
         ASSERT_LE(coding.sent_bytes_max(), coding.drawn_bytes() * 3 / 2 + 128) << size_px;
         ASSERT_EQ(ShapeOf(format).bytes(), format.bytes());
       }

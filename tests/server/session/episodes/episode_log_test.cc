@@ -20,8 +20,7 @@ using testing::SizeIs;
 
 constexpr int64_t kPlenty = int64_t{1} << 30;
 
-// Environments whose steps are made up: each takes action 4 and goes on, unless it is told
-// otherwise.
+// A fake pool: by default each environment takes action 4 and its episode continues.
 class MadeUpPool {
  public:
   MadeUpPool(int32_t env_count, EpisodeLog* log) : env_count_(env_count), log_(log) {}

@@ -1,4 +1,4 @@
-"""Cores, folders and files of the machine, and who holds the metrics page."""
+"""Cores, folders and files of the machine, and incomplete requests to the metrics page."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""No thread can be started: that is an error for whoever asked, never the end of the server."""
+"""No thread can be started: the call fails and the server continues."""
 
 from __future__ import annotations
 
