@@ -7,7 +7,7 @@
 namespace procgen {
 namespace {
 
-// A prime, so that no episode length fits in.
+// A prime, so that no episode length divides it.
 constexpr size_t kRows = 1009;
 
 }  // namespace

@@ -9,8 +9,8 @@
 
 namespace procgen {
 
-// Random actions for many steps of env_count environments, drawn in advance so that drawing them
-// costs nothing, and always the same. Threads: compatible (one thread at a time).
+// A fixed sequence of random actions for env_count environments, drawn in advance so that drawing
+// is not measured. Threads: compatible (one thread at a time).
 class ActionScript {
  public:
   explicit ActionScript(int32_t env_count);

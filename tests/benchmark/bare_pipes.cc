@@ -18,7 +18,7 @@ bool MakePipe(FileDescriptor* read_end, FileDescriptor* write_end) {
   return made;
 }
 
-// Both return whether all of it was written, read.
+// Both return whether the whole span was written or read.
 bool Write(const FileDescriptor& end, absl::Span<const char> message) {
   return write(end.number(), message.data(), message.size()) ==
          static_cast<ssize_t>(message.size());

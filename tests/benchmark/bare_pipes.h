@@ -12,28 +12,27 @@
 
 namespace procgen {
 
-// Two pipes and a thread that does nothing but wait for an answer, for which the kernel wakes it,
-// and send the next request: what a learner that shares memory costs, and its messages, before
-// anybody has looked at them.
+// Two pipes and a learner thread that waits for a response and sends the next request. It is the
+// reference for the message cost of a learner in shared memory: nothing reads the messages.
 // Threads: compatible (one thread at a time).
 class BarePipes {
  public:
-  // Of messages of these sizes, in bytes; one request is sent ahead. Errors: RESOURCE_EXHAUSTED no
-  // file descriptors.
+  // Starts the thread, with messages of these sizes in bytes and one request sent ahead. Errors:
+  // RESOURCE_EXHAUSTED no file descriptors.
   static absl::StatusOr<std::unique_ptr<BarePipes>> Start(size_t request_bytes,
                                                           size_t answer_bytes);
   ~BarePipes();
   BarePipes(const BarePipes&) = delete;
   BarePipes& operator=(const BarePipes&) = delete;
 
-  // Answers a request and receives the next, as a server does between two steps. Errors:
+  // Answers a request and receives the next, as a server does between two steps. Blocks. Errors:
   // UNAVAILABLE.
   absl::Status Exchange();
 
  private:
   BarePipes(size_t request_bytes, size_t answer_bytes);
 
-  // What the thread does.
+  // Body of the learner thread.
   void Ask();
 
   std::vector<char> request_;

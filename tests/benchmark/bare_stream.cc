@@ -18,10 +18,10 @@
 namespace procgen {
 namespace {
 
-// One that is written, one that is on its way and one that was just sent.
+// One being written, one in transit and one just sent.
 constexpr size_t kPlaceCount = 3;
 
-// Messages of so many bytes, and a few that tell what they are; of none: empty ones.
+// Responses with `response_bytes` of observations; empty messages for 0.
 v1::StepPoolRequest RequestOf(size_t bytes) {
   v1::StepPoolRequest request;
   if (bytes > 0) {
@@ -79,7 +79,7 @@ class AnsweringService final : public v1::StepService::CallbackService {
 
   grpc::ServerBidiReactor<v1::StepPoolRequest, v1::StepPoolResponse>* StepPool(
       grpc::CallbackServerContext* /*context*/) override {
-    // gRPC owns it until OnDone.
+    // Owned by gRPC until OnDone.
     return new AnsweringReactor(responses_);
   }
 

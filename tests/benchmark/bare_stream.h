@@ -9,18 +9,17 @@
 
 namespace procgen {
 
-// What a stream sends: requests and responses of these sizes, in bytes, and how many requests may
-// be unanswered.
+// Sizes of requests and responses in bytes, and the maximum number of unanswered requests.
 struct StreamShape {
   size_t request_bytes = 0;
   size_t response_bytes = 0;
   int requests_in_flight = 1;
 };
 
-// A gRPC stream over loopback TCP that does nothing but send the messages of StepPool, as generated
-// code has it on both sides: the server looks at no request and answers with messages that are
-// ready (three in turn, as batches lie that are stepped while others are on their way), the client
-// hands out parsed ones. What gRPC gives to who asks no more of it.
+// A gRPC stream over loopback TCP that carries the messages of StepPool and does nothing else: the
+// reference for the throughput of gRPC. Both sides use generated code. The server reads no request
+// and answers with three prepared messages in turn, because three batches circulate in a pool that
+// is stepped while responses are in transit. The client returns parsed messages.
 // Threads: compatible (one thread at a time).
 class BareStream {
  public:
@@ -28,11 +27,12 @@ class BareStream {
   static absl::StatusOr<std::unique_ptr<BareStream>> Start(const StreamShape& shape);
   virtual ~BareStream() = default;
 
-  // Sends the requests that are sent ahead, all but one of those that may be unanswered.
+  // Sends all but one of the requests that may be unanswered.
   virtual absl::Status SendAhead() = 0;
-  // Sends a request and receives the answer to the oldest. Errors, of all three: UNAVAILABLE.
+  // Sends a request and receives the response to the oldest. All three methods block and return
+  // UNAVAILABLE if the stream breaks.
   virtual absl::Status Exchange() = 0;
-  // Receives the answers to those that were sent ahead.
+  // Receives the responses to the requests of SendAhead.
   virtual absl::Status ReceiveRest() = 0;
 };
 

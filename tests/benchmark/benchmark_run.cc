@@ -9,7 +9,7 @@
 namespace procgen {
 
 int RunBenchmarks(int argc, char** argv, double min_time_seconds, void (*register_all)()) {
-  // Our default first, so that the same flag on the command line wins.
+  // The default comes first, so that a flag on the command line overrides it.
   std::string min_time = absl::StrCat("--benchmark_min_time=", min_time_seconds);
   std::vector<char*> arguments(argv, argv + argc);
   arguments.insert(arguments.begin() + 1, min_time.data());

@@ -3,10 +3,9 @@
 
 namespace procgen {
 
-// What main() of a benchmark program does: reads Google Benchmark's flags, lets `register_all` add
-// the benchmarks and runs those that the flags select, each for `min_time_seconds` of the calling
-// thread's time unless --benchmark_min_time says otherwise. Returns the exit status: 1 for an
-// unknown flag or if nothing was selected.
+// The body of main() of a benchmark program. Parses Google Benchmark's flags, calls `register_all`
+// to add the benchmarks and runs those that the flags select. `min_time_seconds` is the default of
+// --benchmark_min_time. Returns the exit status: 1 for an unknown flag or an empty selection.
 int RunBenchmarks(int argc, char** argv, double min_time_seconds, void (*register_all)());
 
 }  // namespace procgen

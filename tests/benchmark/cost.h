@@ -7,15 +7,14 @@
 
 namespace procgen {
 
-// What one piece of repeated work takes.
+// Cost of one repetition of a workload.
 struct Cost {
-  absl::Duration wall = absl::InfiniteDuration();  // the time that goes by
-  absl::Duration cpu =
-      absl::InfiniteDuration();  // the time that all threads of this process compute
+  absl::Duration wall = absl::InfiniteDuration();  // wall time
+  absl::Duration cpu = absl::InfiniteDuration();   // CPU time of all threads of this process
 
-  // Does `work` over and over, for `round` or a little longer, and keeps the mean of one where it
-  // is less than before, since what else runs on the machine makes a round slower, never faster.
-  // Errors: those of `work`, the first of which ends the round.
+  // Repeats `work` for at least `round` and lowers `wall` and `cpu` to the means of this round if
+  // they are smaller: other load on the machine makes a round slower, never faster. Errors: the
+  // first error of `work`, which ends the round.
   absl::Status MeasureRound(absl::Duration round, absl::FunctionRef<absl::Status()> work);
 };
 

@@ -1,5 +1,5 @@
-// procgen-benchmark-create: the time that it takes to make a large pool, and the memory that its
-// environments take, per game and mode. README.md beside this file says what the figures mean.
+// procgen-benchmark-create: time to create a large pool and memory of its environments, per game
+// and mode. README.md in this folder describes the counters.
 #include <cstddef>
 #include <cstdint>
 #include <memory>
@@ -24,11 +24,11 @@ namespace procgen {
 namespace {
 
 constexpr int32_t kEnvCount = 10000;
-// How many are stepped at a time, so that the memory for what they answer is small.
+// Environments stepped at a time, so that the batch is small.
 constexpr int32_t kSliceCount = 100;
-// Enough that every environment keeps what it keeps from step to step.
+// Enough to allocate all state that an environment keeps between steps.
 constexpr int kPlayedSteps = 20;
-// A round, so that also what takes less is made a few times.
+// One round, so that fast games are created several times.
 constexpr double kMinTimeSeconds = 0.3;
 
 absl::StatusOr<std::unique_ptr<Pool>> MakePool(const std::string& game, DistributionMode mode,
@@ -40,7 +40,7 @@ absl::StatusOr<std::unique_ptr<Pool>> MakePool(const std::string& game, Distribu
   return Pool::Create(options, std::make_shared<WorkerPool>(0));
 }
 
-// Steps all environments of the pool a few times and draws them.
+// Steps and draws all environments kPlayedSteps times.
 absl::Status Play(Pool* pool) {
   ActionScript actions(kSliceCount);
   std::vector<uint8_t> observations(size_t{kSliceCount} * pool->observation_bytes());
@@ -57,7 +57,7 @@ absl::Status Play(Pool* pool) {
 }
 
 void RunCase(const std::string& game, DistributionMode mode, benchmark::State& state) {
-  // Art is shared by all pools of a game: it is there before, and does not count.
+  // Load the art first: all pools of a game share it, so it does not count.
   const auto small_pool = MakePool(game, mode, 1);
   absl::Status status = small_pool.status();
   int64_t bytes = 0;

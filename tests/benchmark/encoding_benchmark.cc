@@ -1,7 +1,7 @@
-// procgen-benchmark-encoding: how small encoded observations are, and what encoding and decoding
-// them costs, per game and mode. README.md beside this file says what the figures mean.
+// procgen-benchmark-encoding: size of encoded observations and cost of encoding and decoding, per
+// game and mode. README.md in this folder describes the counters.
 //
-//   --art_dir DIR    draws with this folder of art in place of the built-in art
+//   --art_dir DIR    folder of art to draw with; default: the built-in art
 
 #include <algorithm>
 #include <cmath>
@@ -35,7 +35,7 @@ namespace procgen {
 namespace {
 
 constexpr double kMinTimeSeconds = 1.5;
-// Bytes are counted over the same steps, however fast the machine is.
+// Bytes are counted over a fixed number of steps, independent of the machine's speed.
 constexpr int kCountedSteps = 200;
 constexpr int32_t kEnvCount = LocalLearner::kEnvCount;
 constexpr PictureShape kShape = {
@@ -45,7 +45,7 @@ enum class Way { kRaw, kZstd };
 
 constexpr std::pair<Way, const char*> kWays[] = {{Way::kRaw, "raw"}, {Way::kZstd, "zstd"}};
 
-// From observations to what is sent, and back. Raw observations are copied, as the others are.
+// Encoder and decoder of one stream. Raw observations are copied once in each direction.
 class Line {
  public:
   virtual ~Line() = default;
@@ -92,7 +92,7 @@ std::unique_ptr<Line> OpenPipes(Way way) {
   return std::make_unique<EncodedLine>();
 }
 
-// What encoding is compared with: each byte less the byte before at its place, compressed.
+// Reference encoder: bytewise difference to the previous batch, compressed with zstd.
 class PlainEncoder {
  public:
   PlainEncoder() : before_(kEnvCount * kShape.bytes()), difference_(before_.size()) {}
@@ -110,28 +110,27 @@ class PlainEncoder {
   std::vector<uint8_t> difference_;
 };
 
-// What one observation takes: the columns of the closing table.
+// Results per observation: the columns of the closing table.
 struct Figures {
   double bytes = 0;
   double encode_us = 0;
   double decode_us = 0;
   double encode_units = 0;
   double decode_units = 0;
-  double bytes_ratio = 1;   // to the plain encoder's; 1 where nothing is encoded
-  double encode_ratio = 1;  // likewise
+  double bytes_ratio = 1;   // relative to PlainEncoder; 1 for raw
+  double encode_ratio = 1;  // same
 };
 
-// By game: Google Benchmark tries each case with few iterations first, and only the last try
-// counts.
+// By game. Google Benchmark first tries each case with few iterations; only the last try counts.
 using FiguresOfGames = std::map<std::string, Figures>;
 
-// By mode and way.
+// By mode and encoding.
 std::map<std::string, FiguresOfGames>& AllFigures() {
   static auto& figures = *new std::map<std::string, FiguresOfGames>;
   return figures;
 }
 
-// A learner's steps, each encoded and decoded.
+// A learner whose observations are encoded and decoded after each step.
 class Trip {
  public:
   Trip(LocalLearner learner, Way way)
@@ -143,7 +142,7 @@ class Trip {
     }
   }
 
-  // Steps and sends once. `round_ends`: whether it completed a round of either clock.
+  // Steps, encodes and decodes once. Sets `round_ends` if a round of either clock is complete.
   absl::Status Step(bool& round_ends) {
     if (absl::Status status = learner_.Step(); !status.ok()) {
       return status;
@@ -155,7 +154,7 @@ class Trip {
     absl::Status status = line_->Decode(encoded, absl::MakeSpan(decoded_));
     round_ends |= decode_.Lap();
     if (status.ok() && absl::MakeConstSpan(decoded_) != learner_.observations()) {
-      return absl::InternalError("what was decoded is not what was encoded");
+      return absl::InternalError("decoded observations differ from the encoded ones");
     }
     const size_t plain_bytes = EncodePlainly();
     if (step_count_ < kCountedSteps) {
@@ -166,7 +165,7 @@ class Trip {
     return status;
   }
 
-  // Sends what stands there now, out of all counting: nobody has seen it yet.
+  // Encodes and decodes the first observations, the key frames, which are not counted.
   absl::Status Begin() {
     if (plain_.has_value()) {
       plain_->Encode(learner_.observations());
@@ -193,7 +192,7 @@ class Trip {
   }
 
  private:
-  // Encodes what stands there for comparison; returns how many bytes that took.
+  // Encodes the observations with PlainEncoder; returns the size in bytes, 0 for raw.
   size_t EncodePlainly() {
     if (!plain_.has_value()) {
       return 0;
@@ -301,7 +300,7 @@ void PrintMeans() {
   }
 }
 
-// Takes --art_dir DIR or --art_dir=DIR out of the arguments.
+// Removes --art_dir DIR or --art_dir=DIR from the arguments and returns DIR.
 std::optional<std::string> TakeArtDir(std::vector<char*>& arguments) {
   for (auto at = arguments.begin() + 1; at != arguments.end(); ++at) {
     absl::string_view argument = *at;

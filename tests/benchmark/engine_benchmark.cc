@@ -1,5 +1,5 @@
-// procgen-benchmark-engine: the cost of a step in process, per game and mode, with and without
-// drawing, by one and by two workers. README.md beside this file says what the figures mean.
+// procgen-benchmark-engine: cost of a step in process, per game and mode, with and without drawing,
+// with one and two workers. README.md in this folder describes the counters.
 #include <cstdint>
 #include <string>
 #include <vector>
@@ -28,7 +28,7 @@ std::string NameOf(const LocalCase& local_case) {
 void Report(const LocalCase& local_case, const RoundClock& clock, benchmark::State& state) {
   const double units = clock.BestInUnits() / LocalLearner::kEnvCount;
   state.counters["yardstick_units"] = units;
-  // Without drawing, nothing of upstream's is comparable.
+  // Upstream always draws, so there is no reference without drawing.
   if (const auto upstream_cost = UpstreamCost(local_case.game, local_case.mode);
       upstream_cost && local_case.drawn) {
     state.counters["upstream_ratio"] = units / *upstream_cost;
@@ -40,7 +40,7 @@ void Report(const LocalCase& local_case, const RoundClock& clock, benchmark::Sta
 void RunCase(const LocalCase& local_case, benchmark::State& state) {
   absl::StatusOr<LocalLearner> learner = LocalLearner::Start(local_case);
   absl::Status status = learner.status();
-  // One worker is the calling thread; then the figure need not suffer from what else runs here.
+  // One worker is the calling thread: its CPU time is independent of other load.
   RoundClock clock(local_case.worker_count == 1 ? TimeKind::kThread : TimeKind::kWall);
   clock.Start();
   for ([[maybe_unused]] const auto iteration : state) {

@@ -1,5 +1,5 @@
-// procgen-benchmark-fleet: a fleet beside one server, and how long it pauses when a node dies.
-// README.md beside this file says what the figures mean.
+// procgen-benchmark-fleet: rate of a fleet relative to one server, and failover pause when a node
+// dies. README.md in this folder describes the counters.
 #include <sys/types.h>
 
 #include <algorithm>
@@ -25,16 +25,16 @@ namespace {
 
 constexpr int32_t kEnvCount = 256;
 constexpr absl::Duration kRoundTime = absl::Milliseconds(300);
-// Steps between two deaths: beyond the middle of what is repeated on average.
+// Steps between two kills: more than half of the average number of replayed steps.
 constexpr int kStepsBetweenDeaths = 200;
 
-// What processes compute, from a moment on.
+// CPU time of a set of processes since construction.
 class CpuWatch {
  public:
   explicit CpuWatch(std::vector<pid_t> processes)
       : processes_(std::move(processes)), begin_(Now()) {}
 
-  // In microseconds, of so many steps of an environment.
+  // CPU time per environment step, in microseconds.
   double PerStep(int64_t step_count) const {
     return absl::ToDoubleMicroseconds(Now() - begin_) / static_cast<double>(step_count);
   }
@@ -54,7 +54,7 @@ class CpuWatch {
 
 std::string NodeName(int number) { return absl::StrCat("n", number); }
 
-// A fleet of so many nodes and one server, which step the same by turns.
+// Alternates between a fleet of `node_count` nodes and one server, with the same pool.
 void RunRate(int node_count, benchmark::State& state) {
   ServerProcess single({"--address=127.0.0.1:0", "--log_level=error"});
   TestFleet fleet;
@@ -100,7 +100,7 @@ void RunRate(int node_count, benchmark::State& state) {
   state.counters["items_per_second"] = kEnvCount / absl::ToDoubleSeconds(spread_cost.wall);
 }
 
-// Of three nodes one is killed, and another started in its place, each time.
+// In each iteration starts a node, then kills the oldest of the other three.
 void RunPause(benchmark::State& state) {
   TestFleet fleet;
   int started = 0;

@@ -17,44 +17,43 @@
 
 namespace procgen {
 
-// What is measured of the engine.
+// Options of a LocalLearner.
 struct LocalCase {
   std::string game;
   DistributionMode mode = DistributionMode::kEasy;
   int worker_count = 1;  // the calling thread is one of them
   bool drawn = true;
   std::shared_ptr<const SharedArt> art = nullptr;  // null: the built-in art
-  // Batches that are written in turn, so that one can be read while the next is written. 1: each
-  // step writes over what the one before has answered.
+  // Number of batches that steps write in turn. With 1, each step overwrites the previous batch.
   int batch_count = 1;
-  bool answers_all = false;  // all that a stream answers, otherwise observations, rewards and first
+  bool answers_all = false;  // all arrays of a stream's batch, else observations, rewards and first
 };
 
-// A pool in this process, the random actions that it is given, and memory for what it answers.
+// A pool in this process with random actions and memory for its batches.
 // Threads: compatible (one thread at a time).
 class LocalLearner {
  public:
   static constexpr int32_t kEnvCount = 64;
 
-  // The environments have gone from their common start to a typical mixture of states.
+  // Creates the pool and steps it until the environments are in a typical mixture of states.
   static absl::StatusOr<LocalLearner> Start(const LocalCase& local_case,
                                             int32_t env_count = kEnvCount);
 
   // Steps all environments once.
   absl::Status Step();
-  // What the environments show: [kEnvCount, 64, 64, 3], or empty where nothing is drawn.
+  // Observations of the last step: [kEnvCount, 64, 64, 3], or empty if nothing is drawn.
   absl::Span<const uint8_t> observations() const {
     return answers_[step_ % answers_.size()].observations;
   }
 
  private:
-  // Memory of a batch.
+  // Memory of one batch.
   struct Answer {
     std::vector<uint8_t> observations;  // empty: not drawn
     BatchNumbers numbers;
   };
 
-  // Where the next step writes it.
+  // Returns the spans of `answer` that the next step writes.
   Batch BatchIn(Answer* answer) const;
 
   LocalLearner(std::unique_ptr<Pool> pool, const LocalCase& local_case);
@@ -63,7 +62,7 @@ class LocalLearner {
   ActionScript actions_;
   std::vector<Answer> answers_;
   bool answers_all_;
-  size_t step_ = 0;  // its answer is answers_[step_ % answers_.size()]
+  size_t step_ = 0;  // its batch is answers_[step_ % answers_.size()]
 };
 
 }  // namespace procgen

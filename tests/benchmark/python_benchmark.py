@@ -1,13 +1,13 @@
 #!/usr/bin/env python3
-"""Tells how the Python client's rate stands to what C++ gets, in one run.
+"""Compares the Python client's rate with that of C++, in one run.
 
 Usage: python_benchmark.py SERVER WORKER [--games GAME...] [--environments N] [--rounds N]
                            [--summary]
 
 SERVER and WORKER are the programs procgen-server and procgen-benchmark-worker of one build
-(preset release). Of each game contestants take turns of 50 ms each, so that all are from the same
-minutes, and of each the best turn counts, for what else runs on a machine makes a turn slower,
-never faster. README.md beside this file says what is compared.
+(preset release). For each game the contestants alternate in turns of 50 ms, so that all are
+measured in the same minutes. The best turn of each counts, because other load makes a turn slower,
+never faster. README.md in this folder describes the contestants.
 """
 
 from __future__ import annotations
@@ -79,14 +79,14 @@ _CPU_US_MAX = 15
 
 
 class Case(NamedTuple):
-    """What is played."""
+    """The game and the size of the pool."""
 
     game: str
     env_count: int
 
 
 class Ratios(NamedTuple):
-    """A competitor's rates divided by its yardstick's, over the games."""
+    """A contestant's rates divided by its reference's, over the games."""
 
     mean: float  # Geometric.
     least: tuple[float, str]
@@ -118,18 +118,18 @@ class Actions:
     """Random actions, drawn in advance."""
 
     def __init__(self, env_count: int) -> None:
-        """Draws a hundred batches, which are used in turn."""
+        """Draws a hundred batches, which are used cyclically."""
         self._batches = list(np.random.default_rng(0).integers(0, 15, (100, env_count)))
         self._used = 0
 
     def next(self) -> np.ndarray:
-        """Gives the next batch: int [env_count]."""
+        """Returns the next batch: int [env_count]."""
         self._used += 1
         return self._batches[self._used % len(self._batches)]
 
 
 def pool_ahead(stack: ExitStack, client: Client, case: Case, transport: str) -> Turn:
-    """A pool with two requests in flight, as the contract has by default."""
+    """A pool with two requests in flight, the default of the protocol."""
     pool = made_pool(stack, client, case, transport)
     actions = Actions(case.env_count)
     warm_up(pool, actions)
@@ -148,7 +148,7 @@ def pool_ahead(stack: ExitStack, client: Client, case: Case, transport: str) -> 
 
 
 def pool_waiting(stack: ExitStack, client: Client, case: Case, transport: str) -> Turn:
-    """A pool whose learner waits for each answer."""
+    """A pool whose learner waits for each response."""
     pool = made_pool(stack, client, case, transport)
     actions = Actions(case.env_count)
     warm_up(pool, actions)
@@ -156,7 +156,7 @@ def pool_waiting(stack: ExitStack, client: Client, case: Case, transport: str) -
 
 
 def vector_env(stack: ExitStack, client: Client, case: Case, transport: str) -> Turn:
-    """The same with Gymnasium's interface."""
+    """The same through Gymnasium's vector interface."""
     env = ProcgenVectorEnv(
         case.game,
         case.env_count,
@@ -173,7 +173,7 @@ def vector_env(stack: ExitStack, client: Client, case: Case, transport: str) -> 
 
 
 def made_pool(stack: ExitStack, client: Client, case: Case, transport: str) -> Pool:
-    """Makes a pool, which ends with the stack."""
+    """Creates a pool, which `stack` closes."""
     return stack.enter_context(
         client.create_pool(
             case.game, case.env_count, **_OPTIONS, **_TRANSPORTS[transport]
@@ -182,7 +182,7 @@ def made_pool(stack: ExitStack, client: Client, case: Case, transport: str) -> P
 
 
 def warm_up(pool: Pool, actions: Actions) -> None:
-    """Brings the environments from their common start to a typical mixture of states."""
+    """Steps until the environments are in a typical mixture of states."""
     for _ in range(_WARM_UP_STEPS):
         pool.step(actions.next())
 
@@ -201,7 +201,7 @@ def worker(
             env=os.environ if ca is None else os.environ | {_CA_VARIABLE: str(ca)},
         )
     )
-    # Its input ends before it is waited for.
+    # Closes its input before waiting for it.
     assert process.stdin is not None
     assert process.stdout is not None
     reader, writer = process.stdout, process.stdin
@@ -287,8 +287,8 @@ def print_games(costs: dict[str, Costs], env_count: int) -> None:
 
 
 def print_summary(costs: dict[str, Costs], env_count: int) -> None:
-    """Prints rows in Markdown, as they stand in the root's README.md."""
-    print("| what | aim | measured |")
+    """Prints the Markdown table of ratios; README.md in this folder contains some rows."""
+    print("| measurement | target | result |")
     print("| --- | --- | --- |")
     for competitor, (yardstick, aim) in _COMPETITORS.items():
         ratios = Ratios.of(competitor, costs)
@@ -307,15 +307,19 @@ def print_summary(costs: dict[str, Costs], env_count: int) -> None:
 
 
 def main() -> None:
-    """Reads the arguments, lets the contestants compete and prints the tables."""
+    """Runs the benchmark and prints the tables."""
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
-    parser.add_argument("server", help="the program procgen-server")
-    parser.add_argument("worker", help="the program procgen-benchmark-worker")
-    parser.add_argument("--games", nargs="+", metavar="GAME", help="default: all")
-    parser.add_argument("--environments", type=int, default=64, help="default: %(default)s")
-    # In its first turns the pool in process still prepares the pictures of its levels.
-    parser.add_argument("--rounds", type=int, default=9, help="default: %(default)s")
-    parser.add_argument("--summary", action="store_true", help="no table of the games")
+    parser.add_argument("server", help="path of procgen-server")
+    parser.add_argument("worker", help="path of procgen-benchmark-worker")
+    parser.add_argument("--games", nargs="+", metavar="GAME",
+                        help="games to measure; default: all")
+    parser.add_argument("--environments", type=int, default=64,
+                        help="environments per pool; default: %(default)s")
+    # In its first turns the pool in process still decodes the images of its levels.
+    parser.add_argument("--rounds", type=int, default=9,
+                        help="turns of each contestant; default: %(default)s")
+    parser.add_argument("--summary", action="store_true",
+                        help="print only the ratios, not the table of games")
     arguments = parser.parse_args()
     count = arguments.environments
     costs: dict[str, Costs] = {}

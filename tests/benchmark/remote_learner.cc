@@ -56,7 +56,7 @@ absl::Status RemoteLearner::MakePool() {
   spec.add_games(case_.game);
   spec.set_env_count(case_.env_count);
   spec.mutable_options()->set_distribution_mode(v1::DISTRIBUTION_MODE_EASY);
-  spec.mutable_options()->set_rand_seed(0);  // the levels of the pool in process
+  spec.mutable_options()->set_rand_seed(0);  // same levels as LocalLearner
   if (case_.shares_memory) {
     spec.set_transport(v1::TRANSPORT_SHARED_MEMORY);
   }
@@ -105,7 +105,7 @@ absl::Status RemoteLearner::ReceiveRest() {
 
 StreamShape RemoteLearner::Shape() const {
   const size_t row_bytes = sizeof(float) * 2 + sizeof(int32_t) * 3 + sizeof(bool) * 4;
-  return {.request_bytes = static_cast<size_t>(case_.env_count),  // an action is a byte
+  return {.request_bytes = static_cast<size_t>(case_.env_count),  // one byte per action
           .response_bytes = batch_.observations().size() + batch_.rewards().size() * row_bytes,
           .requests_in_flight = case_.requests_in_flight};
 }

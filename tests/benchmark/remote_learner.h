@@ -18,12 +18,12 @@
 
 namespace procgen {
 
-// What is measured over a stream: a game whose steps cost little, in easy mode, so that the stream
-// shows; a server in this process with so many workers.
+// The default game, in easy mode, and the workers of the server. Steps of this game are cheap, so
+// the cost of the stream is visible.
 inline constexpr char kStreamGame[] = "bigfish";
 inline constexpr int32_t kStreamWorkerCount = 2;
 
-// Such a server, on a free port of loopback, which shares memory with who asks for it.
+// Starts a server in this process on a free port of loopback, with shared memory enabled.
 absl::StatusOr<std::unique_ptr<Server>> StartStreamServer();
 
 struct RemoteCase {
@@ -35,27 +35,27 @@ struct RemoteCase {
   bool is_compressed = false;  // ENCODING_DELTA_ZSTD; else raw
 };
 
-// A connection to a server, a pool of its own on it, and the random actions that it is given.
+// A connection to a server with its own pool and random actions.
 // Threads: compatible (one thread at a time).
 class RemoteLearner {
  public:
-  // The environments have gone from their common start to a typical mixture of states.
+  // Creates the pool and steps it until the environments are in a typical mixture of states.
   static absl::StatusOr<std::unique_ptr<RemoteLearner>> Start(const std::string& address,
                                                               const RemoteCase& remote_case);
   ~RemoteLearner();
 
-  // Steps the pool and waits for the answer. REQUIRES: nothing was sent ahead.
+  // Steps the pool and waits for the response. REQUIRES: nothing was sent ahead.
   absl::Status Step();
 
-  // Sends the steps that are sent ahead, all but one of those that may be unanswered.
+  // Sends all but one of the steps that may be unanswered.
   absl::Status SendAhead();
-  // Sends a step and receives the answer to the oldest.
+  // Sends a step and receives the response to the oldest.
   absl::Status Exchange();
-  // Receives the answers to those that were sent ahead.
+  // Receives the responses to the steps of SendAhead.
   absl::Status ReceiveRest();
 
-  // What goes over the wire for a step. The arrays of a batch are on the wire as they are in
-  // memory; the tags around them do not count. REQUIRES: the last answer was to a step.
+  // Bytes of the arrays that a step sends and receives, without protobuf tags. REQUIRES: the last
+  // response was to a step.
   StreamShape Shape() const;
 
  private:
@@ -63,7 +63,7 @@ class RemoteLearner {
   absl::Status MakePool();
 
   const RemoteCase case_;
-  // In the order of making: each is used by the next.
+  // In the order of construction: each member uses the previous one.
   std::unique_ptr<procgen_client::Client> client_;
   std::string pool_;
   std::unique_ptr<procgen_client::StepStream> stream_;

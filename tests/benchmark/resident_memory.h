@@ -5,9 +5,9 @@
 
 namespace procgen {
 
-// The bytes of this process that are in memory now, whole pages, after what is free was given back
-// to the system: so a difference of two is what was allocated between them and not freed. 0 where
-// the system does not tell (it does on Linux).
+// Returns the resident memory of this process in bytes, after returning free heap memory to the
+// system. The difference of two calls is the memory that was allocated between them and not freed.
+// Returns 0 on systems without /proc/self/statm.
 int64_t ResidentBytes();
 
 }  // namespace procgen

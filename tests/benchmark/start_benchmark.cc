@@ -1,5 +1,5 @@
-// procgen-benchmark-start: from the start of a server process to the first observation. README.md
-// beside this file says what the figures mean.
+// procgen-benchmark-start: time from the start of a server process to the first observation.
+// README.md in this folder describes the counters.
 #include <algorithm>
 #include <memory>
 #include <string>
@@ -22,7 +22,7 @@ namespace {
 constexpr int kEnvCount = 64;
 constexpr int kStartCount = 5;
 
-// Starts a server, makes a pool of `game` and asks what its environments show.
+// Starts a server, creates a pool of `game` and requests its first observations.
 absl::Status SeeFirstObservation(const std::string& game) {
   ServerProcess server({"--address=127.0.0.1:0", "--log_level=error"});
   const auto client = procgen_client::Client::Connect(server.Address());

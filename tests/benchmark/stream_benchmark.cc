@@ -1,5 +1,5 @@
-// procgen-benchmark-stream: what a learner gets over gRPC on loopback, beside the most that could
-// be had there. README.md beside this file says what the figures mean.
+// procgen-benchmark-stream: rate, latency and fairness of streams on loopback, relative to upper
+// bounds. README.md in this folder describes the counters.
 #include <string>
 #include <utility>
 
@@ -12,7 +12,7 @@
 namespace procgen {
 namespace {
 
-// Five rounds of the cases with three contestants, more of the others.
+// Gives five rounds of the cases with three contestants, more of the others.
 constexpr double kMinTimeSeconds = 3;
 
 void RegisterAll() {
@@ -46,7 +46,7 @@ bool RunRounds(absl::Status status, absl::FunctionRef<absl::Status()> round,
 
 int main(int argc, char** argv) {
   procgen::SetLogLevel(procgen::LogLevel::kError);
-  // As procgen-server has it.
+  // As in procgen-server.
   absl::SetMutexDeadlockDetectionMode(absl::OnDeadlockCycle::kIgnore);
   return procgen::RunBenchmarks(argc, argv, procgen::kMinTimeSeconds, procgen::RegisterAll);
 }

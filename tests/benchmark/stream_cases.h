@@ -14,7 +14,7 @@
 
 namespace procgen {
 
-// The benchmarks of procgen-benchmark-stream, a file each: stream_<name>.cc.
+// The benchmarks of procgen-benchmark-stream, one file each: stream_<name>.cc.
 void RegisterTcpStreams();           // stream/tcp/...
 void RegisterSharedMemoryStreams();  // stream/shm/...
 void RegisterChunks();               // step/...
@@ -22,13 +22,13 @@ void RegisterLatencies();            // latency/...
 void RegisterFairness();             // fair/...
 void RegisterWatches();              // watch/...
 
-// How long each contestant is measured in one round.
+// Duration of one turn of a contestant.
 inline constexpr absl::Duration kContestantTime = absl::Milliseconds(50);
 
-// How many requests a learner of stream/... has unanswered: as many as the contract has by default.
+// Requests in flight of a learner of stream/...: the default of the protocol.
 inline constexpr int kRequestsInFlight = 2;
 
-// Measures one round of whatever sends ahead.
+// Measures one turn of a contestant that sends requests ahead.
 template <typename Sender>
 absl::Status MeasureAhead(Sender* sender, Cost* cost) {
   absl::Status status = sender->SendAhead();
@@ -38,13 +38,13 @@ absl::Status MeasureAhead(Sender* sender, Cost* cost) {
   return status.ok() ? sender->ReceiveRest() : status;
 }
 
-// Runs `round`, which measures all contestants in turn, as often as Google Benchmark says; `status`
-// is that of what was done before. Returns whether all went well; otherwise `state` has the error.
+// Runs `round`, which measures all contestants in turn, once per iteration of `state`. `status` is
+// the result of the setup. Returns whether all succeeded; otherwise reports the error to `state`.
 bool RunRounds(absl::Status status, absl::FunctionRef<absl::Status()> round,
                benchmark::State& state);
 
-// Registers `name`/environments:N: a contest that `start(N)` makes, whose RunRound is repeated
-// and which then tells in Report(N, state) what it measured.
+// Registers `name`/environments:N. `start(N)` creates the contest, RunRound is repeated, and
+// Report(N, state) writes the counters.
 template <typename Start>
 void RegisterContest(absl::string_view name, int32_t env_count, Start start) {
   benchmark::RegisterBenchmark(absl::StrCat(name, "/environments:", env_count).c_str(),
@@ -58,7 +58,7 @@ void RegisterContest(absl::string_view name, int32_t env_count, Start start) {
       ->UseManualTime();
 }
 
-// Registers such a contest for each size, made by Contest::Start.
+// Registers a contest for each size, created by Contest::Start.
 template <typename Contest>
 void RegisterContests(absl::string_view name, std::initializer_list<int32_t> sizes) {
   for (const int32_t env_count : sizes) {

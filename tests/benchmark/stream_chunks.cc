@@ -1,5 +1,5 @@
-// step/...: a learner that waits for each answer, whose pool is stepped in several chunks, beside
-// one whose pool is stepped as a whole.
+// step/...: a learner that waits for each response and whose pool is stepped in several chunks,
+// compared with a pool that is stepped as a whole.
 #include <cstdint>
 #include <memory>
 #include <utility>

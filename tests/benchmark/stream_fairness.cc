@@ -1,4 +1,4 @@
-// fair/...: several learners at once, each with a pool, a connection and a thread of its own.
+// fair/...: several learners at once, each with its own pool, connection and thread.
 #include <algorithm>
 #include <atomic>
 #include <cstddef>
@@ -26,7 +26,7 @@ namespace procgen {
 namespace {
 
 constexpr int32_t kEnvCount = 16;
-// Long enough for each of many learners to get many turns.
+// Long enough for many steps of each of many learners.
 constexpr absl::Duration kRound = absl::Milliseconds(500);
 
 struct Rival {
@@ -35,7 +35,7 @@ struct Rival {
   absl::Status status;
 };
 
-// All step at once until the time is over. Returns the time that it took.
+// Steps all learners concurrently for kRound. Returns the elapsed time.
 absl::Duration StepAtOnce(absl::Span<Rival> rivals) {
   std::atomic<bool> is_over = false;
   std::vector<std::thread> threads;
@@ -89,7 +89,7 @@ void RunFairness(int learner_count, benchmark::State& state) {
   const auto server = StartStreamServer();
   absl::Status status = server.status();
   std::vector<Rival> rivals(static_cast<size_t>(learner_count));
-  std::vector<Rival> alone(1);  // one learner while the others rest
+  std::vector<Rival> alone(1);  // runs while the others are idle
   const auto start = [&](Rival* rival) {
     if (status.ok()) {
       auto learner = RemoteLearner::Start((*server)->address(), {.env_count = kEnvCount});

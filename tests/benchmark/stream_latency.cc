@@ -1,4 +1,4 @@
-// latency/...: one environment's round trip, beside that of an empty message.
+// latency/...: one environment's round trip, compared with that of an empty message.
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
@@ -20,11 +20,11 @@
 namespace procgen {
 namespace {
 
-// Each waits for the answer before the next is sent.
+// Each request waits for the previous response.
 constexpr StreamShape kPingPong = {
     .request_bytes = 0, .response_bytes = 0, .requests_in_flight = 1};
 
-// The time that each of many round trips took.
+// Durations of many round trips.
 class Latencies {
  public:
   absl::Status MeasureRound(absl::FunctionRef<absl::Status()> round_trip) {
@@ -42,7 +42,7 @@ class Latencies {
   }
 
   void Sort() { std::sort(times_.begin(), times_.end()); }
-  // The time that this share of the round trips took no longer than. REQUIRES: sorted.
+  // The quantile `share`, 0 to 1. REQUIRES: sorted.
   absl::Duration At(double share) const {
     return times_[static_cast<size_t>(share * static_cast<double>(times_.size() - 1))];
   }

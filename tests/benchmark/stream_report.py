@@ -1,12 +1,12 @@
 #!/usr/bin/env python3
-"""Tells in a table, and in a picture, what procgen-benchmark-stream has measured.
+"""Prints the results of procgen-benchmark-stream as a table and draws them as a plot.
 
 Usage: stream_report.py STREAM.json [--plot FILE.png]
 
-STREAM.json is what the program prints with --benchmark_format=json. The table goes to standard
-output, in Markdown, as it stands in the root's README.md. The picture needs matplotlib
+STREAM.json is the output of the program with --benchmark_format=json. The table, in Markdown, goes
+to standard output; README.md in this folder contains it. The plot needs matplotlib
 (deploy/install-dependencies.sh --plot).
-Exit status: 0 done, 2 a mistake, 77 a picture is asked for and matplotlib is not installed.
+Exit status: 0 success, 2 invalid arguments or file, 77 --plot without matplotlib.
 """
 
 from __future__ import annotations
@@ -22,13 +22,13 @@ from typing import NamedTuple
 _NAME = re.compile(r"(?P<case>[a-z/]+)/(?:environments|learners):(?P<size>\d+)(?:/manual_time)?$")
 _NOT_INSTALLED = 77
 _DOTS_PER_INCH = 120
-_TCP_SIZES_ASKED_FOR = (64, 256)
+_TCP_SIZES_WITH_TARGET = (64, 256)
 _OF_GAMES = "stream/shm/"  # before the name of the game
 _COLORS = {"ours": "#2a6f97", "bound": "#adb5bd", "tail": "#90c2e0"}
 
 
 class Row(NamedTuple):
-    """A line of the table: what was measured, what it aims at, what came out."""
+    """A row of the table: the measurement, its target and its result."""
 
     what: str
     target: str
@@ -39,7 +39,7 @@ class Report:
     """The cases of one run by name and size, e.g. ("stream/tcp", 64)."""
 
     def __init__(self, run: dict) -> None:
-        """Takes what the program printed, parsed."""
+        """Reads the parsed output of the program."""
         self.cases: dict[tuple[str, int], dict[str, float]] = {}
         for benchmark in run["benchmarks"]:
             name = _NAME.match(benchmark["name"])
@@ -47,25 +47,25 @@ class Report:
                 self.cases[name["case"], int(name["size"])] = benchmark
 
     def sizes(self, case: str) -> list[int]:
-        """Gives the sizes of a case that were run."""
+        """Returns the sizes of a case in this run, ascending."""
         return sorted(size for name, size in self.cases if name == case)
 
     def games(self) -> list[str]:
-        """Gives the games that were run each by itself, the one that gets least first."""
+        """Returns the games of stream/shm/GAME, the lowest ratio first."""
         games = {name.removeprefix(_OF_GAMES): case["inprocess_ratio"]
                  for (name, _), case in self.cases.items() if name.startswith(_OF_GAMES)}
         return sorted(games, key=games.__getitem__)
 
     def rows(self) -> list[Row]:
-        """Gives the lines of the table, of the cases that were run."""
+        """Returns the rows of the table, for the cases in this run."""
         rows: list[Row] = []
         for size in self.sizes("stream/tcp"):
             case = self.cases["stream/tcp", size]
             rows.append(
                 Row(
-                    f"TCP, pool of {size}: rate, of what the slower of engine and wire allows "
-                    "(where they share the cores)",
-                    "0.85" if size in _TCP_SIZES_ASKED_FOR else "",
+                    f"TCP, pool of {size}: rate / slower of engine and wire "
+                    "(/ bound on shared cores)",
+                    "0.85" if size in _TCP_SIZES_WITH_TARGET else "",
                     f"{case['allowed_ratio']:.2f} ({case['shared_allowed_ratio']:.2f})",
                 )
             )
@@ -73,8 +73,8 @@ class Report:
             case = self.cases["stream/shm", size]
             rows.append(
                 Row(
-                    f"shared memory, pool of {size}: rate, of the pool in process "
-                    "(with a bare exchange after each step)",
+                    f"shared memory, pool of {size}: rate / pool in process "
+                    "(/ the same with a bare exchange)",
                     "0.90",
                     f"{case['inprocess_ratio']:.2f} ({case['exchanging_ratio']:.2f})",
                 )
@@ -84,7 +84,7 @@ class Report:
             ratios = [self.cases[_OF_GAMES + game, size]["inprocess_ratio"] for game in games]
             rows.append(
                 Row(
-                    f"shared memory, pools of {size} of each game: rate, of the pool in process",
+                    f"shared memory, pools of {size} of each game: rate / pool in process",
                     "0.90",
                     f"{statistics.geometric_mean(ratios):.2f} "
                     f"({games[0]} {ratios[0]:.2f}, {games[-1]} {ratios[-1]:.2f})",
@@ -93,27 +93,29 @@ class Report:
         if ("latency", 1) in self.cases:
             case = self.cases["latency", 1]
             rows.append(
-                Row("one environment's round trip: p50 over an empty ping-pong's", "1.5 at most",
+                Row("one environment's round trip: p50 / p50 of an empty ping-pong",
+                    "at most 1.5",
                     f"{case['pingpong_ratio']:.2f} ({case['p50_us']:.0f} us; "
                     f"p99 {case['p99_us']:.0f} us)")
             )
         for size in filter(lambda count: count > 1, self.sizes("fair")):
             case = self.cases["fair", size]
             rows.append(
-                Row(f"{size} learners at once: least and most, of an equal share", "0.8 to 1.2",
+                Row(f"{size} learners at once: smallest to largest share / equal share",
+                    "0.8 to 1.2",
                     f"{case['least_share']:.2f} to {case['most_share']:.2f}")
             )
         return rows
 
 
 def table(rows: list[Row]) -> str:
-    """Gives the rows in Markdown."""
-    lines = ["| what | aim | measured |", "| --- | --- | --- |"]
+    """Returns the rows as a Markdown table."""
+    lines = ["| measurement | target | result |", "| --- | --- | --- |"]
     return "\n".join([*lines, *(f"| {' | '.join(row)} |" for row in rows)])
 
 
 def plot(report: Report, path: Path) -> None:
-    """Draws ratios of the streams, latencies and shares side by side."""
+    """Plots the rate ratios of the streams, the latencies and the shares side by side."""
     import matplotlib
 
     matplotlib.use("Agg")
@@ -136,12 +138,12 @@ def _plot_streams(report: Report, axes) -> None:  # noqa: ANN001
     names = [f"TCP\n{size}" for size in tcp] + [f"shared\n{size}" for size in shm]
     ratios = [report.cases["stream/tcp", size]["allowed_ratio"] for size in tcp]
     ratios += [report.cases["stream/shm", size]["inprocess_ratio"] for size in shm]
-    axes.bar(names, ratios, color=_COLORS["ours"], label="each on cores of its own")
+    axes.bar(names, ratios, color=_COLORS["ours"], label="separate cores")
     shared = [report.cases["stream/tcp", size]["shared_allowed_ratio"] for size in tcp]
     shared += [report.cases["stream/shm", size]["exchanging_ratio"] for size in shm]
-    axes.scatter(names, shared, color="black", zorder=2, s=14, label="on the same cores")
+    axes.scatter(names, shared, color="black", zorder=2, s=14, label="shared cores")
     axes.axhline(1, color=_COLORS["bound"], linestyle="--", linewidth=1)
-    axes.set_title("stream: rate, of the most that is allowed")
+    axes.set_title("stream: rate / upper bound")
     axes.set_ylim(0, None)
     axes.legend(frameon=False, fontsize=7, ncols=2, loc="upper center", bbox_to_anchor=(0.5, -0.15))
 
@@ -170,22 +172,23 @@ def _plot_shares(report: Report, axes) -> None:  # noqa: ANN001
     axes.set_xticks(range(len(sizes)), [str(size) for size in sizes])
     axes.set_xlim(-0.5, len(sizes) - 0.5)
     axes.set_ylim(min(0.5, *least), max(1.5, *most))
-    axes.set_title("learners at once: share of each")
+    axes.set_title("concurrent learners: share of each")
 
 
 def main() -> int:
-    """Reads the arguments and does it."""
+    """Runs the program; returns its exit status."""
     parser = argparse.ArgumentParser(
-        description="Tells what procgen-benchmark-stream has measured, as a table."
+        description="Prints the results of procgen-benchmark-stream as a Markdown table."
     )
     parser.add_argument("run", metavar="STREAM.json", type=Path,
-                        help="what it printed with --benchmark_format=json")
-    parser.add_argument("--plot", metavar="FILE.png", type=Path, help="draw a picture, too")
+                        help="output of the program with --benchmark_format=json")
+    parser.add_argument("--plot", metavar="FILE.png", type=Path, help="also write this plot")
     arguments = parser.parse_args()
     try:
         report = Report(json.loads(arguments.run.read_text()))
     except (OSError, ValueError, KeyError) as error:
-        print(f"stream_report.py: {arguments.run} is no such file: {error!r}", file=sys.stderr)
+        print(f"stream_report.py: {arguments.run} is not readable benchmark output: {error!r}",
+              file=sys.stderr)
         return 2
     if not report.cases:
         print(f"stream_report.py: {arguments.run} has no case of procgen-benchmark-stream",

@@ -1,6 +1,6 @@
-// stream/shm/...: a learner whose pool shares memory with it, beside the pool in its own process,
-// by itself and with a bare exchange of messages after each step.
-// stream/shm/GAME/...: the same for each game.
+// stream/shm/...: a learner with a pool in shared memory, compared with a pool in process, alone
+// and with a bare exchange of messages after each step. stream/shm/GAME/...: the same for each
+// game.
 #include <cstddef>
 #include <cstdint>
 #include <memory>
@@ -22,10 +22,10 @@
 namespace procgen {
 namespace {
 
-// In a pool of each game.
+// Environments in the pool of each game.
 constexpr int32_t kGameEnvironments = 64;
 
-// About what an answer has: the numbers of the request and of the batch.
+// About the size of a response: the numbers of the request and of the batch.
 constexpr size_t kAnswerBytes = 16;
 
 class Contest {
@@ -44,8 +44,7 @@ class Contest {
     if (!learner.ok()) {
       return learner.status();
     }
-    // What the learner gets, who has one batch while the next is written: two of them, with all
-    // arrays.
+    // As the learner gets: all arrays, and one batch to read while the next is written.
     LocalCase local_case = {.game = game, .worker_count = kStreamWorkerCount};
     local_case.batch_count = kRequestsInFlight;
     local_case.answers_all = true;

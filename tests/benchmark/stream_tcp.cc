@@ -1,4 +1,4 @@
-// stream/tcp/...: a learner that sends ahead, beside the engine alone and the wire alone.
+// stream/tcp/...: a learner that sends ahead, compared with the engine alone and the wire alone.
 #include <algorithm>
 #include <cstdint>
 #include <memory>
@@ -20,7 +20,7 @@ namespace {
 
 int64_t CoreCount() { return std::max(1U, std::thread::hardware_concurrency()); }
 
-// Our stream, the engine without a stream, and a stream without an engine.
+// The server's stream, the engine without a stream, and a stream without an engine.
 class Contest {
  public:
   static absl::StatusOr<std::unique_ptr<Contest>> Start(int32_t env_count) {

@@ -1,4 +1,5 @@
-// watch/...: a learner while somebody watches its pool, beside the same one while nobody does.
+// watch/...: a learner with a subscriber that watches its pool, compared with the same learner
+// without.
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
@@ -19,18 +20,17 @@
 namespace procgen {
 namespace {
 
-// Machines are now faster and now slower, so a round is short, of each of the two some moments
-// long, and there are many, of which the median is told.
+// The speed of machines varies, so rounds are short and many, and the benchmark reports the median.
 struct Rounds {
   int32_t size_px = 0;
-  absl::Duration share;  // of each of the two
+  absl::Duration share;  // duration of each half of a round
   int count = 0;
 };
 constexpr Rounds kAgentRounds = {kObservationSizePx, absl::Milliseconds(200), 200};
-// People's view comes about once a second where the machine is busy.
+// A busy machine delivers the human view about once a second.
 constexpr Rounds kHumanRounds = {256, absl::Milliseconds(1500), 25};
 
-// Steps per second.
+// Returns the steps per second during `share`.
 absl::StatusOr<double> RateOf(RemoteLearner* learner, absl::Duration share) {
   int64_t step_count = 0;
   const absl::Duration begin = TimeNow(TimeKind::kWall);
@@ -63,7 +63,7 @@ class WatchContest {
     return contest;
   }
 
-  // First the one and then the other, and the next time the other way round.
+  // Measures with and without the subscriber, in alternating order.
   absl::Status RunRound() {
     const bool watched_first = ratios_.size() % 2 == 0;
     absl::StatusOr<double> first = Measure(watched_first);
@@ -120,7 +120,7 @@ class WatchContest {
   std::unique_ptr<RemoteLearner> learner_;
   std::unique_ptr<ViewerProcess> viewer_;
   std::vector<double> ratios_;
-  std::vector<double> rates_;  // watched
+  std::vector<double> rates_;  // with the subscriber
   int64_t moment_count_ = 0;
 };
 

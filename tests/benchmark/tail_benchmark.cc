@@ -1,5 +1,5 @@
-// procgen-benchmark-tail: how long the slowest of many batches keeps a learner waiting, per game
-// and mode. README.md beside this file says what the figures mean.
+// procgen-benchmark-tail: tail latency of batches, per game and mode. README.md in this folder
+// describes the counters.
 #include <algorithm>
 #include <cstddef>
 #include <string>
@@ -22,13 +22,13 @@ constexpr size_t kStepCount = 10000;
 constexpr int kRunCount = 3;
 constexpr int kWorkerCount = 2;
 
-// What is at `share` of the sorted times, in medians.
+// The quantile `share` of the sorted times, divided by the median.
 double RatioAt(double share, const std::vector<absl::Duration>& sorted, absl::Duration median) {
   const auto last = static_cast<double>(sorted.size() - 1);
   return absl::FDivDuration(sorted[static_cast<size_t>(share * last)], median);
 }
 
-// `first`: of the first run; `least`: the least of all runs, batch by batch.
+// `first`: times of the first run; `least`: for each batch the minimum of all runs.
 void Report(std::vector<absl::Duration> first, std::vector<absl::Duration> least,
             benchmark::State& state) {
   std::sort(first.begin(), first.end());
@@ -42,7 +42,7 @@ void Report(std::vector<absl::Duration> first, std::vector<absl::Duration> least
   state.counters["first_slowest_ratio"] = RatioAt(1, first, median);
 }
 
-// The times of one more run, which does the same as all others: levels and actions are.
+// Returns the times of one run. All runs have the same levels and actions.
 absl::Status TimeRun(const LocalCase& local_case, benchmark::State& state,
                      std::vector<absl::Duration>* times) {
   absl::StatusOr<LocalLearner> learner = LocalLearner::Start(local_case);
@@ -71,7 +71,7 @@ void RunCase(const LocalCase& local_case, benchmark::State& state) {
     state.SkipWithError(status.ToString().c_str());
     return;
   }
-  state.KeepRunning();  // which ends it: all iterations are done
+  state.KeepRunning();  // ends the loop: all iterations are done
   Report(std::move(first), std::move(least), state);
 }
 

@@ -7,14 +7,14 @@
 
 namespace procgen {
 
-// Which time counts: what the calling thread spent computing, or all threads of this process, which
-// others on the machine hardly change; or what went by, for work that waits.
+// CPU time of the calling thread, CPU time of all threads of this process, or wall time. Other load
+// on the machine hardly changes CPU times; work that waits needs wall time.
 enum class TimeKind { kThread, kProcess, kWall };
 
-// The time of `kind` now, since some fixed moment.
+// The current time of `kind`, since an arbitrary fixed point.
 absl::Duration TimeNow(TimeKind kind);
 
-// What all threads of another process have spent computing. REQUIRES: it is there.
+// CPU time of all threads of another process. REQUIRES: the process exists.
 absl::Duration CpuTimeOf(pid_t process);
 
 }  // namespace procgen

@@ -8,10 +8,10 @@
 
 namespace procgen {
 
-// The cost of one environment step of Procgen 0.10.7, drawing included, in units of the
-// Yardstick; absent for modes other than easy and hard and for games that it does not have.
-// Measured once: built with -O2, one thread, batches of 64 environments, random
-// actions, best of seven runs of 0.3 s, the unit measured in the same minutes.
+// Returns the cost of one environment step of Procgen 0.10.7, drawing included, in units of the
+// Yardstick. Absent for unknown games and for modes other than easy and hard.
+// Measured once: built with -O2, one thread, batches of 64 environments, random actions, best of
+// seven rounds of 0.3 s, with the unit measured in the same minutes.
 std::optional<double> UpstreamCost(std::string_view game, DistributionMode mode);
 
 }  // namespace procgen

@@ -1,5 +1,5 @@
-// procgen-benchmark-viewer: somebody who watches the first pool of a server, as watch/... of
-// procgen-benchmark-stream has it: in a process of its own, as a browser is.
+// procgen-benchmark-viewer: a subscriber to the first pool of a server, for watch/... of
+// procgen-benchmark-stream. A separate process, as a browser is.
 #include <atomic>
 #include <cstdint>
 #include <iostream>
@@ -19,8 +19,8 @@ constexpr int32_t kWatchedCount = 16;
 constexpr float kFramesPerSecond = 15;
 constexpr int32_t kResponseBytesMax = 16 << 20;
 
-// Watches as long as it lives. The first moment has come when it is made: how a watch begins is not
-// what is measured.
+// A subscription that ends with this object. The constructor waits for the first frame set, so the
+// start of a subscription is not measured.
 class Viewer {
  public:
   Viewer(procgen_client::Client* client, const v1::WatchPoolRequest& request)

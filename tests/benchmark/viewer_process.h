@@ -11,18 +11,19 @@
 
 namespace procgen {
 
-// The program procgen-benchmark-viewer, run. It ends with this.
+// A running procgen-benchmark-viewer, which the destructor ends.
 // Threads: compatible (one thread at a time).
 class ViewerProcess {
  public:
-  // Watches the first pool of the server at `address` at this size.
+  // Starts it for the first pool of the server at `address`, with frames of this size.
   ViewerProcess(const std::string& address, int32_t size_px);
   ~ViewerProcess();
   ViewerProcess(const ViewerProcess&) = delete;
   ViewerProcess& operator=(const ViewerProcess&) = delete;
 
-  // Has it begin to watch, and waits for the first moment; or has it end, and returns how many came
-  // after that one. In turn. Errors: UNKNOWN it has ended, and told why on standard error.
+  // Alternately starts a subscription and waits for its first frame set, or ends it and returns the
+  // number of frame sets after the first. Blocks. Errors: UNKNOWN the process has ended, with a
+  // message on standard error.
   absl::StatusOr<int64_t> Toggle();
 
  private:

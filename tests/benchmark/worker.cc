@@ -1,5 +1,5 @@
-// procgen-benchmark-worker: a learner in C++ that takes turns with one in another program
-// (python_benchmark.py). README.md beside this file says what for.
+// procgen-benchmark-worker: a C++ learner that alternates with the learners of python_benchmark.py.
+// README.md in this folder describes the benchmark.
 #include <cstdint>
 #include <iostream>
 #include <memory>
@@ -19,7 +19,7 @@
 namespace procgen {
 namespace {
 
-// Takes a turn for each line of standard input, and prints what a step of it took in microseconds.
+// Runs one turn per line of standard input and prints its microseconds per step.
 absl::Status TakeTurns(absl::FunctionRef<absl::Status(Cost*)> turn) {
   std::cout << "ready" << std::endl;
   for (std::string line; std::getline(std::cin, line);) {
@@ -34,7 +34,7 @@ absl::Status TakeTurns(absl::FunctionRef<absl::Status(Cost*)> turn) {
 }
 
 absl::Status CompeteInProcess(const std::string& game, int32_t env_count) {
-  // What a learner on a server gets, as in stream/shm/...
+  // All arrays and two batches in turn, as in stream/shm/...
   auto learner = LocalLearner::Start({.game = game,
                                       .worker_count = kStreamWorkerCount,
                                       .batch_count = kRequestsInFlight,

@@ -28,14 +28,14 @@ def test_there_are_three_nodes_and_a_fleet_server_in_one_cluster() -> None:
 
 
 @pytest.mark.parametrize("name", _SERVERS)
-def test_servers_say_where_others_find_them(name: str) -> None:
+def test_servers_advertise_their_addresses(name: str) -> None:
     port = flags(_SERVERS[name])["address"].rpartition(":")[2]
     assert flags(_SERVERS[name])["advertised_address"] == f"{name}:{port}"
     assert flags(_SERVERS[name])["node_id"] == name
 
 
 @pytest.mark.parametrize("name", _COMPOSE["services"])
-def test_services_are_built_here_and_may_do_little(name: str) -> None:
+def test_services_are_built_locally_and_restricted(name: str) -> None:
     service = _COMPOSE["services"][name]
     assert re.search(rf"^FROM .* AS {service['build']['target']}$", _DOCKERFILE, re.MULTILINE)
     root = _FOLDER.parents[1]
@@ -53,7 +53,7 @@ def test_the_learner_waits_for_the_fleet_server() -> None:
     assert "healthcheck" in _COMPOSE["services"]["fleet"]
 
 
-def test_what_the_fleet_server_keeps_is_on_a_volume() -> None:
+def test_the_fleet_servers_state_is_on_a_volume() -> None:
     (volume,) = _SERVERS["fleet"]["volumes"]
     name, folder = volume.split(":")
     assert name in _COMPOSE["volumes"]

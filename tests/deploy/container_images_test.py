@@ -142,7 +142,7 @@ def test_the_server_serves_and_drains(containers: Containers, socket: Path) -> N
     assert state == "0"
 
 
-def test_the_server_is_nobody_and_writes_nothing(containers: Containers, socket: Path) -> None:
+def test_the_server_is_unprivileged(containers: Containers, socket: Path) -> None:
     await_client(socket).close()
     shell = ("exec", "server", "sh", "-c")
     assert containers.podman(*shell, "id -u") == "10001"

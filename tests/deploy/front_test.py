@@ -121,7 +121,7 @@ def learner_through(running: Front) -> Iterator[object]:
         yield stepping
 
 
-def test_a_learner_steps_through_the_front(tmp_path: Path) -> None:
+def test_a_learner_steps_through_nginx(tmp_path: Path) -> None:
     with front(tmp_path, "--keepalive_time=1s", "--keepalive_timeout=1s") as running:
         there = Server(running.server.process, running.server.log_path)
         there.address = running.address
@@ -139,7 +139,7 @@ def test_a_learner_steps_through_the_front(tmp_path: Path) -> None:
                 client.delete_pool("pools/none")
 
 
-def test_who_shows_no_certificate_is_not_let_in(tmp_path: Path) -> None:
+def test_clients_without_a_certificate_are_rejected(tmp_path: Path) -> None:
     with front(tmp_path) as running:
         roots = (tmp_path / "ca.pem").read_bytes()
         with grpc.secure_channel(running.address, grpc.ssl_channel_credentials(roots)) as channel:
@@ -149,7 +149,7 @@ def test_who_shows_no_certificate_is_not_let_in(tmp_path: Path) -> None:
         assert error.value.code() != grpc.StatusCode.OK
 
 
-def test_calls_that_are_reset_end_at_the_front(tmp_path: Path) -> None:
+def test_reset_calls_end_at_nginx(tmp_path: Path) -> None:
     with front(tmp_path) as running, learner_through(running) as learner:
         before_mb = running.server.memory_mb()
         with running.connection() as connection:
@@ -166,7 +166,7 @@ def test_calls_that_are_reset_end_at_the_front(tmp_path: Path) -> None:
         assert learner.stop()[0] < 2.0
 
 
-def test_headers_that_never_end_end_at_the_front(tmp_path: Path) -> None:
+def test_endless_headers_end_at_nginx(tmp_path: Path) -> None:
     with front(tmp_path) as running, learner_through(running) as learner:
         with running.connection() as connection:
             block = connection.block(GET_POOL) + b"\0\x03x-a\x7f"
@@ -180,7 +180,7 @@ def test_headers_that_never_end_end_at_the_front(tmp_path: Path) -> None:
         assert learner.stop()[0] < 2.0
 
 
-def test_unfinished_requests_without_a_token_hold_no_memory_behind_the_front(
+def test_unfinished_requests_use_no_memory_behind_nginx(
     tmp_path: Path,
 ) -> None:
     with front(tmp_path) as running, learner_through(running) as learner:
@@ -199,7 +199,7 @@ def test_unfinished_requests_without_a_token_hold_no_memory_behind_the_front(
         assert learner.stop()[0] < 2.0
 
 
-def test_the_configuration_is_valid_as_it_is(tmp_path: Path) -> None:
+def test_the_configuration_is_valid(tmp_path: Path) -> None:
     make_certificates(tmp_path)
     configuration = configure(tmp_path, 1, "127.0.0.1:2")
     command = [str(_NGINX), "-t", "-c", str(configuration), "-p", str(tmp_path)]

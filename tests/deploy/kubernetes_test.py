@@ -133,7 +133,7 @@ def test_selectors_match_pods(overlay: Overlay) -> None:
             assert overlay.matching(constraint["labelSelector"]["matchLabels"]) == [workload]
 
 
-def test_learners_reach_the_fleet_server_and_nobody_else(overlay: Overlay) -> None:
+def test_learners_reach_only_the_fleet_server(overlay: Overlay) -> None:
     service = overlay.named("Service", "procgen")
     (fleet,) = overlay.matching(service["spec"]["selector"])
     assert "fleet" in server_flags.values(overlay.flags(fleet))
@@ -155,7 +155,7 @@ def test_pods_of_the_cluster_have_names_that_flags_and_services_agree_on(overlay
         flags = server_flags.values(overlay.flags(server))
         name = headless["metadata"]["name"]
         assert flags["cluster_peers"] == name
-        # Certificates have no wildcard for a name of two parts, so it is told in full.
+        # Certificates have no wildcard for two labels, so the name is given in full.
         host = f"pod_name.{name}.pod_namespace.svc"
         assert flags["advertised_address"] == f"{host}:{port_of(flags['address'])}"
         assert flags["node_id"] == "pod_name"
@@ -174,7 +174,7 @@ def test_ports_agree_with_flags(overlay: Overlay) -> None:
             assert how["port"] in (expected, ports(server)[expected])
 
 
-def test_the_network_policy_lets_through_what_the_flags_speak(overlay: Overlay) -> None:
+def test_the_network_policy_allows_the_ports_of_the_flags(overlay: Overlay) -> None:
     policy = overlay.named("NetworkPolicy", "procgen-cluster")["spec"]
     for server in overlay.of_kind("StatefulSet"):
         assert server in overlay.matching(policy["podSelector"]["matchLabels"])
@@ -204,7 +204,7 @@ def test_grpc_probes_name_services_that_are_healthy(
                 assert health(b"\x0a" + bytes([len(name)]) + name) == b"\x08\x01"
 
 
-def test_what_is_mounted_is_there(overlay: Overlay) -> None:
+def test_mounted_volumes_exist(overlay: Overlay) -> None:
     readme = (_FOLDER / "README.md").read_text()
     for server in overlay.of_kind("StatefulSet"):
         claims = server["spec"].get("volumeClaimTemplates", [])
@@ -233,7 +233,7 @@ def path_is_mounted(server: dict[str, Any], path: str) -> bool:
     return False
 
 
-def test_workers_and_patience_fit_what_pods_ask_for(overlay: Overlay) -> None:
+def test_workers_and_timeouts_fit_the_pods_resources(overlay: Overlay) -> None:
     for server in overlay.of_kind("StatefulSet"):
         flags = server_flags.values(overlay.flags(server))
         if "workers" in flags:
@@ -243,7 +243,7 @@ def test_workers_and_patience_fit_what_pods_ask_for(overlay: Overlay) -> None:
         assert pod(server)["terminationGracePeriodSeconds"] >= drain + page + 5
 
 
-def test_the_autoscaler_scales_what_is_there(overlay: Overlay) -> None:
+def test_the_autoscaler_targets_an_existing_workload(overlay: Overlay) -> None:
     (scaler,) = overlay.of_kind("HorizontalPodAutoscaler")
     target = overlay.named("StatefulSet", scaler["spec"]["scaleTargetRef"]["name"])
     assert "replicas" not in target["spec"]  # Or each `kubectl apply` would undo what it did.
@@ -251,7 +251,7 @@ def test_the_autoscaler_scales_what_is_there(overlay: Overlay) -> None:
     assert 3 <= scaler["spec"]["minReplicas"] <= scaler["spec"]["maxReplicas"]
 
 
-def test_pods_may_do_nothing_but_compute_and_listen(overlay: Overlay) -> None:
+def test_pods_have_minimal_privileges(overlay: Overlay) -> None:
     for workload in overlay.workloads():
         assert pod(workload)["automountServiceAccountToken"] is False
         assert pod(workload)["securityContext"]["runAsNonRoot"] is True
@@ -264,7 +264,7 @@ def test_pods_may_do_nothing_but_compute_and_listen(overlay: Overlay) -> None:
         assert {"requests", "limits"} <= container(workload)["resources"].keys()
 
 
-def test_in_production_nobody_is_let_in_unasked() -> None:
+def test_production_requires_authentication() -> None:
     if shutil.which("kubectl") is None:
         pytest.skip("there is no kubectl")
     production = Overlay("production")

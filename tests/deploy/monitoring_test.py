@@ -73,7 +73,7 @@ def labels_of(expression: str) -> set[str]:
     return {*grouped, *matched} - {""}
 
 
-def test_all_that_is_asked_for_is_served(exported: Exported) -> None:
+def test_every_queried_metric_exists(exported: Exported) -> None:
     for expression in expressions():
         names = metrics_of(expression)
         assert names <= exported.keys(), expression
@@ -81,19 +81,19 @@ def test_all_that_is_asked_for_is_served(exported: Exported) -> None:
         assert labels_of(expression) <= known, expression
 
 
-def test_all_that_is_served_is_on_the_dashboard(exported: Exported) -> None:
+def test_every_metric_is_on_the_dashboard(exported: Exported) -> None:
     shown = {re.sub(r"_(bucket|sum|count)$", "", n) for e in expressions() for n in metrics_of(e)}
     assert {re.sub(r"_(bucket|sum|count)$", "", name) for name in exported} == shown
 
 
-def test_codes_of_errors_are_codes() -> None:
+def test_queried_error_codes_exist() -> None:
     texts = [t for e in expressions() for t in re.findall(r'code[!=~]+"([^"]*)"', e)]
     codes = {code for text in texts for code in text.split("|")}
     assert codes
     assert codes <= {code.name for code in grpc.StatusCode}
 
 
-def test_panels_have_places_of_their_own() -> None:
+def test_panels_do_not_overlap() -> None:
     taken: set[tuple[int, int]] = set()
     for panel in _DASHBOARD["panels"]:
         place = panel["gridPos"]
@@ -109,7 +109,7 @@ def test_panels_have_places_of_their_own() -> None:
     assert len(set(identifiers)) == len(identifiers)
 
 
-def test_panels_ask_the_chosen_source_for_the_chosen_servers() -> None:
+def test_panels_use_the_selected_source_and_servers() -> None:
     for panel in panels():
         for target in panel["targets"]:
             assert target["datasource"]["uid"] == "${datasource}"
@@ -127,7 +127,7 @@ def test_each_alert_is_tested() -> None:
 @pytest.mark.parametrize(
     "arguments", [("check", "config", "prometheus.yaml"), ("test", "rules", "alerts_test.yaml")]
 )
-def test_prometheus_agrees(arguments: tuple[str, ...]) -> None:
+def test_prometheus_accepts_the_rules(arguments: tuple[str, ...]) -> None:
     if shutil.which("promtool") is None:
         pytest.skip("there is no promtool; deploy/install-dependencies.sh --slow installs it")
     result = subprocess.run(

@@ -87,7 +87,7 @@ def test_the_installed_service_serves_and_stops(installed: ThrowawayRoot) -> Non
     assert process.wait(timeout=seconds(unit(installed)["TimeoutStopSec"])) == 0
 
 
-def test_the_service_is_nobody_else(installed: ThrowawayRoot) -> None:
+def test_the_service_has_its_own_user(installed: ThrowawayRoot) -> None:
     entry = installed.run("getent", "passwd", unit(installed)["User"]).stdout.strip().split(":")
     assert int(entry[2]) not in (0, 65534)
     assert entry[6] == "/usr/sbin/nologin"
@@ -114,14 +114,14 @@ def test_learners_of_the_services_user_share_its_memory(installed: ThrowawayRoot
         process.wait()
 
 
-def test_a_drain_ends_before_systemd_loses_its_patience(installed: ThrowawayRoot) -> None:
+def test_drain_ends_before_systemds_timeout(installed: ThrowawayRoot) -> None:
     flags = (installed.path / _FLAGS).read_text()
     drain = seconds(re.search(r"^--drain_timeout=(\S+)$", flags, re.MULTILINE).group(1))
     page = 2  # What the page of metrics takes to end.
     assert seconds(unit(installed)["TimeoutStopSec"]) >= drain + page + 5
 
 
-def test_the_unit_is_sound_and_may_do_little(installed: ThrowawayRoot) -> None:
+def test_the_unit_is_valid_and_restricted(installed: ThrowawayRoot) -> None:
     if shutil.which("systemd-analyze") is None:
         pytest.skip("there is no systemd-analyze")
     verified = installed.run("systemd-analyze", "verify", f"/{_UNIT}")
@@ -133,7 +133,7 @@ def test_the_unit_is_sound_and_may_do_little(installed: ThrowawayRoot) -> None:
     assert exposure.returncode == 0, exposure.stdout
 
 
-def test_changed_flags_outlive_an_upgrade_and_a_removal(installed: ThrowawayRoot) -> None:
+def test_changed_flags_survive_upgrade_and_removal(installed: ThrowawayRoot) -> None:
     flags = installed.path / _FLAGS
     flags.write_text("--address=127.0.0.1:50060\n")
     for command in (["--install", "/tmp/procgen-server.deb"], ["--remove", "procgen-server"]):

@@ -65,7 +65,7 @@ def test_help_names_every_flag() -> None:
         (["--output=/no/such/folder/games.png"], "there is no folder /no/such/folder"),
     ],
 )
-def test_a_wrong_flag_is_refused_before_anything_is_done(
+def test_an_invalid_flag_is_rejected_first(
     arguments: list[str], message: str
 ) -> None:
     result = quickstart(*arguments)
@@ -79,7 +79,7 @@ def listed(*flags: str) -> set[str]:
     return set(subprocess.run(command, capture_output=True, text=True, check=True).stdout.split())
 
 
-def test_what_building_needs_has_nothing_that_only_tests_need() -> None:
+def test_build_dependencies_exclude_test_dependencies() -> None:
     for_building, for_tests = listed(), listed("--tests")
     assert for_building < for_tests
     only_for_tests = {"chromium", "golang-go", "nodejs", "kubernetes-client", "ffmpeg", "mypy"}
@@ -103,7 +103,7 @@ def test_each_script_installs_what_it_uses(script: str, flags: str, tmp_path: Pa
     assert (result.returncode, result.stdout) == (3, f"asked for: {flags}\n")
 
 
-def test_a_cluster_is_played_and_goes_on_without_one_of_its_nodes(tmp_path: Path) -> None:
+def test_a_cluster_survives_the_loss_of_a_node(tmp_path: Path) -> None:
     process = demonstration("--seconds", "1", "--nodes", "3", "--keep", directory=tmp_path)
     output, complaints = process.communicate()
     assert (process.returncode, complaints) == (0, "")
@@ -124,7 +124,7 @@ def test_a_cluster_is_played_and_goes_on_without_one_of_its_nodes(tmp_path: Path
                 os.kill(number, signal.SIGKILL)
 
 
-def test_it_tells_how_fast_draws_the_games_and_stops(tmp_path: Path) -> None:
+def test_it_prints_rates_draws_the_games_and_stops(tmp_path: Path) -> None:
     process = demonstration("--seconds", "1", directory=tmp_path)
     output, complaints = process.communicate()
     assert (process.returncode, complaints) == (0, "")
@@ -136,7 +136,7 @@ def test_it_tells_how_fast_draws_the_games_and_stops(tmp_path: Path) -> None:
     assert "event=stopped" in server_log(tmp_path)
 
 
-def test_keep_leaves_a_server_and_says_how_to_stop_it(tmp_path: Path) -> None:
+def test_keep_leaves_a_server_and_prints_how_to_stop_it(tmp_path: Path) -> None:
     process = demonstration("--seconds", "1", "--keep", directory=tmp_path)
     output, complaints = process.communicate()
     assert (process.returncode, complaints) == (0, "")
@@ -160,7 +160,7 @@ def test_keep_leaves_a_server_and_says_how_to_stop_it(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("end", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
-def test_an_end_from_outside_stops_the_server(tmp_path: Path, end: signal.Signals) -> None:
+def test_a_signal_stops_the_server(tmp_path: Path, end: signal.Signals) -> None:
     process = demonstration("--seconds", "100", directory=tmp_path)
     assert process.stdout is not None
     process.stdout.readline()  # It says that it begins: the server is there.
@@ -170,7 +170,7 @@ def test_an_end_from_outside_stops_the_server(tmp_path: Path, end: signal.Signal
     assert "event=stopped" in server_log(tmp_path)
 
 
-def test_a_server_that_does_not_start_is_told(tmp_path: Path) -> None:
+def test_a_failed_server_start_is_reported(tmp_path: Path) -> None:
     process = subprocess.run(
         [sys.executable, _DEPLOY / "quickstart.py", "--binary", "/no/such/server"],
         capture_output=True,

@@ -79,26 +79,26 @@ def said(tmp_path_factory: pytest.TempPathFactory) -> str:
     return output
 
 
-def test_the_package_starts_the_service_and_has_it_start_again(said: str) -> None:
+def test_the_package_starts_and_restarts_the_service(said: str) -> None:
     assert re.search(r"^enabled$", said, re.MULTILINE)
     assert said.count("procgen-server 0.") == 4
 
 
-def test_it_may_be_a_node_of_a_cluster(said: str) -> None:
+def test_the_service_can_be_a_cluster_node(said: str) -> None:
     assert re.search(r"^nodes/alone .* serving ", said, re.MULTILINE)
 
 
-def test_it_may_do_nothing_that_it_need_not(said: str) -> None:
+def test_the_service_has_minimal_privileges(said: str) -> None:
     assert re.search(r"^CapEff:\s+0+$", said, re.MULTILINE)
     assert re.search(r"^NoNewPrivs:\s+1$", said, re.MULTILINE)
     assert re.search(r"^Seccomp:\s+2$", said, re.MULTILINE)
 
 
-def test_it_shares_memory_all_the_same(said: str) -> None:
+def test_the_service_can_share_memory(said: str) -> None:
     assert "pixels True" in said
 
 
-def test_it_is_started_again_when_it_dies(said: str) -> None:
+def test_the_service_restarts_after_a_crash(said: str) -> None:
     assert "NRestarts=1" in said
 
 

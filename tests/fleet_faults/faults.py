@@ -23,7 +23,7 @@ THEMES: dict[str, tuple[str, ...]] = {
     "clock": (*NODES, FLEET),
 }
 _CLOCK_SECONDS = (-86400, -3600, -30, 30, 3600, 86400)
-# Shorter than it takes to notice, and longer.
+# Shorter and longer than failure detection takes.
 _SECONDS = (0.05, 0.3, 1.0, 2.0, 3.5, 6.0)
 
 
@@ -72,7 +72,7 @@ def draw(seed: int, request_count: int, theme: str | None = None) -> list[Fault]
 
 
 class FaultDriver:
-    """Brings a schedule about."""
+    """Injects the faults of a schedule."""
 
     def __init__(self, testbed: Testbed) -> None:
         """Begins with everything in order."""

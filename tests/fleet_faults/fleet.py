@@ -109,15 +109,15 @@ class Fleet:
         self._processes[host].wait()
 
     def drain(self, host: str) -> None:
-        """Tells it to end, once nobody needs it."""
+        """Sends SIGTERM: the server drains."""
         self._processes[host].terminate()
 
     def pause(self, host: str) -> None:
-        """Stops it as it is, connections and all."""
+        """Sends SIGSTOP; connections stay open."""
         self._processes[host].send_signal(signal.SIGSTOP)
 
     def resume(self, host: str) -> None:
-        """Undoes pause."""
+        """Resumes a paused server."""
         self._processes[host].send_signal(signal.SIGCONT)
 
     def fill_disk(self) -> None:

@@ -1,4 +1,4 @@
-"""A fleet on hosts of its own: whatever happens to them, the learner sees what one server shows."""
+"""A fleet on separate hosts: under every fault the learner's trace equals that of one server."""
 
 from __future__ import annotations
 
@@ -79,7 +79,7 @@ def test_a_node_is_added(testbed: Testbed, script: Script, expected: Trace) -> N
     assert_same(expected, trace, testbed.fleet)
 
 
-def test_all_nodes_are_killed_and_one_comes(
+def test_all_nodes_are_killed_and_one_joins(
     testbed: Testbed, script: Script, expected: Trace
 ) -> None:
     def kill_all() -> None:

@@ -20,11 +20,11 @@ _ROOT = Path(__file__).resolve().parents[2]
 
 
 class LearnerError(Exception):
-    """The learner has failed; the message has its last words."""
+    """The learner has failed; the message has the end of its output."""
 
 
 class LearnerProcess:
-    """A learner at play, that says how far it is."""
+    """A running learner that reports its progress."""
 
     def __init__(
         self,
@@ -47,8 +47,8 @@ class LearnerProcess:
             script: What it does.
             folder: For its trace and its log.
             node_count: Nodes that the server must see before it begins.
-            announce: Requests before which it tells that it is there, and goes on.
-            gates: The same, but it goes on with open_gate.
+            announce: Requests that it announces before sending them.
+            gates: The same, but it waits for open_gate.
         """
         self._trace_path = folder / "learner.npz"
         self._log_path = folder / "learner.log"

@@ -13,7 +13,7 @@ from types import TracebackType
 from typing import Any, Literal
 
 # Names of namespaces: procgen-RUN-NETWORK-HOST, where RUN is the process that made it and when it
-# began, so that nobody is taken for it who has its number later.
+# began, so that a later process with the same number is not mistaken for it.
 _PREFIX = "procgen-"
 _NAME = re.compile(_PREFIX + r"(\d+-\d+)-\d+-\w+")
 _network_numbers = itertools.count()
@@ -21,7 +21,7 @@ _FOLDER = Path("/run/netns")
 _SWITCH = "switch"
 # What is seen in no namespace but ours, so it need not be unique.
 _SUBNET = "10.213.0"
-# What programs say to those who may not, or where the kernel was built without something.
+# Error messages for missing permissions or missing kernel features.
 _PROHIBITED = re.compile("not permitted|denied|not supported|unknown device type", re.IGNORECASE)
 
 # Which packets a cut drops: those that go to the host, those that come from it.

@@ -92,7 +92,7 @@ def test_a_cut_drops_the_packets_of_its_direction(
     assert answerer.heard() == heard
 
 
-def test_an_unplugged_host_is_reached_when_it_is_plugged_in(network: Network) -> None:
+def test_a_replugged_host_is_reachable(network: Network) -> None:
     answerer = Answerer(network)
     network.unplug("right")
     assert answerer.ask("unplugged") == "silence"
@@ -116,7 +116,7 @@ with Network(("left",)) as network:
 
 
 @pytest.mark.parametrize("stop", [signal.SIGINT, signal.SIGKILL])
-def test_nothing_stays_of_a_run_that_was_ended(network: Network, stop: signal.Signals) -> None:
+def test_an_ended_run_leaves_nothing(network: Network, stop: signal.Signals) -> None:
     run = subprocess.Popen(
         [sys.executable, "-c", _RUN],
         stdout=subprocess.PIPE,
@@ -136,7 +136,7 @@ def test_nothing_stays_of_a_run_that_was_ended(network: Network, stop: signal.Si
     assert _has_ended(sleeper)
 
 
-def test_a_trace_that_differs_in_one_answer_is_told() -> None:
+def test_a_trace_with_one_different_response_is_detected() -> None:
     digests = np.arange(5 * len(FIELDS), dtype=np.uint32).reshape(5, -1)
     expected = Trace(digests, np.zeros(5))
     assert difference(expected, Trace(digests.copy(), np.ones(5))) is None
@@ -156,5 +156,5 @@ def _has_ended(process_id: int) -> bool:
         os.kill(process_id, 0)
     except ProcessLookupError:
         return True
-    # Whoever has to take note of its end may not have done so yet.
+    # The parent may not have reaped it yet.
     return Path(f"/proc/{process_id}/stat").read_text().rpartition(")")[2].split()[0] == "Z"

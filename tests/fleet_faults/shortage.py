@@ -1,4 +1,4 @@
-"""What a server runs short of, and a wall clock that is set: faults of a host that is reachable."""
+"""Faults of a reachable host: a full disk, a thread limit, a wall clock that is set."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ class Disk:
         (self._folder / _FILLER).unlink(missing_ok=True)
 
     def close(self) -> None:
-        """Removes it, whoever still has files there."""
+        """Unmounts it, even while files are open."""
         subprocess.run(["umount", "-l", os.fspath(self._folder)], check=False)
 
 

@@ -1,4 +1,4 @@
-"""Where a scenario plays: hosts, a fleet on them, and a learner whose trace is compared."""
+"""The testbed of a scenario: hosts, a fleet on them, and a learner whose trace is compared."""
 
 from __future__ import annotations
 
@@ -135,7 +135,7 @@ class Testbed:
 
         Args:
             script: What the learner does.
-            faults: By request: called while the learner goes on.
+            faults: By request: called while the learner continues.
             gates: By request: called while it waits.
 
         Raises:

@@ -25,8 +25,8 @@ constexpr char kProcess[] = "/dm_env_rpc.v1.Environment/Process";
 constexpr size_t kPiecesMax = 24;
 constexpr size_t kStreamsMax = 4;
 
-// A request that waits for another stream's step may wait for ever, as only one is played at a
-// time.
+// Whether a request waits for another stream's step. It would wait indefinitely, because only one
+// stream is played at a time.
 bool WaitsForOthers(const std::string& bytes) {
   dm::EnvironmentRequest request;
   return request.ParseFromString(bytes) && request.has_reset_world();

@@ -22,8 +22,8 @@ struct LearnerOptions {
   bool resumes;      // The stream reconnects after UNAVAILABLE.
 };
 
-// Runs a session of the C++ client: creates a pool, and steps it or calls the other methods. Goes
-// on with the next call after an error. Reads every array of every batch. Aborts where
+// Runs a session of the C++ client: creates a pool, and steps it or calls the other methods.
+// Continues with the next call after an error. Reads every array of every batch. Aborts where
 //   the arrays of a batch do not fit its environments and its pool;
 //   an answer that is an error leaves something to read;
 //   an error has a code that the client does not document.

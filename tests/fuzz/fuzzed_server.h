@@ -43,7 +43,8 @@ class FuzzedServer {
 // The one of this process; never destroyed.
 FuzzedServer& TheFuzzedServer();
 
-// An error is one that the contract promises to whoever sends nonsense, with a message that fits.
+// Requires that an error is one that the protocol documents for invalid input, with a valid
+// message.
 void RequirePromised(const absl::Status& status);
 
 }  // namespace procgen

@@ -167,7 +167,7 @@ void ChangeSomething(Json& root, RandomStream& random) {
 }  // namespace
 
 std::string MutatedSnapshot(absl::string_view snapshot, uint32_t seed, size_t length_max) {
-  // Tells whether the bytes are a tree that can be built within bounds.
+  // Rejects bytes that are no tree within bounds.
   if (!SnapshotAsJson(snapshot).ok()) {
     return "";
   }

@@ -1,6 +1,6 @@
-// Tells ThreadSanitizer what absl::Mutex, absl::CondVar, absl::Notification and absl::call_once do.
-// Debian's Abseil is built without the sanitizer, so that it would see no lock taken and report
-// races between all that is guarded, in our code and behind gRPC, which locks with them, too.
+// Annotates absl::Mutex, absl::CondVar, absl::Notification and absl::call_once for ThreadSanitizer.
+// Debian's Abseil is built without the sanitizer, which would see no lock and report races on all
+// guarded data, in our code and in gRPC, which uses the same locks.
 // Linked into every program of the tsan preset, these definitions come before the library's and
 // call them. What ends in WithTimeout is not here, because it calls what ends in WithDeadline.
 //

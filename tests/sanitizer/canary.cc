@@ -1,5 +1,5 @@
-// A program with a race, which ThreadSanitizer must report: it proves that what this folder tells
-// the sanitizer hides nothing of ours. Its argument says where the race is:
+// A program with a race that ThreadSanitizer must report. It proves that the annotations of this
+// folder hide no race of ours. Its argument selects the race:
 //
 //   callback  between a reaction of a server, on a thread of gRPC, and the thread of a client
 //   mutex     between two threads, of which each holds a lock of its own

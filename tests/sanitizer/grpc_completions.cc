@@ -1,5 +1,5 @@
-// Tells ThreadSanitizer that what comes before the start of an operation of gRPC happens before
-// what comes after its completion. Debian's gRPC is built without the sanitizer and hands
+// Annotates gRPC's operations for ThreadSanitizer: the start of an operation happens before its
+// completion. Debian's gRPC is built without the sanitizer and hands
 // operations from thread to thread with atomics, so it would report races within each operation: in
 // gRPC's own headers, which are compiled into our programs, and in the messages and reactors of
 // ours.
@@ -8,8 +8,9 @@
 // call them. All that gRPC's C++ does, streams and callbacks included, goes through these. The
 // order is that of a tag, so two operations of which neither waits for the other still race.
 //
-// Between a client and a server in one process gRPC hands over the very memory of a message, so who
-// reads it comes after who sent it. (Otherwise the sanitizer sees a socket between them.)
+// Between a client and a server in one process gRPC passes the memory of a message itself, so
+// sending a message happens before reading it. (Otherwise the sanitizer sees a socket between
+// them.)
 
 #include <sanitizer/tsan_interface.h>
 
@@ -40,7 +41,7 @@ void AfterWait(const grpc_event& event) {
   }
 }
 
-// The slices of a message that know who shares them.
+// Calls `use` for the reference-counted slices of a message.
 template <typename Use>
 void ForEachShared(grpc_byte_buffer* message, Use use) {
   if (message == nullptr || message->type != GRPC_BB_RAW) {
@@ -154,8 +155,8 @@ void ServerCallbackCall::ScheduleOnDone(bool inline_ondone) {
 namespace grpc {
 namespace {
 
-// What an alarm calls. It is kept by the alarm and by the timer, and the last to let go of it ends
-// it: whoever that is, what was called has returned.
+// The callback of an alarm. Alarm and timer share it, and the last to release it destroys it, after
+// the callback has returned.
 class AlarmCallback {
  public:
   explicit AlarmCallback(std::function<void(bool)> callback)

@@ -1,5 +1,5 @@
-// Tells ThreadSanitizer that whoever lets go of the last reference comes after all who let go
-// before. absl::Status, absl::Cord and the slices of gRPC's buffers count their references with
+// Annotates reference counts for ThreadSanitizer: every release of a reference happens before the
+// last one. absl::Status, absl::Cord and the slices of gRPC's buffers count their references with
 // atomics inside of Debian's libraries, which are built without the sanitizer.
 //
 // Linked into every program of the tsan preset, these definitions come before the library's and
@@ -32,9 +32,8 @@ void LetGo(void* shared) {
   }
 }
 
-// Has what is shared be let go of one at a time, so that who is told to be last is. Relaxed,
-// because it must not order anything else in the sanitizer's eyes. What is freed may hold slices
-// itself.
+// Serialises releases, so that the release annotated as the last one is the last. Relaxed, because
+// the sanitizer must see no other ordering. Freed objects may contain slices.
 class LettingGo {
  public:
   LettingGo() {

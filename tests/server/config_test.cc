@@ -11,7 +11,7 @@ using testing::HasSubstr;
 
 TEST(ConfigTest, DefaultsAreValid) { EXPECT_THAT(CheckConfig(Config()), IsOk()); }
 
-TEST(ConfigTest, AddressWithoutPortIsRefused) {
+TEST(ConfigTest, AddressWithoutPortIsRejected) {
   Config config;
   config.server.address = "localhost";
   EXPECT_THAT(CheckConfig(config),
@@ -20,7 +20,7 @@ TEST(ConfigTest, AddressWithoutPortIsRefused) {
                        "or 'unix:PATH'"));
 }
 
-TEST(ConfigTest, PortOutOfRangeIsRefused) {
+TEST(ConfigTest, PortOutOfRangeIsRejected) {
   Config config;
   config.server.address = "127.0.0.1:65536";
   EXPECT_THAT(CheckConfig(config),
@@ -33,7 +33,7 @@ TEST(ConfigTest, UnixSocketIsAllowed) {
   EXPECT_THAT(CheckConfig(config), IsOk());
 }
 
-TEST(ConfigTest, OtherMachinesAreLetInOnlyWithTlsAndAWayToTellWhoCalls) {
+TEST(ConfigTest, RemoteListeningNeedsTlsAndAuthentication) {
   Config config;
   config.server.address = "0.0.0.0:50051";
   EXPECT_THAT(CheckConfig(config),
@@ -58,7 +58,7 @@ TEST(ConfigTest, OtherMachinesAreLetInOnlyWithTlsAndAWayToTellWhoCalls) {
   EXPECT_THAT(CheckConfig(config), IsOk());
 }
 
-TEST(ConfigTest, MetricsAreServedOnHostsOfThisMachineUnlessSaid) {
+TEST(ConfigTest, MetricsAreLocalByDefault) {
   Config config;
   for (const char* address : {"127.0.0.1:9090", "localhost:0"}) {
     config.metrics_address = address;
@@ -74,7 +74,7 @@ TEST(ConfigTest, MetricsAreServedOnHostsOfThisMachineUnlessSaid) {
   EXPECT_THAT(CheckConfig(config), IsOk());
 }
 
-TEST(ConfigTest, MetricsAddressThatIsNoneIsRefused) {
+TEST(ConfigTest, InvalidMetricsAddressIsRejected) {
   for (const char* address : {"9090", "localhost", "127.0.0.1:80s", "unix:/tmp/metrics.sock",
                               "127.0.0.1:1,0.0.0.0:2", "[::1]:9090"}) {
     Config config;
@@ -85,7 +85,7 @@ TEST(ConfigTest, MetricsAddressThatIsNoneIsRefused) {
   }
 }
 
-TEST(ConfigTest, PagesAreServedElsewhereWithTlsAndTokensAlone) {
+TEST(ConfigTest, RemotePagesNeedTlsAndTokens) {
   Config config;
   config.web_address = "127.0.0.1:8080";
   EXPECT_THAT(CheckConfig(config), IsOk());
@@ -106,7 +106,7 @@ TEST(ConfigTest, PagesAreServedElsewhereWithTlsAndTokensAlone) {
   EXPECT_THAT(CheckConfig(config), IsOk());
 }
 
-TEST(ConfigTest, PagesNeedTokensWhereCertificatesTellWhoCalls) {
+TEST(ConfigTest, PagesNeedTokensDespiteClientCertificates) {
   Config config;
   config.web_address = "127.0.0.1:8080";
   config.tls = {"certificate.pem", "key.pem", "ca.pem"};
@@ -116,7 +116,7 @@ TEST(ConfigTest, PagesNeedTokensWhereCertificatesTellWhoCalls) {
   EXPECT_THAT(CheckConfig(config), IsOk());
 }
 
-TEST(ConfigTest, AddressesAndNamesOfPagesThatAreNoneAreRefused) {
+TEST(ConfigTest, InvalidPageAddressesAndHostsAreRejected) {
   for (const char* address : {"8080", "localhost", "127.0.0.1:80s", "unix:/tmp/web.sock"}) {
     Config config;
     config.web_address = address;
@@ -137,7 +137,7 @@ TEST(ConfigTest, AddressesAndNamesOfPagesThatAreNoneAreRefused) {
               StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr("without --web_address")));
 }
 
-TEST(ConfigTest, HalfACertificateIsRefused) {
+TEST(ConfigTest, CertificateWithoutKeyIsRejected) {
   Config config;
   config.tls.certificate = "certificate.pem";
   EXPECT_THAT(CheckConfig(config),
@@ -150,7 +150,7 @@ TEST(ConfigTest, HalfACertificateIsRefused) {
                                             HasSubstr("--tls_client_ca is given without")));
 }
 
-TEST(ConfigTest, CloneSourceAllowlistIsLocalOnLoopbackAndNoneElsewhereUnlessSaid) {
+TEST(ConfigTest, CloneSourceAllowlistDefaultsToLocalOnLoopbackAndNoneElsewhere) {
   const Address local = *ParseAddress("127.0.0.1:1");
   Config config;
   ASSERT_THAT(LoadSecrets(&config), IsOk());
@@ -166,7 +166,7 @@ TEST(ConfigTest, CloneSourceAllowlistIsLocalOnLoopbackAndNoneElsewhereUnlessSaid
                                              HasSubstr("--clone_source_allowlist has 'http://x'")));
 }
 
-TEST(ConfigTest, LimitOutOfRangeIsRefusedByName) {
+TEST(ConfigTest, LimitOutOfRangeIsRejectedByName) {
   Config config;
   config.server.limits.request_bytes_max = 1000;
   EXPECT_THAT(CheckConfig(config),
@@ -204,7 +204,7 @@ TEST(ConfigTest, LeasesResumeBuffersAndKeepaliveHaveRanges) {
                "--keepalive_timeout in milliseconds is 90000000, allowed: 100 to 86400000"));
 }
 
-TEST(ConfigTest, PoolLargerThanServerIsRefused) {
+TEST(ConfigTest, PoolLimitBeyondServerLimitIsRejected) {
   Config config;
   config.server.limits.pool_env_count_max = 11;
   config.server.limits.env_count_max = 10;
@@ -212,7 +212,7 @@ TEST(ConfigTest, PoolLargerThanServerIsRefused) {
                                             HasSubstr("--pool_env_count_max is 11")));
 }
 
-TEST(ConfigTest, NodesOfAClusterTellWhereTheyCanBeReached) {
+TEST(ConfigTest, ClusterNodesNeedAReachableAddress) {
   Config config;
   config.cluster.name = "c";
   EXPECT_THAT(CheckConfig(config), IsOk());
@@ -232,7 +232,7 @@ TEST(ConfigTest, NodesOfAClusterTellWhereTheyCanBeReached) {
   }
 }
 
-TEST(ConfigTest, FlagsOfAClusterNeedOne) {
+TEST(ConfigTest, ClusterFlagsNeedACluster) {
   Config config;
   config.cluster.peers = {"a"};
   EXPECT_THAT(CheckConfig(config),
@@ -251,7 +251,7 @@ TEST(ConfigTest, FlagsOfAClusterNeedOne) {
               StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr("--cluster is 'a*'")));
 }
 
-TEST(ConfigTest, AFleetThatNobodyNamedKeepsItsNodeIdInItsStateDir) {
+TEST(ConfigTest, UnnamedFleetKeepsItsNodeIdInStateDir) {
   const TemporaryFolder folder;
   const auto id_of_next_process = [&](const std::string& drawn, bool draws) {
     Config config;

@@ -55,7 +55,7 @@ TEST_P(SignalTest, DrainsAndExitsWithZero) {
 
 INSTANTIATE_TEST_SUITE_P(Signals, SignalTest, testing::Values(SIGTERM, SIGINT));
 
-TEST(DrainingTest, LearnerGoesOnElsewhereWhereItWas) {
+TEST(DrainingTest, LearnerContinuesOnAnotherServer) {
   ServerProcess leaving({"--address=127.0.0.1:0", "--drain_timeout=1h"});
   ServerProcess staying({"--address=127.0.0.1:0"});
   const auto before = procgen_client::Client::Connect(leaving.Address());
@@ -93,7 +93,7 @@ TEST(DrainingTest, LearnerGoesOnElsewhereWhereItWas) {
   }
 }
 
-TEST(DrainingTest, LearnerThatLeavesItsPoolIsWaitedForUntilTheTimeout) {
+TEST(DrainingTest, DrainWaitsForAttachedPoolsUntilTheTimeout) {
   ServerProcess process({"--address=127.0.0.1:0", "--drain_timeout=1s"});
   const auto client = procgen_client::Client::Connect(process.Address());
   ASSERT_THAT(client, IsOk());
@@ -106,7 +106,7 @@ TEST(DrainingTest, LearnerThatLeavesItsPoolIsWaitedForUntilTheTimeout) {
   EXPECT_GE(absl::Now() - begin, absl::Seconds(1));
 }
 
-TEST(DrainingTest, PoolsThatNobodyStepsAndIdleConnectionsHoldUpNothing) {
+TEST(DrainingTest, IdlePoolsAndConnectionsDoNotDelayDrain) {
   ServerProcess process({"--address=127.0.0.1:0", "--drain_timeout=1h"});
   const auto client = procgen_client::Client::Connect(process.Address());
   ASSERT_THAT(client, IsOk());
@@ -144,13 +144,13 @@ TEST(BinaryTest, HelpListsTheFlags) {
   }
 }
 
-TEST(BinaryTest, WrongFlagsAreExplained) {
+TEST(BinaryTest, InvalidFlagsAreReported) {
   ServerProcess process({"--workers=-3"});
   EXPECT_EQ(process.Wait(), 2);
   EXPECT_THAT(process.rest(), HasSubstr("--workers is -3, allowed: 1 to 1024"));
 }
 
-TEST(BinaryTest, ArtOfAFolderIsDrawnAndTold) {
+TEST(BinaryTest, ArtDirIsDrawnAndReported) {
   const TemporaryFolder temporary;
   const std::string folder = temporary.At("art");
   PaintArtFolder(folder);
@@ -164,7 +164,7 @@ TEST(BinaryTest, ArtOfAFolderIsDrawnAndTold) {
   EXPECT_NE(own, other);
 }
 
-TEST(BinaryTest, FolderWithoutArtIsExplained) {
+TEST(BinaryTest, ArtDirWithoutArtIsReported) {
   const TemporaryFolder temporary;
   const std::string folder = temporary.At("none");
   ServerProcess process({"--address=127.0.0.1:0", "--art_dir=" + folder});
@@ -181,7 +181,7 @@ TEST(BinaryTest, AddressInUseIsAnError) {
   EXPECT_THAT(second.rest(), HasSubstr("cannot listen on " + address));
 }
 
-TEST(BinaryTest, StatesGoFromServerToServer) {
+TEST(BinaryTest, StatesAreClonedBetweenServers) {
   ServerProcess source_process({"--address=127.0.0.1:0", "--workers=1"});
   ServerProcess target_process({"--address=127.0.0.1:0", "--workers=3"});
   const std::string source_address = source_process.Address();

@@ -29,7 +29,7 @@ v1::StepPoolRequest ResetRequest(int32_t environment) {
   return request;
 }
 
-TEST_F(ContractTest, RowsThatWereNotSteppedRepeatTheLastStep) {
+TEST_F(ContractTest, SkippedRowsRepeatTheLastStep) {
   v1::PoolSpec spec = MazeSpec(2);
   spec.set_games(0, "chaser");
   const auto stream = CreateAndAttach(spec);
@@ -53,7 +53,7 @@ TEST_F(ContractTest, RowsThatWereNotSteppedRepeatTheLastStep) {
   EXPECT_THAT(batch.fingerprints(), ElementsAre(stepped.fingerprints[1]));
 }
 
-TEST_F(ContractTest, RowsThatWereResetHaveTheLevelThatWasLeftAndNoReward) {
+TEST_F(ContractTest, ResetRowsHaveThePreviousLevelAndNoReward) {
   const auto stream = CreateAndAttach(MazeSpec(2));
   procgen_client::Batch batch;
   ASSERT_THAT(stream->Step({4, 4}, &batch), IsOk());
@@ -71,7 +71,7 @@ TEST_F(ContractTest, RowsThatWereResetHaveTheLevelThatWasLeftAndNoReward) {
   EXPECT_THAT(batch.episode_lengths(), ElementsAre(0, 1));
 }
 
-TEST_F(ContractTest, ObserveHasPicturesAlsoAfterStepsWithoutAny) {
+TEST_F(ContractTest, ObserveReturnsObservationsAfterStepsWithoutThem) {
   const auto stream = CreateAndAttach(MazeSpec(2));
   const auto drawn = CreateAndAttach(MazeSpec(2));
   v1::StepPoolRequest request = StepRequest({7, 5});

@@ -99,7 +99,7 @@ TEST_F(MetricsPageOfServerTest, CountersEqualWhatALearnerDid) {
             static_cast<double>(load->stream_received_bytes()));
 }
 
-TEST_F(MetricsPageOfServerTest, IsThereWhileTheServerDrainsAndGoneAfterwards) {
+TEST_F(MetricsPageOfServerTest, IsServedUntilDrainEnds) {
   const auto pool = client_->CreatePool(MazeSpec(1));
   ASSERT_THAT(pool, IsOk());
   const auto stream = client_->Attach(pool->name());
@@ -114,13 +114,13 @@ TEST_F(MetricsPageOfServerTest, IsThereWhileTheServerDrainsAndGoneAfterwards) {
   EXPECT_EQ(Page(), "");
 }
 
-TEST(MetricsAddressTest, NothingIsServedUnlessAskedFor) {
+TEST(MetricsAddressTest, IsNotServedByDefault) {
   ServerProcess process({"--address=127.0.0.1:0"});
   ASSERT_NE(process.Address(), "");
   EXPECT_THAT(process.beginning(), HasSubstr("metrics=none"));
 }
 
-TEST(MetricsAddressTest, OtherMachinesAreNotServedUnlessSaid) {
+TEST(MetricsAddressTest, RemoteAddressesNeedAllowInsecure) {
   ServerProcess process({"--address=127.0.0.1:0", "--metrics_address=0.0.0.0:0"});
   EXPECT_EQ(process.Wait(), 2);
   EXPECT_THAT(process.rest(), HasSubstr("--metrics_address is 0.0.0.0:0, which other machines"));
@@ -128,7 +128,7 @@ TEST(MetricsAddressTest, OtherMachinesAreNotServedUnlessSaid) {
   EXPECT_NE(open.Address(), "");
 }
 
-TEST(MetricsAddressTest, AnAddressThatIsTakenIsAnError) {
+TEST(MetricsAddressTest, AddressInUseIsAnError) {
   ServerProcess first({"--address=127.0.0.1:0"});
   const std::string taken = first.Address();
   ServerProcess second({"--address=127.0.0.1:0", "--metrics_address=" + taken});

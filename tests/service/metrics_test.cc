@@ -44,7 +44,7 @@ TEST_F(ServedMetricsTest, ErrorsAreCountedByMethodAndCode) {
                             Not(HasSubstr("GetLoad"))));
 }
 
-TEST_F(ServedMetricsTest, StreamsThatEndWithoutAnErrorAreNone) {
+TEST_F(ServedMetricsTest, StreamsThatEndNormallyAreNoErrors) {
   const auto stream = CreateAndAttach(MazeSpec(1));
   procgen_client::Batch batch;
   ASSERT_THAT(stream->Step({4}, &batch), IsOk());
@@ -52,7 +52,7 @@ TEST_F(ServedMetricsTest, StreamsThatEndWithoutAnErrorAreNone) {
   EXPECT_THAT(Text(), Not(HasSubstr("procgen_errors_total{")));
 }
 
-TEST_F(ServedMetricsTest, StreamsThatGoOnWhereOthersEndedAreResumed) {
+TEST_F(ServedMetricsTest, ResumedStreamsAreCounted) {
   const std::string name = CreatePool(MazeSpec(1));
   for (int i = 0; i < 3; ++i) {
     const auto stream = client_->Attach(name);
@@ -66,7 +66,7 @@ TEST_F(ServedMetricsTest, StreamsThatGoOnWhereOthersEndedAreResumed) {
                             HasSubstr("procgen_streams_attached_total{resumed=\"true\"} 2\n")));
 }
 
-TEST_F(ServedMetricsTest, LoadAndPoolsTellWhatIsCounted) {
+TEST_F(ServedMetricsTest, LoadAndPoolsReturnTheCounts) {
   const std::string name = CreatePool(MazeSpec(4));
   const auto stream = client_->Attach(name);
   ASSERT_THAT(stream, IsOk());

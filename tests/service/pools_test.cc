@@ -15,7 +15,7 @@ using testing::HasSubstr;
 
 class PoolsTest : public ServiceTest {};
 
-TEST_F(PoolsTest, CreatedPoolTellsItsSpecWithAllDefaults) {
+TEST_F(PoolsTest, CreatePoolReturnsTheSpecWithAllDefaults) {
   v1::PoolSpec spec;
   spec.add_games("coinrun");
   spec.set_env_count(3);
@@ -34,7 +34,7 @@ TEST_F(PoolsTest, CreatedPoolTellsItsSpecWithAllDefaults) {
   EXPECT_GT(pool->create_time().seconds(), 0);
 }
 
-TEST_F(PoolsTest, PoolOfATellingSpecIsTheSamePool) {
+TEST_F(PoolsTest, ReturnedSpecCreatesAnEqualPool) {
   v1::PoolSpec spec;
   spec.add_games("maze");
   spec.set_env_count(4);
@@ -63,7 +63,7 @@ TEST_F(PoolsTest, PoolIsListedUntilItIsDeleted) {
   EXPECT_THAT(client_->DeletePool(name), StatusIs(absl::StatusCode::kNotFound, HasSubstr(name)));
 }
 
-TEST_F(PoolsTest, ListIsGivenInPages) {
+TEST_F(PoolsTest, ListPoolsReturnsPages) {
   CreatePool(MazeSpec(1));
   CreatePool(MazeSpec(1));
   const auto stub = v1::PoolService::NewStub(channel_);
@@ -94,14 +94,14 @@ TEST_F(PoolsTest, UnknownGameIsNotFound) {
   EXPECT_THAT(client_->CreatePool(spec), StatusIs(absl::StatusCode::kNotFound, HasSubstr("chess")));
 }
 
-TEST_F(PoolsTest, ModeThatAGameLacksIsRefused) {
+TEST_F(PoolsTest, ModeThatAGameDoesNotSupportIsRejected) {
   v1::PoolSpec spec = MazeSpec(1);
   spec.mutable_options()->set_distribution_mode(v1::DISTRIBUTION_MODE_EXTREME);
   EXPECT_THAT(client_->CreatePool(spec), StatusIs(absl::StatusCode::kInvalidArgument,
                                                   AllOf(HasSubstr("maze"), HasSubstr("extreme"))));
 }
 
-TEST_F(PoolsTest, CountsOutOfRangeAreRefused) {
+TEST_F(PoolsTest, CountsOutOfRangeAreRejected) {
   EXPECT_THAT(client_->CreatePool(MazeSpec(0)), StatusIs(absl::StatusCode::kInvalidArgument,
                                                          "spec.env_count is 0, allowed: 1 to 500"));
   EXPECT_THAT(
@@ -113,14 +113,14 @@ TEST_F(PoolsTest, CountsOutOfRangeAreRefused) {
               StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr("start_level is -5")));
 }
 
-TEST_F(PoolsTest, MalformedNameIsRefused) {
+TEST_F(PoolsTest, MalformedNameIsRejected) {
   EXPECT_THAT(client_->GetPool("maze"),
               StatusIs(absl::StatusCode::kInvalidArgument,
                        "pool name is 'maze', allowed: 'pools/ID', with an ID of 1 to 63 of a-z, "
                        "0-9 and '-'"));
 }
 
-TEST_F(PoolsTest, LeaseIsToldAndRenewed) {
+TEST_F(PoolsTest, LeaseIsReturnedAndRenewed) {
   v1::PoolSpec spec = MazeSpec(1);
   spec.mutable_lease_duration()->set_seconds(600);
   const absl::StatusOr<v1::Pool> pool = client_->CreatePool(spec);
@@ -146,7 +146,7 @@ TEST_F(PoolsTest, PoolWithoutALeaseDoesNotExpireUntilItGetsOne) {
   EXPECT_TRUE(client_->RenewPool(name, absl::Hours(1))->has_expire_time());
 }
 
-TEST_F(PoolsTest, LeaseOutOfRangeIsRefused) {
+TEST_F(PoolsTest, LeaseOutOfRangeIsRejected) {
   v1::PoolSpec spec = MazeSpec(1);
   spec.mutable_lease_duration();
   EXPECT_THAT(client_->CreatePool(spec), StatusIs(absl::StatusCode::kInvalidArgument,
@@ -158,7 +158,7 @@ TEST_F(PoolsTest, LeaseOutOfRangeIsRefused) {
               StatusIs(absl::StatusCode::kNotFound, "there is no pool pools/nobody"));
 }
 
-TEST_F(PoolsTest, LoadCountsWhatThereIs) {
+TEST_F(PoolsTest, LoadCountsPoolsAndStreams) {
   CreatePool(MazeSpec(5));
   const absl::StatusOr<v1::Load> load = client_->GetLoad();
   ASSERT_THAT(load, IsOk());
@@ -169,7 +169,7 @@ TEST_F(PoolsTest, LoadCountsWhatThereIs) {
   EXPECT_FALSE(load->draining());
 }
 
-TEST_F(PoolsTest, CatalogTellsTheLimitsInForce) {
+TEST_F(PoolsTest, CatalogReturnsTheLimits) {
   const absl::StatusOr<v1::Catalog> catalog = client_->GetCatalog();
   ASSERT_THAT(catalog, IsOk());
   EXPECT_EQ(catalog->limits().pool_count_max(), 4);

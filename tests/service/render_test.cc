@@ -14,7 +14,7 @@ using testing::HasSubstr;
 
 class RenderTest : public ServiceTest {};
 
-TEST_F(RenderTest, FramesComeInTheOrderAskedFor) {
+TEST_F(RenderTest, FramesComeInRequestOrder) {
   const std::string name = CreatePool(MazeSpec(4));
   const auto stream = client_->Attach(name);
   ASSERT_THAT(stream, IsOk());
@@ -53,7 +53,7 @@ TEST_F(RenderTest, PngFilesShowTheSamePixels) {
   EXPECT_EQ(pixels, raw->frames(0).image());
 }
 
-TEST_F(RenderTest, AgentsViewsAreObservationsWhateverThePoolsFormat) {
+TEST_F(RenderTest, AgentViewEqualsObservationsInEveryFormat) {
   const auto plain = CreateAndAttach(MazeSpec(1));
   procgen_client::Batch batch;
   ASSERT_THAT(plain->Step({5}, &batch), IsOk());
@@ -76,7 +76,7 @@ TEST_F(RenderTest, AgentsViewsAreObservationsWhateverThePoolsFormat) {
                        "size_px is 128, allowed with FRAME_VIEW_AGENT: 64"));
 }
 
-TEST_F(RenderTest, WrongInputsAreRefused) {
+TEST_F(RenderTest, InvalidArgumentsAreRejected) {
   const std::string name = CreatePool(MazeSpec(2));
   EXPECT_THAT(client_->RenderEnvironments(name, {2}),
               StatusIs(absl::StatusCode::kInvalidArgument,

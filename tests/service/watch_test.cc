@@ -57,7 +57,7 @@ std::string ObservationOf(const procgen_client::Batch& batch, size_t environment
 
 class WatchTest : public ServiceTest {};
 
-TEST_F(WatchTest, AgentsAreSeenAsTheyAreObserved) {
+TEST_F(WatchTest, AgentViewEqualsTheObservations) {
   const auto stream = CreateAndAttach(MazeSpec(4));
   const auto watch = client_->Watch(WatchRequest(stream->pool().name(), {3, 0, 3}));
   procgen_client::Batch batch;
@@ -75,7 +75,7 @@ TEST_F(WatchTest, AgentsAreSeenAsTheyAreObserved) {
   }
 }
 
-TEST_F(WatchTest, AgentsAreSeenAlsoWhereNobodyObservesThem) {
+TEST_F(WatchTest, AgentViewNeedsNoObservations) {
   const auto stream = CreateAndAttach(MazeSpec(2));
   const auto watch = client_->Watch(WatchRequest(stream->pool().name(), {0, 1}));
   v1::StepPoolRequest step = StepRequest({7, 4});
@@ -90,7 +90,7 @@ TEST_F(WatchTest, AgentsAreSeenAlsoWhereNobodyObservesThem) {
   EXPECT_EQ(response.frames(1).image(), ObservationOf(batch, 1));
 }
 
-TEST_F(WatchTest, EachFormatOfObservationsIsSeenTheSame) {
+TEST_F(WatchTest, AgentViewIsTheSameForEveryObservationFormat) {
   const auto plain = CreateAndAttach(MazeSpec(1));
   procgen_client::Batch batch;
   ASSERT_THAT(plain->Step({5}, &batch), IsOk());
@@ -109,7 +109,7 @@ TEST_F(WatchTest, EachFormatOfObservationsIsSeenTheSame) {
   }
 }
 
-TEST_F(WatchTest, PeopleAreShownWhatIsRenderedForThem) {
+TEST_F(WatchTest, HumanViewEqualsRenderEnvironments) {
   const std::string pool = CreatePool(MazeSpec(2));
   const auto watch = client_->Watch(WatchRequest(pool, {1}, 100));
   const auto response = watch->Next();
@@ -121,7 +121,7 @@ TEST_F(WatchTest, PeopleAreShownWhatIsRenderedForThem) {
   EXPECT_EQ(response->frames(0).size_px(), 100);
 }
 
-TEST_F(WatchTest, NothingIsSentWhereNothingChanges) {
+TEST_F(WatchTest, UnchangedFramesAreNotSent) {
   const auto stream = CreateAndAttach(MazeSpec(1));
   const auto watch = client_->Watch(WatchRequest(stream->pool().name(), {0}));
   ASSERT_THAT(watch->Next(), IsOk());
@@ -170,7 +170,7 @@ TEST_F(WatchTest, EndsWhenTheServerDrains) {
   server_goes_on_ = false;
 }
 
-TEST_F(WatchTest, TwentyWatchersOfALearnerThatGoesOn) {
+TEST_F(WatchTest, TwentyWatchersDoNotStopTheLearner) {
   const auto stream = CreateAndAttach(MazeSpec(16));
   std::vector<std::unique_ptr<PoolWatch>> watches;
   watches.reserve(20);
@@ -189,7 +189,7 @@ TEST_F(WatchTest, TwentyWatchersOfALearnerThatGoesOn) {
   learner.join();
 }
 
-TEST_F(WatchTest, WhoDoesNotReadHoldsUpNobody) {
+TEST_F(WatchTest, WatcherThatDoesNotReadBlocksOnlyItself) {
   const auto stream = CreateAndAttach(MazeSpec(16));
   v1::WatchPoolRequest large = WatchRequest(stream->pool().name(), {0, 1, 2, 3}, 256);
   const auto silent = client_->Watch(large);
@@ -205,7 +205,7 @@ TEST_F(WatchTest, WhoDoesNotReadHoldsUpNobody) {
 }
 
 // A stream that is cancelled while it writes ends, or its server never would.
-TEST_F(WatchTest, WhoLeavesWithoutReadingIsWaitedForByNobody) {
+TEST_F(WatchTest, CancelledWatcherDelaysNothing) {
   const auto stream = CreateAndAttach(MazeSpec(16));
   const auto silent = client_->Watch(WatchRequest(stream->pool().name(), {0, 1, 2, 3}, 256));
   procgen_client::Batch batch;
@@ -217,7 +217,7 @@ TEST_F(WatchTest, WhoLeavesWithoutReadingIsWaitedForByNobody) {
   server_.reset();
 }
 
-TEST_F(WatchTest, WatchesOfOneOwnerAreLimited) {
+TEST_F(WatchTest, WatchesPerOwnerAreLimited) {
   const std::string pool = CreatePool(MazeSpec(1));
   std::vector<std::unique_ptr<PoolWatch>> watches;
   for (int32_t i = 0; i < TestLimits().owner_watch_count_max; ++i) {
@@ -234,7 +234,7 @@ TEST_F(WatchTest, WatchesOfOneOwnerAreLimited) {
   EXPECT_THAT(status, IsOk());
 }
 
-TEST_F(WatchTest, WrongInputsAreRefused) {
+TEST_F(WatchTest, InvalidArgumentsAreRejected) {
   const std::string pool = CreatePool(MazeSpec(2));
   const auto refused = [&](const v1::WatchPoolRequest& request) {
     return client_->Watch(request)->Next().status();

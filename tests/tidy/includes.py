@@ -1,4 +1,4 @@
-"""Who may include, link and use whom: the arrows of the repository, as a table."""
+"""The dependency table: which folder may include, link and use which."""
 
 import posixpath
 import re

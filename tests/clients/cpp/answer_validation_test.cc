@@ -59,7 +59,7 @@ auto IsWrong(const std::string& message) {
   return StatusIs(absl::StatusCode::kInternal, HasSubstr(message));
 }
 
-TEST(AnswerValidationTest, FramesAreThoseAskedFor) {
+TEST(AnswerValidationTest, FramesMatchTheRequest) {
   EXPECT_THAT(StatusFor(Frames({4, 2}, 16)), IsOk());
   EXPECT_THAT(StatusFor({}), IsWrong("0 frames, expected: 2"));
   EXPECT_THAT(StatusFor(Frames({4, 2, 2}, 16)), IsWrong("3 frames, expected: 2"));
@@ -80,7 +80,7 @@ TEST(AnswerValidationTest, FramesOfAnySizeAreSquares) {
               IsWrong("a frame of 0 x 0 pixels, expected: a square of 1 to 2048"));
 }
 
-TEST(AnswerValidationTest, StatesAreThoseAskedForPageByPage) {
+TEST(AnswerValidationTest, StatesMatchTheRequestPageByPage) {
   EXPECT_THAT(ValidateStates(States({3, 1}), {3, 1}, 0), IsOk());
   EXPECT_THAT(ValidateStates(States({3}, "more"), {3, 1}, 0), IsOk());
   EXPECT_THAT(ValidateStates(States({1}), {3, 1}, 1), IsOk());
@@ -98,7 +98,7 @@ TEST(AnswerValidationTest, PagesOfStatesEnd) {
               IsWrong("a state of environment 0, expected: 2"));
 }
 
-TEST(AnswerValidationTest, SnapshotsAreNeitherEmptyNorHuge) {
+TEST(AnswerValidationTest, SnapshotSizesAreBounded) {
   v1::SaveStatesResponse page = States({0});
   page.mutable_states(0)->clear_snapshot();
   EXPECT_THAT(ValidateStates(page, {0}, 0), IsWrong("a snapshot of 0 bytes"));
@@ -120,7 +120,7 @@ TEST(AnswerValidationTest, PartsOfAnEpisodeFitTogether) {
   EXPECT_THAT(ValidateEpisode(episode, 2), IsWrong("0 rewards of 2 steps"));
 }
 
-TEST(AnswerValidationTest, PoolIsTheOneThatWasMade) {
+TEST(AnswerValidationTest, CreatedPoolMatchesTheRequest) {
   v1::CreatePoolRequest request;
   request.set_pool_id("a");
   request.mutable_spec()->set_env_count(4);

@@ -16,7 +16,7 @@ using testing::SizeIs;
 
 class ClientTest : public ServiceTest {};
 
-TEST_F(ClientTest, ConnectingToNobodyFailsInTime) {
+TEST_F(ClientTest, ConnectWithoutServerTimesOut) {
   procgen_client::ConnectOptions options;
   options.timeout = absl::Milliseconds(200);
   EXPECT_THAT(procgen_client::Client::Connect("127.0.0.1:1", options),
@@ -24,7 +24,7 @@ TEST_F(ClientTest, ConnectingToNobodyFailsInTime) {
                        testing::StartsWith("no server answers at 127.0.0.1:1 within 200ms: ")));
 }
 
-TEST_F(ClientTest, ErrorOfAStreamStays) {
+TEST_F(ClientTest, StreamErrorIsSticky) {
   const auto stream = CreateAndAttach(MazeSpec(1));
   procgen_client::Batch batch;
   const absl::Status error = stream->Step({99}, &batch);
@@ -34,7 +34,7 @@ TEST_F(ClientTest, ErrorOfAStreamStays) {
   EXPECT_EQ(stream->Close(), error);
 }
 
-TEST_F(ClientTest, ClosedStreamRefusesAndItsPoolIsFree) {
+TEST_F(ClientTest, ClosedStreamRejectsStepsAndFreesItsPool) {
   const std::string name = CreatePool(MazeSpec(1));
   auto stream = client_->Attach(name);
   ASSERT_THAT(stream, IsOk());
@@ -45,7 +45,7 @@ TEST_F(ClientTest, ClosedStreamRefusesAndItsPoolIsFree) {
   EXPECT_THAT(client_->Attach(name), IsOk());
 }
 
-TEST_F(ClientTest, UnansweredRequestsMustBeReceivedBeforeAPlainStep) {
+TEST_F(ClientTest, StepNeedsAllResponsesReceived) {
   const auto stream = CreateAndAttach(MazeSpec(1));
   procgen_client::Batch batch;
   ASSERT_THAT(stream->Send(StepRequest({4})), IsOk());
@@ -55,14 +55,14 @@ TEST_F(ClientTest, UnansweredRequestsMustBeReceivedBeforeAPlainStep) {
   EXPECT_THAT(stream->Step({4}, &batch), IsOk());
 }
 
-TEST_F(ClientTest, NothingToReceiveIsAnError) {
+TEST_F(ClientTest, ReceiveWithoutRequestIsAnError) {
   const auto stream = CreateAndAttach(MazeSpec(1));
   procgen_client::Batch batch;
   EXPECT_THAT(stream->Receive(&batch),
               StatusIs(absl::StatusCode::kFailedPrecondition, HasSubstr("no request")));
 }
 
-TEST_F(ClientTest, AnswerInSeveralResponsesIsJoined) {
+TEST_F(ClientTest, ChunkedResponsesAreJoined) {
   const auto stream = CreateAndAttach(MazeSpec(400));
   procgen_client::Batch batch;
   ASSERT_THAT(stream->Step(std::vector<int32_t>(400, 4), &batch), IsOk());
@@ -88,7 +88,7 @@ TEST_F(ClientTest, FingerprintsAreThoseOfTheRowsThatEnded) {
   EXPECT_THAT(batch.fingerprints(), SizeIs(0));
 }
 
-TEST_F(ClientTest, MoreStatesThanFitARequestAreRestoredInSeveral) {
+TEST_F(ClientTest, LargeRestoreIsSplitIntoRequests) {
   const std::string name = CreatePool(MazeSpec(300));
   const auto states = client_->SaveStates(name);
   ASSERT_THAT(states, IsOk());
@@ -112,7 +112,7 @@ TEST_F(ClientTest, MoreStatesThanFitARequestAreRestoredInSeveral) {
   }
 }
 
-TEST_F(ClientTest, StatesComeInTheOrderAskedFor) {
+TEST_F(ClientTest, StatesComeInRequestOrder) {
   const std::string name = CreatePool(MazeSpec(4));
   const auto states = client_->SaveStates(name, {2, 0});
   ASSERT_THAT(states, IsOk());
@@ -121,7 +121,7 @@ TEST_F(ClientTest, StatesComeInTheOrderAskedFor) {
   EXPECT_EQ(states->back().environment(), 0);
 }
 
-TEST_F(ClientTest, ClonesReadWhereTheyAreToldTo) {
+TEST_F(ClientTest, ClonesReadFromTheGivenSource) {
   const std::string source = CreatePool(MazeSpec(2));
   v1::PoolSpec spec = MazeSpec(2);
   spec.mutable_options()->set_rand_seed(99);
@@ -133,7 +133,7 @@ TEST_F(ClientTest, ClonesReadWhereTheyAreToldTo) {
   EXPECT_EQ(client_->SaveStates(target, {1})->front().snapshot(), read);
 }
 
-TEST_F(ClientTest, DroppedStreamFreesItsPoolWithAnswersUnread) {
+TEST_F(ClientTest, DroppedStreamWithUnreadResponsesFreesItsPool) {
   const std::string name = CreatePool(MazeSpec(16));
   {
     const auto stream = client_->Attach(name);

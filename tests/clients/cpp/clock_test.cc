@@ -27,7 +27,7 @@ std::atomic<int64_t> set_by_seconds = 0;
 
 }  // namespace
 
-// Whoever asks for the time of day in this process asks here.
+// Interposes the time of day for this process.
 extern "C" __attribute__((visibility("default"))) int clock_gettime(clockid_t clock,
                                                                     timespec* time) noexcept {
   const auto result = static_cast<int>(syscall(SYS_clock_gettime, clock, time));
@@ -44,7 +44,7 @@ using testing::HasSubstr;
 
 class ClockTest : public ServiceTest {};
 
-TEST_F(ClockTest, ReconnectingEndsInTimeWhenTheClockIsSetBack) {
+TEST_F(ClockTest, ReconnectTimesOutDespiteAClockChange) {
   procgen_client::StreamOptions options;
   options.reconnect_timeout = absl::Milliseconds(500);
   const std::string pool = CreatePool(MazeSpec(1));

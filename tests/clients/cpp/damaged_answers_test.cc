@@ -26,7 +26,7 @@ using testing::IsEmpty;
 class DamagedAnswersTest : public ServiceTest {};
 class DamagedSharedAnswersTest : public SharedMemoryTest {};
 
-TEST_F(DamagedAnswersTest, NothingOfThemIsRead) {
+TEST_F(DamagedAnswersTest, DamagedResponsesAreNotRead) {
   const std::pair<DamagingServer::Damage, std::string> cases[] = {
       {[](auto* r) { r->mutable_batch()->mutable_observations()->resize(10); },
        "request 2: observations of size 10, expected: 49152"},
@@ -61,7 +61,7 @@ TEST_F(DamagedAnswersTest, NothingOfThemIsRead) {
   }
 }
 
-TEST_F(DamagedAnswersTest, ThoseToAttachAreRefused) {
+TEST_F(DamagedAnswersTest, DamagedAttachResponsesAreRejected) {
   const std::string pool = CreatePool(MazeSpec(4));
   const std::pair<DamagingServer::Damage, std::string> cases[] = {
       {[](auto* r) { r->mutable_ack(); }, "the server's first response does not answer attach"},
@@ -82,7 +82,7 @@ TEST_F(DamagedAnswersTest, ThoseToAttachAreRefused) {
   }
 }
 
-TEST_F(DamagedAnswersTest, EnvironmentsThatAServerOnlySaysItHasTakeNoMemory) {
+TEST_F(DamagedAnswersTest, ClaimedEnvironmentsTakeNoMemory) {
   v1::PoolSpec spec = MazeSpec(4);
   spec.set_encoding(v1::ENCODING_DELTA_ZSTD);
   DamagingServer between(channel_, 0, [](auto* response) {
@@ -98,7 +98,7 @@ TEST_F(DamagedAnswersTest, EnvironmentsThatAServerOnlySaysItHasTakeNoMemory) {
               StatusIs(absl::StatusCode::kDataLoss, HasSubstr("as the last, expected: up to")));
 }
 
-TEST_F(DamagedAnswersTest, KindsOfLaterServersThatAnswerNothingAreIgnored) {
+TEST_F(DamagedAnswersTest, UnknownResponseKindsAreIgnored) {
   const std::string pool = CreatePool(MazeSpec(2));
   // The answer to request 2 comes after one that this client knows nothing of.
   class Talkative final : public v1::StepService::Service {
@@ -162,7 +162,7 @@ class Mumbler final : public grpc::CallbackGenericService {
   }
 };
 
-TEST_F(DamagedAnswersTest, WatchWhoseResponsesAreNoMessagesEnds) {
+TEST_F(DamagedAnswersTest, WatchEndsAfterInvalidMessages) {
   Mumbler mumbler;
   grpc::ServerBuilder builder;
   int port = 0;
@@ -211,7 +211,7 @@ class BreakingServer final : public v1::StepService::Service {
   std::function<void()> meanwhile_;
 };
 
-TEST_F(DamagedSharedAnswersTest, LearnerThatComesBackHasTheBatchesThatAnotherAskedFor) {
+TEST_F(DamagedSharedAnswersTest, ReattachedLearnerMapsBatchesOfTheEarlierStream) {
   const std::string pool = CreatePool(SharedSpec(MazeSpec(1)));
   BreakingServer between(
       grpc::CreateChannel(server_->address(), grpc::InsecureChannelCredentials()), [&] {
@@ -237,7 +237,7 @@ TEST_F(DamagedSharedAnswersTest, LearnerThatComesBackHasTheBatchesThatAnotherAsk
   }
 }
 
-TEST_F(DamagedSharedAnswersTest, BatchesThatThereAreNotAreNotRead) {
+TEST_F(DamagedSharedAnswersTest, UnknownBatchesAreNotRead) {
   const auto channel = grpc::CreateChannel(server_->address(), grpc::InsecureChannelCredentials());
   const std::pair<DamagingServer::Damage, std::string> cases[] = {
       {[](auto* r) { r->mutable_batch()->set_shared_batch(4); },
@@ -266,7 +266,7 @@ TEST_F(DamagedSharedAnswersTest, BatchesThatThereAreNotAreNotRead) {
   }
 }
 
-TEST_F(DamagedSharedAnswersTest, MemoryThatIsNotAsSaidIsNotMapped) {
+TEST_F(DamagedSharedAnswersTest, MismatchedMemoryIsNotMapped) {
   const auto channel = grpc::CreateChannel(server_->address(), grpc::InsecureChannelCredentials());
   const std::string pool = CreatePool(SharedSpec(MazeSpec(2)));
   const auto memory = [](auto* response) {

@@ -89,7 +89,7 @@ TEST_F(ReadmeTest, StatesExampleRuns) {
   EXPECT_THAT(batch.episode_lengths(), testing::Each(0));
 }
 
-TEST_F(ReadmeTest, ExamplesAreThoseOfTheReadme) {
+TEST_F(ReadmeTest, ExamplesEqualTheReadme) {
   const std::string readme = ReadFile("clients/cpp/README.md");
   const std::string tested = ReadFile("tests/clients/cpp/readme_test.cc");
   const size_t second = readme.find("```cpp\n", readme.find("```cpp\n") + 1);

@@ -82,12 +82,12 @@ absl::Status StatusFor(const v1::Attached& attached, const v1::StepPoolRequest& 
   return validator.Validate(response);
 }
 
-TEST(ResponseValidatorTest, AnswerThatFitsIsValid) {
+TEST(ResponseValidatorTest, MatchingResponseIsValid) {
   EXPECT_THAT(StatusFor(AttachedTo("pools/a"), Request(0, 6), Response(0, 6, true)), IsOk());
   EXPECT_THAT(StatusFor(AttachedTo("pools/a"), Request(2, 3), Response(2, 3, true)), IsOk());
 }
 
-TEST(ResponseValidatorTest, AnswerInPartsIsCompleteWithItsLast) {
+TEST(ResponseValidatorTest, ChunkedResponseIsCompleteWithItsLastChunk) {
   procgen_client::ResponseValidator validator(AttachedTo("pools/a"), 0);
   validator.Expect(Request(1, 5));
   EXPECT_THAT(validator.Validate(Response(1, 2, false)), IsOk());
@@ -96,7 +96,7 @@ TEST(ResponseValidatorTest, AnswerInPartsIsCompleteWithItsLast) {
   EXPECT_TRUE(validator.is_complete());
 }
 
-TEST(ResponseValidatorTest, AnswerThatDoesNotFitIsDataLoss) {
+TEST(ResponseValidatorTest, MismatchedResponseIsDataLoss) {
   const std::pair<Change, std::string> cases[] = {
       {[](auto* r) { r->set_sequence_number(8); }, "request 7: number 8, expected: 7"},
       {[](auto* r) { r->clear_batch(); }, "a response of kind 0, expected: 4"},
@@ -150,7 +150,7 @@ TEST(ResponseValidatorTest, EnvironmentsComeInOrderAndOnce) {
   }
 }
 
-TEST(ResponseValidatorTest, OnlyWhatWasAskedForIsAnswered) {
+TEST(ResponseValidatorTest, UnrequestedFieldsAreRejected) {
   v1::StepPoolRequest request = Request(0, 6);
   request.mutable_step()->set_observation(v1::OBSERVATION_NONE);
   EXPECT_THAT(StatusFor(AttachedTo("pools/a"), request, Response(0, 6, true)),
@@ -170,7 +170,7 @@ TEST(ResponseValidatorTest, ServerWithoutFingerprintsSendsNone) {
   EXPECT_THAT(StatusFor(AttachedTo("pools/a"), Request(0, 6), response), IsOk());
 }
 
-TEST(ResponseValidatorTest, EncodedObservationsDoNotBecomeMoreThanAResponseHolds) {
+TEST(ResponseValidatorTest, DecodedObservationsAreBoundedByTheResponseLimit) {
   v1::Attached attached = AttachedTo("pools/a");
   attached.mutable_pool()->mutable_spec()->set_encoding(v1::ENCODING_DELTA_ZSTD);
   v1::StepPoolResponse response = Response(0, 6, true);
@@ -182,7 +182,7 @@ TEST(ResponseValidatorTest, EncodedObservationsDoNotBecomeMoreThanAResponseHolds
                        HasSubstr("73728 bytes when decoded, expected: up to")));
 }
 
-TEST(ResponseValidatorTest, BatchesOfSharedMemoryAreThoseThatThereAre) {
+TEST(ResponseValidatorTest, SharedBatchNumbersMustExist) {
   v1::StepPoolResponse right;
   right.set_sequence_number(7);
   right.mutable_batch()->set_env_count(6);
@@ -206,7 +206,7 @@ TEST(ResponseValidatorTest, BatchesOfSharedMemoryAreThoseThatThereAre) {
   }
 }
 
-TEST(ResponseValidatorTest, AnswerToAttachFitsTheContract) {
+TEST(ResponseValidatorTest, AttachResponseIsValidated) {
   const v1::Attach attach = AttachOf("pools/a");
   EXPECT_THAT(procgen_client::ValidateAttached(attach, AttachedTo("pools/a")), IsOk());
   const std::pair<std::function<void(v1::Attached*)>, std::string> cases[] = {

@@ -329,7 +329,7 @@ class TestStepActions:
         np.testing.assert_array_equal(joined.read("state"), other.read("state"))
 
     def test_what_ends_is_terminated_and_begins_with_the_next_step(self, agent: Agent) -> None:
-        # Who does nothing in bigfish is eaten sooner or later.
+        # An idle fish in bigfish is eaten eventually.
         agent.join(agent.create(env_name="bigfish", rand_seed=1))
         assert agent.act(4).state == RUNNING
         while (answer := agent.act(4)).state == RUNNING:
@@ -338,7 +338,7 @@ class TestStepActions:
         ended = agent.read("state")
         begun = agent.step({4711: 1}, [REWARD, LEVEL_SEED])  # Not even its number is looked at.
         assert (begun.state, begun.observations[REWARD]) == (RUNNING, 0)
-        # What was saved between two episodes goes on with the next one, too.
+        # A state saved between two episodes continues with the next episode.
         agent.write("state", ended)
         again = agent.step({1: np.int32(4)}, [LEVEL_SEED])
         assert (again.state, again.observations[LEVEL_SEED]) == (RUNNING, begun.observations[3])

@@ -17,7 +17,7 @@ import (
 	pb "procgenclient/procgenv1"
 )
 
-func TestCatalogTellsGamesAndLimits(t *testing.T) {
+func TestCatalogContainsGamesAndLimits(t *testing.T) {
 	client := connected(t, Options{})
 	if games, actions := len(client.Catalog().Games), len(client.Catalog().Actions); games != 16 || actions != 15 {
 		t.Error(games, actions)
@@ -29,7 +29,7 @@ func TestCatalogTellsGamesAndLimits(t *testing.T) {
 	}
 }
 
-func TestPoolsAreMadeFoundListedRenewedAndDeleted(t *testing.T) {
+func TestPoolsAreCreatedFoundListedRenewedAndDeleted(t *testing.T) {
 	ctx := testContext(t)
 	client := connected(t, Options{})
 	spec := easy(2, "maze")
@@ -59,7 +59,7 @@ func TestPoolsAreMadeFoundListedRenewedAndDeleted(t *testing.T) {
 	expectError(t, client.DeletePool(ctx, "pools/mine"), codes.NotFound)
 }
 
-func TestErrorsAreTheServersWords(t *testing.T) {
+func TestErrorsKeepTheServersMessage(t *testing.T) {
 	client := connected(t, Options{})
 	_, err := client.CreatePool(testContext(t), "", easy(1, "pong"), PoolOptions{})
 	expectError(t, err, codes.NotFound, "pong")
@@ -69,14 +69,14 @@ func TestErrorsAreTheServersWords(t *testing.T) {
 	expectError(t, err, codes.InvalidArgument, "ChunkCount is 65")
 }
 
-func TestWhereNoServerIsThatIsToldInTime(t *testing.T) {
+func TestConnectWithoutServerTimesOut(t *testing.T) {
 	ctx, cancel := context.WithTimeout(context.Background(), 300*time.Millisecond)
 	defer cancel()
 	_, err := Connect(ctx, "127.0.0.1:1", Options{})
 	expectError(t, err, codes.Unavailable, "127.0.0.1:1")
 }
 
-func TestUnixSocketWillDo(t *testing.T) {
+func TestUnixSocketsAreSupported(t *testing.T) {
 	socket := "unix:" + filepath.Join(t.TempDir(), "socket")
 	own, err := StartServer("", "--workers=1", "--address="+socket)
 	must(t, err)
@@ -87,7 +87,7 @@ func TestUnixSocketWillDo(t *testing.T) {
 	must(t, own.Stop())
 }
 
-func TestWhatIsRestoredGoesOnAsWhatWasSaved(t *testing.T) {
+func TestRestoredStatesContinueAsTheOriginals(t *testing.T) {
 	ctx := testContext(t)
 	pool := madePool(t, connected(t, Options{}), easy(80, "bigfish", "maze"), PoolOptions{})
 	for step := 0; step < 5; step++ {
@@ -160,7 +160,7 @@ func makeCertificates(t *testing.T) (path func(string) string) {
 	return path
 }
 
-func TestTLSClientCertificatesAndTokensAreShownAsTheServerAsks(t *testing.T) {
+func TestTLSClientCertificatesAndTokensAreSentAsRequired(t *testing.T) {
 	ctx := testContext(t)
 	path := makeCertificates(t)
 	const token = "0123456789abcdef0123456789abcdef"
@@ -194,7 +194,7 @@ func TestTLSClientCertificatesAndTokensAreShownAsTheServerAsks(t *testing.T) {
 	must(t, own.Stop())
 }
 
-func TestWhatCannotBeShownSafelyIsNotShown(t *testing.T) {
+func TestCredentialsAreNotSentInsecurely(t *testing.T) {
 	for words, shown := range map[string]Credentials{
 		"would go to 127.0.0.1.example.com:1 in plain text": {Token: "secret"},
 		"give both or none":   {Certificate: "client.pem"},

@@ -61,7 +61,7 @@ func decoder(t *testing.T) *ObservationDecoder {
 // Age, changed, down, right, rows, masks, values.
 var onePixel = []byte{0, 0b0001, 0, 0, 0b10, 0b100, 77}
 
-func TestTablesAreReadAsTheContractHasThem(t *testing.T) {
+func TestTablesMatchTheProto(t *testing.T) {
 	decoder := decoder(t)
 	shown, err := decoder.Decode(0, 1, zstdFrame(t, onePixel...))
 	must(t, err)
@@ -82,7 +82,7 @@ func TestTablesAreReadAsTheContractHasThem(t *testing.T) {
 	must(t, err)
 }
 
-func TestDamagedObservationsAreFound(t *testing.T) {
+func TestDamagedObservationsAreDetected(t *testing.T) {
 	whole := zstdFrame(t, onePixel...)
 	for what, frame := range map[string][]byte{
 		"a table that ends":          zstdFrame(t, onePixel[:5]...),

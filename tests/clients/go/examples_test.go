@@ -62,7 +62,7 @@ func run(ctx context.Context) error {
 }
 `
 
-func TestExamplesOfTheReadmeRun(t *testing.T) {
+func TestReadmeExamplesRun(t *testing.T) {
 	folder := os.Getenv("PROCGEN_GO_CLIENT")
 	if folder == "" {
 		t.Skip("set PROCGEN_GO_CLIENT to clients/go")

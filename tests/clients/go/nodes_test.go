@@ -1,6 +1,6 @@
 package procgenclient
 
-// Which servers there are: a server without a cluster tells of itself.
+// Nodes of a cluster: a server without a cluster lists itself.
 
 import (
 	"context"
@@ -12,7 +12,7 @@ import (
 	pb "procgenclient/procgenv1"
 )
 
-func TestServerWithoutAClusterTellsOfItself(t *testing.T) {
+func TestServerWithoutAClusterListsItself(t *testing.T) {
 	client := connected(t, Options{})
 	nodes, err := client.ListNodes(testContext(t))
 	must(t, err)
@@ -24,7 +24,7 @@ func TestServerWithoutAClusterTellsOfItself(t *testing.T) {
 	}
 }
 
-func TestWatchersAreToldOfEachChange(t *testing.T) {
+func TestWatchersReceiveEachChange(t *testing.T) {
 	client := connected(t, Options{})
 	const many = 1000 // More than other tests have left behind, which may be told for a moment yet.
 	told := 0
@@ -40,7 +40,7 @@ func TestWatchersAreToldOfEachChange(t *testing.T) {
 	}))
 }
 
-func TestWatchersGiveUpWithTheirContext(t *testing.T) {
+func TestContextEndsAWatcher(t *testing.T) {
 	client := connected(t, Options{})
 	ctx, cancel := context.WithCancel(testContext(t))
 	err := client.WatchNodes(ctx, func(*pb.WatchNodesResponse) bool {
@@ -53,7 +53,7 @@ func TestWatchersGiveUpWithTheirContext(t *testing.T) {
 	}
 }
 
-func TestWatchersAreToldThatTheServerStops(t *testing.T) {
+func TestWatchersAreNotifiedWhenTheServerStops(t *testing.T) {
 	stopping, err := StartServer("", "--workers=1")
 	must(t, err)
 	client, err := Connect(testContext(t), stopping.Address, Options{})

@@ -14,7 +14,7 @@ import (
 	pb "procgenclient/procgenv1"
 )
 
-func TestPoolStandsAtFirstStepsBeforeItIsStepped(t *testing.T) {
+func TestNewPoolHasFirstObservations(t *testing.T) {
 	pool := madePool(t, connected(t, Options{}), easy(3, "maze"), PoolOptions{})
 	batch, err := pool.Observe(testContext(t), Slice{})
 	must(t, err)
@@ -29,7 +29,7 @@ func TestPoolStandsAtFirstStepsBeforeItIsStepped(t *testing.T) {
 	}
 }
 
-func TestBatchesAreEqualWhateverIsSentAheadAndHoweverItIsChunked(t *testing.T) {
+func TestBatchesAreEqualWithAnyPipeliningAndChunking(t *testing.T) {
 	client := connected(t, Options{})
 	plain := madePool(t, client, easy(8, "maze", "bigfish"), PoolOptions{})
 	ahead := madePool(t, client, easy(8, "maze", "bigfish"), PoolOptions{RequestsInFlightMax: 4, ChunkCount: 3})
@@ -63,7 +63,7 @@ func TestBatchesAreEqualWhateverIsSentAheadAndHoweverItIsChunked(t *testing.T) {
 	}
 }
 
-func TestAnswersOfMoreThanFourMebibytesAreJoined(t *testing.T) {
+func TestResponsesOfMoreThanFourMebibytesAreJoined(t *testing.T) {
 	pool := madePool(t, connected(t, Options{}), easy(400, "coinrun"), PoolOptions{})
 	batch := stepped(t, pool, make([]int32, 400), StepOptions{})
 	if batch.EnvCount() != 400 || len(batch.Observations) != 400*12288 {
@@ -71,7 +71,7 @@ func TestAnswersOfMoreThanFourMebibytesAreJoined(t *testing.T) {
 	}
 }
 
-func TestFormatsEndsResetsLevelsAndSamplersAreTheContracts(t *testing.T) {
+func TestFormatsEndsResetsLevelsAndSamplersFollowTheProtocol(t *testing.T) {
 	spec := easy(2, "maze")
 	spec.AutoresetMode = pb.AutoresetMode_AUTORESET_MODE_DISABLED
 	spec.ObservationFormat = &pb.ObservationFormat{
@@ -110,7 +110,7 @@ func TestFormatsEndsResetsLevelsAndSamplersAreTheContracts(t *testing.T) {
 	}
 }
 
-func TestLastObservationOfAnEpisodeIsAnsweredWhereAskedFor(t *testing.T) {
+func TestFinalObservationsAreReturnedOnRequest(t *testing.T) {
 	pool := madePool(t, connected(t, Options{}), easy(3, "maze"), PoolOptions{})
 	before, err := pool.Observe(testContext(t), Slice{})
 	must(t, err)
@@ -120,7 +120,7 @@ func TestLastObservationOfAnEpisodeIsAnsweredWhereAskedFor(t *testing.T) {
 	}
 }
 
-func TestMistakesThatCanBeSeenCostNoStream(t *testing.T) {
+func TestInvalidArgumentsDoNotEndTheStream(t *testing.T) {
 	ctx := testContext(t)
 	pool := madePool(t, connected(t, Options{}), easy(2, "maze"), PoolOptions{})
 	stepped(t, pool, []int32{4, 4}, StepOptions{})
@@ -151,7 +151,7 @@ func TestErrorOfTheServerEndsTheStreamAndLosesNothing(t *testing.T) {
 	}
 }
 
-func TestNoMoreIsSentAheadThanMayBe(t *testing.T) {
+func TestRequestsSentAheadAreBounded(t *testing.T) {
 	ctx := testContext(t)
 	pool := madePool(t, connected(t, Options{}), easy(1, "maze"), PoolOptions{})
 	_, err := pool.Receive(ctx)
@@ -163,7 +163,7 @@ func TestNoMoreIsSentAheadThanMayBe(t *testing.T) {
 	expectError(t, err, codes.FailedPrecondition, "receive them first")
 }
 
-func TestContextEndsTheWaitAndThePoolGoesOn(t *testing.T) {
+func TestContextEndsTheWaitAndThePoolContinues(t *testing.T) {
 	pool := madePool(t, connected(t, Options{}), easy(2, "maze"), PoolOptions{})
 	ctx, cancel := context.WithCancel(context.Background())
 	must(t, pool.SendStep(ctx, []int32{4, 4}, StepOptions{RepeatCount: 1000}))
@@ -180,7 +180,7 @@ func TestContextEndsTheWaitAndThePoolGoesOn(t *testing.T) {
 	expectError(t, err, codes.Canceled)
 }
 
-func TestOneStreamAtATimeHasAPoolAndAnotherCanTakeItOver(t *testing.T) {
+func TestPoolHasOneStreamThatAnotherCanTakeOver(t *testing.T) {
 	ctx := testContext(t)
 	client := connected(t, Options{})
 	pool := madePool(t, client, easy(2, "maze"), PoolOptions{})
@@ -199,7 +199,7 @@ func TestOneStreamAtATimeHasAPoolAndAnotherCanTakeItOver(t *testing.T) {
 	}
 }
 
-func TestTheEncodingThatWasRemovedIsRefused(t *testing.T) {
+func TestRemovedEncodingIsRejected(t *testing.T) {
 	client := connected(t, Options{})
 	spec := &pb.PoolSpec{Games: []string{"maze"}, EnvCount: 1, Encoding: 3}
 	_, err := client.CreatePool(testContext(t), "", spec, PoolOptions{})

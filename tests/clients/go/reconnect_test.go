@@ -43,7 +43,7 @@ func traceOf(t *testing.T, pool *Pool, count int) []*Batch {
 	return trace
 }
 
-func TestNothingIsLostOnABadNetwork(t *testing.T) {
+func TestFaultyNetworkLosesNothing(t *testing.T) {
 	program := os.Getenv("PROCGEN_FAULT_PROXY")
 	if program == "" {
 		t.Skip("set PROCGEN_FAULT_PROXY")
@@ -123,7 +123,7 @@ func untilLost(ctx context.Context, pool *Pool) error {
 	}
 }
 
-func TestServerThatIsGoneIsGivenUpInTime(t *testing.T) {
+func TestReconnectToALostServerTimesOut(t *testing.T) {
 	own, pool := ownPool(t, 500*time.Millisecond)
 	must(t, own.Process.Kill())
 	begin := time.Now()
@@ -133,7 +133,7 @@ func TestServerThatIsGoneIsGivenUpInTime(t *testing.T) {
 	}
 }
 
-func TestWithoutATimeToReconnectTheFirstLossIsAnError(t *testing.T) {
+func TestWithoutReconnectTimeoutTheFirstLossIsAnError(t *testing.T) {
 	own, pool := ownPool(t, -1)
 	must(t, own.Process.Kill())
 	err := untilLost(testContext(t), pool)
@@ -143,7 +143,7 @@ func TestWithoutATimeToReconnectTheFirstLossIsAnError(t *testing.T) {
 	}
 }
 
-func TestServerThatDrainsIsNotAskedAgain(t *testing.T) {
+func TestDrainingServerIsNotContactedAgain(t *testing.T) {
 	own, pool := ownPool(t, 10*time.Minute, "--drain_timeout=1s")
 	stopped := make(chan error)
 	go func() { stopped <- own.Stop() }()

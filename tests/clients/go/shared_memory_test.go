@@ -38,7 +38,7 @@ func mappings(t *testing.T) int {
 	return strings.Count(string(maps), "procgen-server-")
 }
 
-func TestSharedBatchesAreThoseOfTheStream(t *testing.T) {
+func TestSharedBatchesEqualThoseOfTheStream(t *testing.T) {
 	client := connected(t, Options{})
 	plain := madePool(t, client, easy(4, "maze", "bigfish"), PoolOptions{})
 	shared := madePool(t, client, sharing(easy(4, "maze", "bigfish")), PoolOptions{})
@@ -88,7 +88,7 @@ func TestSharedBatchesStayUntilTheyAreReleased(t *testing.T) {
 	}
 }
 
-func TestMemoryIsUnmappedWhenNobodyNeedsIt(t *testing.T) {
+func TestUnusedMemoryIsUnmapped(t *testing.T) {
 	ctx := testContext(t)
 	client := connected(t, Options{})
 	before := mappings(t)
@@ -115,7 +115,7 @@ func TestMemoryIsUnmappedWhenNobodyNeedsIt(t *testing.T) {
 	must(t, pool.Delete(ctx))
 }
 
-func TestWhoAttachesWithMoreBatchesMapsThemAll(t *testing.T) {
+func TestAttachWithMoreBatchesMapsThemAll(t *testing.T) {
 	ctx := testContext(t)
 	client := connected(t, Options{})
 	pool := madePool(t, client, sharing(easy(4, "maze")), PoolOptions{})
@@ -135,7 +135,7 @@ func TestWhoAttachesWithMoreBatchesMapsThemAll(t *testing.T) {
 	held.Release()
 }
 
-func TestMemoryThatIsToldWronglyIsRefused(t *testing.T) {
+func TestMismatchedMemoryIsRejected(t *testing.T) {
 	pool := &pb.Pool{Spec: &pb.PoolSpec{EnvCount: 1}, ObservationShape: []int32{2}, ObservationBytes: 2}
 	told := &pb.SharedMemory{Path: "/nowhere", SizeBytes: 4096, BatchCount: 1, BatchBytes: 4096}
 	for field, kind := range sharedElements {

@@ -39,7 +39,7 @@ func TestPoolIsWatchedWhileItIsStepped(t *testing.T) {
 	}
 }
 
-func TestFirst16EnvironmentsAreWatchedUnlessToldWhich(t *testing.T) {
+func TestFirst16EnvironmentsAreWatchedByDefault(t *testing.T) {
 	pool := madePool(t, connected(t, Options{}), easy(17, "maze"), PoolOptions{})
 	var frames []*pb.Frame
 	must(t, pool.Watch(testContext(t), WatchOptions{}, func(moment *pb.WatchPoolResponse) bool {
@@ -56,7 +56,7 @@ func TestFirst16EnvironmentsAreWatchedUnlessToldWhich(t *testing.T) {
 	}
 }
 
-func TestWhoTakesLongBetweenTwoMomentsMissesThoseInBetween(t *testing.T) {
+func TestSlowWatcherSkipsFrameSets(t *testing.T) {
 	const steps = 20
 	pool := madePool(t, connected(t, Options{}), easy(1, "bigfish"), PoolOptions{})
 	options := WatchOptions{SizePx: 64, FramesPerSecondMax: 60}
@@ -89,7 +89,7 @@ func TestWhoTakesLongBetweenTwoMomentsMissesThoseInBetween(t *testing.T) {
 	}
 }
 
-func TestFramesAreOfTheSizeThatTheServerAllows(t *testing.T) {
+func TestFrameSizesAreLimitedByTheServer(t *testing.T) {
 	small, err := StartServer("", "--workers=1", "--response_bytes_max=1048576")
 	must(t, err)
 	client, err := Connect(testContext(t), small.Address, Options{})
@@ -108,7 +108,7 @@ func TestFramesAreOfTheSizeThatTheServerAllows(t *testing.T) {
 	must(t, small.Stop())
 }
 
-func TestMoreThanAServerSendsByDefaultIsWatched(t *testing.T) {
+func TestFramesBeyondTheDefaultMessageSizeAreReceived(t *testing.T) {
 	pool := madePool(t, connected(t, Options{}), easy(16, "maze"), PoolOptions{})
 	count := 0
 	must(t, pool.Watch(testContext(t), WatchOptions{SizePx: 512}, func(moment *pb.WatchPoolResponse) bool {
@@ -141,13 +141,13 @@ func TestWatchEndsWithAnError(t *testing.T) {
 	expectError(t, pool.Watch(testContext(t), WatchOptions{}, unseen), codes.NotFound)
 }
 
-func TestServerThatEndsItsAnswersIsUnavailable(t *testing.T) {
+func TestServerThatEndsTheStreamIsUnavailable(t *testing.T) {
 	ends := func() (int, error) { return 0, io.EOF }
 	err := watch(testContext(t), ends, func(int) bool { return true })
 	expectError(t, err, codes.Unavailable, "ended the stream")
 }
 
-func TestWatchIsGivenUpWithItsContext(t *testing.T) {
+func TestContextEndsAWatch(t *testing.T) {
 	pool := madePool(t, connected(t, Options{}), easy(1, "maze"), PoolOptions{})
 	ctx, cancel := context.WithCancel(testContext(t))
 	err := pool.Watch(ctx, WatchOptions{}, func(*pb.WatchPoolResponse) bool {
@@ -160,7 +160,7 @@ func TestWatchIsGivenUpWithItsContext(t *testing.T) {
 	}
 }
 
-func TestEpisodeIsPlayedAgain(t *testing.T) {
+func TestEpisodeIsReplayed(t *testing.T) {
 	ctx := testContext(t)
 	client := connected(t, Options{})
 	pool := madePool(t, client, easy(2, "coinrun"), PoolOptions{})

@@ -88,7 +88,7 @@ func playScript(t *testing.T, client *Client, encoding pb.Encoding) []*Batch {
 	return batches
 }
 
-func TestWireFixturesArePlayedAndUnderstood(t *testing.T) {
+func TestWireFixturesReplay(t *testing.T) {
 	folder := os.Getenv("PROCGEN_WIRE_FIXTURES")
 	if folder == "" {
 		t.Skip("set PROCGEN_WIRE_FIXTURES to clients/wire_fixtures")

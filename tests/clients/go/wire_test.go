@@ -22,7 +22,7 @@ func aResponse() *pb.StepPoolResponse {
 	}}}
 }
 
-func TestResponsesAreReadAsTheGeneratedMessageReadsThem(t *testing.T) {
+func TestResponsesAreParsedLikeTheGeneratedMessage(t *testing.T) {
 	message := aResponse()
 	bytes, err := proto.Marshal(message)
 	must(t, err)
@@ -36,7 +36,7 @@ func TestResponsesAreReadAsTheGeneratedMessageReadsThem(t *testing.T) {
 	}
 }
 
-func TestResponsesOfLaterAndOtherwiseWritingServersAreReadToo(t *testing.T) {
+func TestResponsesOfLaterAndOtherServersAreParsed(t *testing.T) {
 	batch, err := proto.Marshal(aResponse().GetBatch())
 	must(t, err)
 	batch = protowire.AppendTag(batch, 999, protowire.VarintType)

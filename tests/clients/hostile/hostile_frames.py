@@ -115,7 +115,7 @@ FRAMES: dict[str, Callable[[int, bytes], bytes]] = {
 
 
 class HostileConnection:
-    """Listens, and passes on to a server what comes; `address` tells where."""
+    """A proxy in front of a server; it listens at `address`."""
 
     def __init__(self, mode: str, target: str) -> None:
         """Begins to listen."""
@@ -134,8 +134,8 @@ class HostileConnection:
                 threading.Thread(target=run, args=ends, daemon=True).start()
 
     def _answer(self, server: socket.socket, learner: socket.socket) -> None:
-        held: dict[int, bytes] = {}  # By stream: what came of a message that is not whole.
-        passed_on: dict[int, int] = {}  # By stream: bytes to come of one that goes on as it comes.
+        held: dict[int, bytes] = {}  # By stream: the received part of an incomplete message.
+        passed_on: dict[int, int] = {}  # By stream: remaining bytes of a message that is forwarded.
         pictures = 0
         try:
             for arrived in _frames_of(server):

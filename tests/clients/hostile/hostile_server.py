@@ -17,7 +17,7 @@ _WATCHES = ("WatchNodes", "WatchPool")
 
 
 class HostileServer(grpc.GenericRpcHandler):
-    """Listens; `address` tells where."""
+    """A server that listens at `address`."""
 
     def __init__(self, mode: str, target: str) -> None:
         """Begins to listen."""

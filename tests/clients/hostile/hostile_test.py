@@ -114,7 +114,7 @@ def _against(server: ServerProcess, modes: list[str], encoding: str = "raw") -> 
 
 
 @pytest.mark.parametrize("encoding", ["raw", "delta_zstd"])
-def test_wrong_answers_of_a_stream_are_errors(server: ServerProcess, encoding: str) -> None:
+def test_invalid_stream_responses_are_errors(server: ServerProcess, encoding: str) -> None:
     modes = (
         hostile_answers.STREAM_ERRORS if encoding == "raw" else hostile_answers.ENCODED_ERRORS
     )
@@ -125,7 +125,7 @@ def test_wrong_answers_of_a_stream_are_errors(server: ServerProcess, encoding: s
         assert results[mode].get("message") or is_right, (mode, results[mode])
 
 
-def test_wrong_answers_beside_the_stream_are_errors(server: ServerProcess) -> None:
+def test_invalid_unary_responses_are_errors(server: ServerProcess) -> None:
     results = _against(server, hostile_answers.UNARY_ERRORS)
     assert "digest" in results.pop("undisturbed")
     for mode in hostile_answers.UNARY_ERRORS:
@@ -133,7 +133,7 @@ def test_wrong_answers_beside_the_stream_are_errors(server: ServerProcess) -> No
 
 
 @pytest.mark.parametrize("encoding", ["raw", "delta_zstd"])
-def test_mutated_answers_are_errors_or_batches(server: ServerProcess, encoding: str) -> None:
+def test_mutated_responses_are_errors_or_batches(server: ServerProcess, encoding: str) -> None:
     results = _against(server, mutated_answers.modes(_MUTATION_COUNT), encoding)
     assert "digest" in results["undisturbed"]
     for mode, result in results.items():
@@ -141,13 +141,13 @@ def test_mutated_answers_are_errors_or_batches(server: ServerProcess, encoding: 
         assert result.get("message") or "digest" in result, (mode, result)
 
 
-def test_what_later_servers_may_say_is_ignored(server: ServerProcess) -> None:
+def test_fields_of_later_servers_are_ignored(server: ServerProcess) -> None:
     results = _against(server, hostile_answers.STREAM_HARMLESS)
     digests = {result.get("digest") for result in results.values()}
     assert digests == {results["undisturbed"]["digest"]}, results
 
 
-def test_connections_that_do_as_they_should_not_are_errors_or_made_again(
+def test_broken_connections_are_errors_or_reconnects(
     server: ServerProcess,
 ) -> None:
     modes = [mode for mode in FRAMES if mode not in _UNSEEN]

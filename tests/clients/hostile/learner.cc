@@ -1,4 +1,4 @@
-// A learner of the C++ client; hostile_test.py tells what it prints.
+// A learner of the C++ client; hostile_test.py describes its output.
 
 #include <array>
 #include <cstdint>

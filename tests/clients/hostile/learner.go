@@ -1,4 +1,4 @@
-// A learner of the Go client; hostile_test.py tells what it prints.
+// A learner of the Go client; hostile_test.py describes its output.
 package main
 
 import (

@@ -1,4 +1,4 @@
-// A learner of the Node client; hostile_test.py tells what it prints.
+// A learner of the Node client; hostile_test.py describes its output.
 
 import { connect, DistributionMode, Encoding, EpisodeSelector, ProcgenError } from "../../../clients/node/dist/index.js";
 

@@ -1,4 +1,4 @@
-"""A learner of the Python client; hostile_test.py tells what it prints."""
+"""A learner of the Python client; hostile_test.py describes its output."""
 
 from __future__ import annotations
 

@@ -46,7 +46,7 @@ static struct LibenvOption* Add(struct OptionList* list, const char* name, int v
   return option;
 }
 
-// The values of integers and booleans stay in the list; Make tells where, as a list may be copied.
+// Integers and booleans are stored in the list; Make sets their addresses, as lists may be copied.
 void AddInteger(struct OptionList* list, const char* name, int32_t value) {
   list->integers[list->count] = value;
   Add(list, name, kLibenvInt32, 1);

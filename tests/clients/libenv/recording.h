@@ -1,4 +1,4 @@
-// A recording of Procgen 0.10.7 (envcore/trace/trace.h tells the format), read in C.
+// A recording of Procgen 0.10.7 (format: envcore/trace/trace.h), read in C.
 #ifndef TESTS_CLIENTS_LIBENV_RECORDING_H_
 #define TESTS_CLIENTS_LIBENV_RECORDING_H_
 

@@ -9,7 +9,7 @@ struct Said {
   int line_count;
 };
 
-// From here on standard error is kept, until EndListening tells what was said.
+// Captures standard error until EndListening, which returns it.
 void BeginListening(void);
 struct Said EndListening(void);
 

@@ -125,7 +125,7 @@ void OptionsComeFromTheSnapshot(void) {
   CloseHost(&hard);
 }
 
-// A bad snapshot is told in one line that has `told` in it, and changes nothing.
+// An invalid snapshot is reported in one line that contains `told`, and changes nothing.
 static void ClaimRefused(struct Host* host, int environment, char* data, int length,
                          const char* told) {
   const uint32_t before = DigestOfHost(host);

@@ -16,7 +16,7 @@ const it = withServer();
 const folder = mkdtempSync(join(tmpdir(), "procgen-node-"));
 after(() => rmSync(folder, { recursive: true }));
 
-test("the catalog tells games and limits", async () => {
+test("the catalog contains games and limits", async () => {
   const { catalog } = it.client;
   assert.equal(catalog.games.length, 16);
   assert.equal(catalog.actions.length, 15);
@@ -24,7 +24,7 @@ test("the catalog tells games and limits", async () => {
   assert.equal((await it.client.load()).draining, false);
 });
 
-test("pools are made, found, listed, renewed and deleted", async () => {
+test("pools are created, found, listed, renewed and deleted", async () => {
   const pool = await it.client.createPool(easy(["maze"], 2, { leaseDuration: { seconds: 90n } }), { poolId: "mine" });
   assert.equal(pool.name, "pools/mine");
   await assert.rejects(it.client.createPool(easy(["maze"], 2), { poolId: "mine" }), AlreadyExistsError);
@@ -54,12 +54,12 @@ test("errors are the server's words, typed", async () => {
   await assert.rejects(it.client.createPool({ games: ["maze"], envCount: 1.5 }), /PoolSpec|CreatePoolRequest/);
 });
 
-test("where no server is, that is told in time", async () => {
+test("a connection without server times out", async () => {
   const connecting = connect("127.0.0.1:1", { timeoutMs: 300 });
   await assert.rejects(connecting, (error) => error instanceof UnavailableError && /127\.0\.0\.1:1 .*0\.3 s/.test(error.message));
 });
 
-test("a closed client calls nobody", async () => {
+test("a closed client rejects calls", async () => {
   const client = await connect(it.server.address);
   const pool = await client.createPool(easy(["maze"], 1), { poolId: "left" });
   client.close();
@@ -68,7 +68,7 @@ test("a closed client calls nobody", async () => {
   await it.client.deletePool("pools/left");
 });
 
-test("a unix socket will do", async () => {
+test("unix sockets are supported", async () => {
   const server = await ServerProcess.start({ flags: [`--address=unix:${join(folder, "socket")}`, "--workers=1"] });
   const client = await connect(server.address);
   const pool = await client.createPool(easy(["maze"], 1));
@@ -93,7 +93,7 @@ function makeCertificates() {
   }
 }
 
-test("TLS, client certificates and tokens are shown as the server asks", async () => {
+test("TLS, client certificates and tokens are sent as the server requires", async () => {
   makeCertificates();
   const path = (name) => join(folder, name);
   writeFileSync(path("tokens"), "alice 0123456789abcdef0123456789abcdef\n", { mode: 0o600 });
@@ -120,7 +120,7 @@ test("TLS, client certificates and tokens are shown as the server asks", async (
   assert.equal(await server.stop(), 0);
 });
 
-test("what cannot be shown safely is not shown", async () => {
+test("credentials are not sent over insecure connections", async () => {
   const refuses = (credentials, pattern, address = "procgen.example.com:50051") =>
     assert.rejects(connect(address, { credentials }), pattern);
   await refuses({ token: "secret" }, /would go to procgen.example.com:50051 in plain text/);

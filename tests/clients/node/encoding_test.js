@@ -31,7 +31,7 @@ for (const [number, observationFormat] of formats.entries()) {
   });
 }
 
-test("the encoding that was removed is refused", async () => {
+test("the removed encoding is rejected", async () => {
   await assert.rejects(it.client.createPool(easy(["maze"], 1, { encoding: 3 })), InvalidArgumentError);
 });
 
@@ -55,7 +55,7 @@ function decoder() {
 // One environment of 2 x 2 blocks: age, changed, down, right, rows, masks, values.
 const onePixel = [0, 0b0001, 0, 0, 0b10, 0b100, 77];
 
-test("the tables are read as the contract has them", () => {
+test("the tables match the proto", () => {
   const decoding = decoder();
   const shown = decoding.decode(0, 1, zstdFrame(onePixel));
   assert.equal(shown[16 + 2], 77);
@@ -71,10 +71,10 @@ for (const [what, content] of Object.entries({
   "a block beyond the picture": [0, 0b10000, 0, 0, 0],
   "a row without pixels": [0, 1, 0, 0, 1, 0],
 })) {
-  test(`${what} is found`, () => assert.throws(() => decoder().decode(0, 1, zstdFrame(content)), DataLossError));
+  test(`${what} is detected`, () => assert.throws(() => decoder().decode(0, 1, zstdFrame(content)), DataLossError));
 }
 
-test("frames that are cut off, or tell another size, are found", () => {
+test("truncated frames and wrong sizes are detected", () => {
   const frame = zstdFrame(onePixel);
   assert.throws(() => decoder().decode(0, 1, frame.subarray(0, 8)), DataLossError);
   frame[5] = 255;
@@ -82,7 +82,7 @@ test("frames that are cut off, or tell another size, are found", () => {
   assert.throws(() => decoder().decode(0, 1, Buffer.from("no frame of any kind")), DataLossError);
 });
 
-test("an answer that is missing is found", () => {
+test("a missing response is detected", () => {
   const decoding = decoder();
   decoding.decode(0, 1, zstdFrame(onePixel));
   assert.throws(() => decoding.decode(0, 1, zstdFrame([2, 0])), FailedPreconditionError);

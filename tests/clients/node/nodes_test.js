@@ -1,4 +1,4 @@
-// Which servers there are: a server without a cluster tells of itself.
+// Which servers there are: a server without a cluster lists itself.
 
 import assert from "node:assert/strict";
 import { test } from "node:test";
@@ -9,7 +9,7 @@ import { easy, withServer } from "./server.js";
 
 const it = withServer();
 
-test("a server without a cluster tells of itself", async () => {
+test("a server without a cluster lists itself", async () => {
   const { nodes, cluster, localNode } = await it.client.listNodes();
   assert.equal(cluster, "");
   assert.deepEqual(nodes.map((node) => node.name), [localNode]);
@@ -18,7 +18,7 @@ test("a server without a cluster tells of itself", async () => {
   assert.equal(nodes[0].healthy, true);
 });
 
-test("watchers are told of each change", async () => {
+test("watchers receive each change", async () => {
   let pool;
   for await (const { nodes } of it.client.watchNodes()) {
     if (pool === undefined) {
@@ -31,7 +31,7 @@ test("watchers are told of each change", async () => {
   await pool.close();
 });
 
-test("watchers give up with their signal", async () => {
+test("an AbortSignal ends a watcher", async () => {
   const controller = new AbortController();
   const watching = it.client.watchNodes({ signal: controller.signal });
   await watching.next();
@@ -40,7 +40,7 @@ test("watchers give up with their signal", async () => {
   await assert.rejects(it.client.watchNodes({ signal: controller.signal }).next(), CancelledError);
 });
 
-test("watchers are told that the server stops", async () => {
+test("watchers are notified when the server stops", async () => {
   const server = await ServerProcess.start({ flags: ["--workers=1"] });
   const client = await connect(server.address);
   const watching = client.watchNodes();

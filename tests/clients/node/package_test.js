@@ -33,7 +33,7 @@ function run(file, ...args) {
   return stdout;
 }
 
-test("it is the compiled client with its types, and nothing of tests or sources", () => {
+test("the package contains the compiled client and types, without tests and sources", () => {
   const files = readdirSync(join(modules, "procgen-client"));
   assert.deepEqual(files.sort(), ["README.md", "dist", "examples", "package.json"]);
   assert(readdirSync(join(modules, "procgen-client", "dist")).includes("index.d.ts"));
@@ -48,7 +48,7 @@ test("the random agent plays, in no more than 15 lines", () => {
 const readme = readFileSync(join(source, "README.md"), "utf8");
 const examples = [...readme.matchAll(/^```(?:js|ts)\n(.*?)^```$/gms)].map(([, code]) => code);
 
-test("there are examples in README.md", () => assert(examples.length >= 4));
+test("README.md has examples", () => assert(examples.length >= 4));
 for (const [number, code] of examples.entries()) {
   test(`example ${number} of README.md runs`, () => {
     const file = join(folder, `example_${number}.mjs`);

@@ -19,7 +19,7 @@ async function withPool(spec, use, options) {
   }
 }
 
-test("a pool stands at first steps before it is stepped", () =>
+test("a new pool has first observations", () =>
   withPool(easy(["maze"], 3), async (pool) => {
     const batch = await pool.observe();
     assert.deepEqual(batch.observationShape, [64, 64, 3]);
@@ -31,7 +31,7 @@ test("a pool stands at first steps before it is stepped", () =>
     assert.notDeepEqual(observationOf(batch, 0), observationOf(batch, 1));
   }));
 
-test("equal pools give equal batches, whatever is sent ahead and however it is chunked", async () => {
+test("equal pools give equal batches, with any pipelining and chunking", async () => {
   const whole = await withPool(easy(["maze", "bigfish"], 8), async (pool) => {
     const batches = [];
     for (let step = 0; step < 60; step += 1) {
@@ -62,7 +62,7 @@ test("equal pools give equal batches, whatever is sent ahead and however it is c
   assert(whole.some((batch) => batch.fingerprints.length > 0));
 });
 
-test("answers of more than 4 MiB are joined", () =>
+test("responses of more than 4 MiB are joined", () =>
   withPool(easy(["coinrun"], 400), async (pool) => {
     const batch = await pool.step(new Int32Array(400));
     assert.equal(batch.envCount, 400);
@@ -91,7 +91,7 @@ test("formats, ends, resets, levels and samplers are the contract's", () => {
   });
 });
 
-test("the last observation of an episode is answered where it is asked for", () =>
+test("final observations are returned on request", () =>
   withPool(easy(["maze"], 3), async (pool) => {
     const before = await pool.observe();
     const batch = await pool.step([4, -1, 4], { finalObservations: true });
@@ -101,7 +101,7 @@ test("the last observation of an episode is answered where it is asked for", () 
     assert.deepEqual(Buffer.from(batch.finalObservations), Buffer.from(observationOf(before, 1)));
   }));
 
-test("a mistake that can be seen costs no stream", () =>
+test("an invalid argument does not end the stream", () =>
   withPool(easy(["maze"], 2), async (pool) => {
     await assert.rejects(pool.step([4, 99]), { name: "InvalidArgumentError", message: /actions\[1\] is 99.* -1 \.\.\. 14/ });
     await assert.rejects(pool.step([4, 4, 4]), /3 actions from environment 0; .* has 2 environments/);
@@ -118,14 +118,14 @@ test("an error of the server ends the stream and loses nothing", () =>
     assert.equal((await pool.step([4, 4])).sequenceNumber, 2);
   }));
 
-test("no more is sent ahead than may be", () =>
+test("requests sent ahead are bounded", () =>
   withPool(easy(["maze"], 1), async (pool) => {
     const sent = [pool.step([4]), pool.step([4])];
     await assert.rejects(pool.step([4]), /2 requests to pools\/.* are unanswered, of at most 2/);
     assert.deepEqual((await Promise.all(sent)).map((batch) => batch.sequenceNumber), [1, 2]);
   }));
 
-test("rollout gives how the pool stands, and then what the policy leads to", () =>
+test("rollout yields the first batch, then the policy's batches", () =>
   withPool(easy(["maze"], 2), async (pool) => {
     const numbers = [];
     for await (const batch of pool.rollout(() => [4, 4], { stepCount: 3 })) {
@@ -134,7 +134,7 @@ test("rollout gives how the pool stands, and then what the policy leads to", () 
     assert.deepEqual(numbers, [1, 2, 3, 4]);
   }));
 
-test("an AbortSignal ends the wait, and the pool goes on", () =>
+test("an AbortSignal ends the wait, and the pool continues", () =>
   withPool(easy(["maze"], 2), async (pool) => {
     const abort = new AbortController();
     const reason = new Error("enough");
@@ -155,7 +155,7 @@ test("an AbortSignal ends the wait, and the pool goes on", () =>
     await assert.rejects(it.client.load({ signal: AbortSignal.abort() }), CancelledError);
   }));
 
-test("one stream at a time has a pool, and another can take it over", () =>
+test("a pool has one stream at a time, which another can take over", () =>
   withPool(easy(["maze"], 2), async (pool) => {
     await pool.step([4, 4]);
     const other = await it.client.getPool(pool.name);
@@ -167,7 +167,7 @@ test("one stream at a time has a pool, and another can take it over", () =>
     assert.equal((await pool.step([4, 4])).sequenceNumber, 3);
   }));
 
-test("a pool that was closed is gone, and asks for nothing more", async () => {
+test("a closed pool is deleted and sends no more requests", async () => {
   const pool = await it.client.createPool(easy(["maze"], 1));
   await pool.step([4]);
   await pool.close();
@@ -176,12 +176,12 @@ test("a pool that was closed is gone, and asks for nothing more", async () => {
   await assert.rejects(it.client.getPool(pool.name), NotFoundError);
 });
 
-test("shared memory is refused, and why", async () => {
+test("shared memory is rejected with a reason", async () => {
   const spec = easy(["maze"], 1, { transport: Transport.SHARED_MEMORY });
   await assert.rejects(it.client.createPool(spec), UnimplementedError);
 });
 
-test("pools of several clients go on beside each other", async () => {
+test("pools of several clients run concurrently", async () => {
   const other = await connect(it.server.address);
   await Promise.all([it.client, other].map(async (client) => {
     const pool = await client.createPool(easy(["maze"], 2));

@@ -49,7 +49,7 @@ for (const [name, encoding, stepCount, bytesBetweenFaults, leastBreakCount] of [
   ["raw", Encoding.RAW, 100, 120_000, 15],
   ["zstd", Encoding.DELTA_ZSTD, 150, 20_000, 5],
 ]) {
-  test(`nothing is lost on a bad network: ${name}`, { skip: !process.env.PROCGEN_FAULT_PROXY }, async () => {
+  test(`a faulty network loses nothing: ${name}`, { skip: !process.env.PROCGEN_FAULT_PROXY }, async () => {
     const undisturbedPool = await it.client.createPool(easy(["maze", "bigfish"], envCount));
     const undisturbed = await traceOf(undisturbedPool, stepCount);
     await undisturbedPool.close();
@@ -70,7 +70,7 @@ async function untilLost(pool) {
   }
 }
 
-test("a server that is gone is given up in time", async () => {
+test("reconnecting to a lost server times out", async () => {
   const server = await ServerProcess.start({ flags: ["--workers=1"] });
   const client = await connect(server.address, { reconnectTimeoutMs: 500 });
   const pool = await client.createPool(easy(["maze"], 2));
@@ -83,7 +83,7 @@ test("a server that is gone is given up in time", async () => {
   client.close();
 });
 
-test("without a time to reconnect the first loss is an error", async () => {
+test("without a reconnect timeout the first loss is an error", async () => {
   const server = await ServerProcess.start({ flags: ["--workers=1"] });
   const client = await connect(server.address, { reconnectTimeoutMs: 0 });
   const pool = await client.createPool(easy(["maze"], 2));
@@ -94,7 +94,7 @@ test("without a time to reconnect the first loss is an error", async () => {
   client.close();
 });
 
-test("a server that drains is not asked again", async () => {
+test("a draining server is not contacted again", async () => {
   const server = await ServerProcess.start({ flags: ["--workers=1", "--drain_timeout=1s"] });
   const client = await connect(server.address, { reconnectTimeoutMs: 600_000 });
   const pool = await client.createPool(easy(["maze"], 2));

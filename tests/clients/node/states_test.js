@@ -10,7 +10,7 @@ import { actionsOf, easy, withServer } from "./server.js";
 // Requests so small that not all snapshots of the test fit one.
 const it = withServer("--request_bytes_max=65536");
 
-test("what is restored goes on as what was saved", async () => {
+test("restored states continue as the originals", async () => {
   const pool = await it.client.createPool(easy(["bigfish", "maze"], 80));
   for (let step = 0; step < 5; step += 1) {
     await pool.step(actionsOf(step, 80));
@@ -44,7 +44,7 @@ test("environments are cloned within a pool and from another", async () => {
   await other.close();
 });
 
-test("a damaged snapshot, or one too few, is refused", async () => {
+test("a damaged or missing snapshot is rejected", async () => {
   const pool = await it.client.createPool(easy(["maze"], 2));
   const [state] = await pool.saveStates([0]);
   const damaged = Uint8Array.from(state);
@@ -57,7 +57,7 @@ test("a damaged snapshot, or one too few, is refused", async () => {
   await pool.close();
 });
 
-test("environments are drawn for people at any size, also more than one message holds", async () => {
+test("environments are rendered at any size, also beyond one message", async () => {
   const pool = await it.client.createPool(easy(["coinrun"], 7));
   const frames = await pool.render(undefined, 512);
   assert.deepEqual(frames.map((frame) => frame.environment), [0, 1, 2, 3, 4, 5, 6]);

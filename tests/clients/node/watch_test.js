@@ -25,7 +25,7 @@ test("a pool is watched while it is stepped", async () => {
   await pool.close();
 });
 
-test("unless told which, the first 16 environments are watched, for people", async () => {
+test("the default is the human view of the first 16 environments", async () => {
   const pool = await it.client.createPool(easy(["maze"], 17));
   for await (const { frames } of pool.watch()) {
     assert.deepEqual(frames.map((frame) => frame.environment), [...Array(16).keys()]);
@@ -35,7 +35,7 @@ test("unless told which, the first 16 environments are watched, for people", asy
   await pool.close();
 });
 
-test("who takes long between two moments misses those in between", async () => {
+test("a slow watcher skips frame sets", async () => {
   const pool = await it.client.createPool(easy(["bigfish"], 1));
   const [slow, quick] = [0, 0].map(() => pool.watch([0], { sizePx: 64, framesPerSecondMax: 60 }));
   await slow.next();
@@ -56,7 +56,7 @@ test("who takes long between two moments misses those in between", async () => {
   await pool.close();
 });
 
-test("frames are of the size that the server allows", async () => {
+test("frame sizes are limited by the server", async () => {
   const server = await ServerProcess.start({ flags: ["--workers=1", "--response_bytes_max=1048576"] });
   const client = await connect(server.address);
   const pool = await client.createPool(easy(["maze"], 7));
@@ -74,7 +74,7 @@ test("frames are of the size that the server allows", async () => {
   assert.equal(await server.stop(), 0);
 });
 
-test("more than a server sends by default is watched", async () => {
+test("frames beyond the default message size are received", async () => {
   const pool = await it.client.createPool(easy(["maze"], 16));
   for await (const { frames } of pool.watch(undefined, { sizePx: 512 })) {
     assert.equal(frames.length, 16);
@@ -97,7 +97,7 @@ test("a watch ends with an error", async () => {
   await assert.rejects(pool.watch().next(), NotFoundError);
 });
 
-test("a watch is given up with its signal", async () => {
+test("an AbortSignal ends a watch", async () => {
   const pool = await it.client.createPool(easy(["maze"], 1));
   const controller = new AbortController();
   const moments = pool.watch([0], { signal: controller.signal });
@@ -108,7 +108,7 @@ test("a watch is given up with its signal", async () => {
   await pool.close();
 });
 
-test("an episode is played again", async () => {
+test("an episode is replayed", async () => {
   const pool = await it.client.createPool(easy(["coinrun"], 2));
   await assert.rejects(pool.getEpisode(1), FailedPreconditionError);
   const rewards = [];

@@ -57,7 +57,7 @@ function check(batch, values) {
 }
 
 for (const [name, encoding] of [["raw", Encoding.RAW], ["zstd", Encoding.DELTA_ZSTD]]) {
-  test(`the wire fixtures are played and understood: ${name}`, async (t) => {
+  test(`the wire fixtures replay: ${name}`, async (t) => {
     const checking = new Check(name);
     t.after(() => checking.process.kill());
     const client = await connect(await checking.address());

@@ -71,7 +71,7 @@ Sample Now() {
   return sample;
 }
 
-TEST(ScreenTest, RatesAndLatenciesAreThoseBetweenTheSamples) {
+TEST(ScreenTest, RatesAndLatenciesCoverTheSamplingInterval) {
   EXPECT_THAT(
       ScreenOf("the title", Before(), Now()),
       ElementsAre(
@@ -90,18 +90,18 @@ TEST(ScreenTest, RatesAndLatenciesAreThoseBetweenTheSamples) {
           "      0          -  -"));
 }
 
-TEST(ScreenTest, NothingWasCarriedOut) {
+TEST(ScreenTest, IdleServerShowsZeroRatesAndDashes) {
   const std::vector<std::string> lines = ScreenOf("title", Now(), Now());
   EXPECT_THAT(lines[2], HasSubstr("steps/s 0   requests/s 0.0   in 0.0 B/s"));
   EXPECT_EQ(lines[3], "queue     mean -   p50 -   p99 -");
 }
 
-TEST(ScreenTest, AServerThatBeganAnewCountsFromZero) {
+TEST(ScreenTest, RestartedServerCountsFromZero) {
   const std::vector<std::string> lines = ScreenOf("title", Now(), Before());
   EXPECT_THAT(lines[2], HasSubstr("steps/s 0 "));
 }
 
-TEST(ScreenTest, LatenciesBeyondAllBoundsAreToldSo) {
+TEST(ScreenTest, LatenciesBeyondTheLastBoundAreMarked) {
   Sample now = Before();
   now.load.mutable_queue_wait()->set_counts(3, 7);
   now.load.mutable_queue_wait()->set_sum_seconds(700);
@@ -116,13 +116,13 @@ TEST(ScreenTest, ControlCharactersOfTheServerDoNotReachTheTerminal) {
   EXPECT_THAT(lines.back(), HasSubstr("pools/\\x1b[2J  o\\nwner  ga\\tme"));
 }
 
-TEST(ScreenTest, ADrainIsTold) {
+TEST(ScreenTest, DrainIsShown) {
   Sample now = Now();
   now.load.set_draining(true);
   EXPECT_EQ(ScreenOf("title", Before(), now)[0], "title   DRAINING");
 }
 
-TEST(ScreenTest, TheClusterStandsAboveThePools) {
+TEST(ScreenTest, ClusterIsShownAboveThePools) {
   Sample now = Now();
   now.nodes.set_cluster("night\n");
   now.nodes.set_local_node("nodes/b");

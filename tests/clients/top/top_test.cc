@@ -77,7 +77,7 @@ class Learner {
   std::thread thread_;
 };
 
-TEST(TopTest, OnceShowsWhatTheServerDoes) {
+TEST(TopTest, OncePrintsOneScreen) {
   ServerProcess process({"--address=127.0.0.1:0", "--workers=1"});
   const std::string address = process.Address();
   const auto client = procgen_client::Client::Connect(address);
@@ -123,7 +123,7 @@ TEST(TopTest, CredentialsAreThoseOfTheClient) {
   EXPECT_THAT(refused.output, HasSubstr("procgen-top: the call bears no token"));
 }
 
-TEST(TopTest, WrongFlagsAreExplained) {
+TEST(TopTest, InvalidFlagsAreReported) {
   const Result interval = RunTop("--interval=1ms");
   EXPECT_EQ(interval.exit_status, 2);
   EXPECT_THAT(interval.output, HasSubstr("--interval is 1ms, allowed: 100ms to 1h"));
@@ -144,7 +144,7 @@ std::string ReadTerminal(int terminal, const std::string& text) {
   return all;
 }
 
-TEST(TopTest, ATerminalIsRefreshedAndLeftAsItWas) {
+TEST(TopTest, TerminalIsRefreshedAndRestored) {
   ServerProcess process({"--address=127.0.0.1:0"});
   const std::string server = "--server=" + process.Address();
   const auto client = procgen_client::Client::Connect(server.substr(server.find('=') + 1));

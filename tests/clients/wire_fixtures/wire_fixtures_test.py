@@ -1,4 +1,4 @@
-"""The wire fixtures are what a server says today; their check finds who asks otherwise."""
+"""The wire fixtures equal a current server's messages; their check detects other requests."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from procgen_client._proto import step_pb2  # noqa: E402
 from procgen_client.options import LevelSampler  # noqa: E402
 
 
-def test_a_server_of_today_says_the_same(tmp_path: Path) -> None:
+def test_the_current_server_sends_the_fixtures(tmp_path: Path) -> None:
     with ServerProcess(flags=["--workers=1"]) as server:
         record(server.address, tmp_path)
     recorded = {path.relative_to(_FOLDER) for path in _FOLDER.glob("*/*.bin")}
@@ -33,7 +33,7 @@ def test_a_server_of_today_says_the_same(tmp_path: Path) -> None:
         assert same, f"{path} is another: clients/wire_fixtures/record.py records anew"
 
 
-def test_the_files_hold_what_is_expected() -> None:
+def test_the_fixtures_contain_the_expected_messages() -> None:
     answers = [
         [step_pb2.StepPoolResponse.FromString(path.read_bytes()) for path in paths]
         for paths in (response_paths("raw", number) for number in range(len(requests())))
@@ -58,7 +58,7 @@ def _pool(client: Client, encoding: str) -> Pool:
 
 
 @pytest.mark.parametrize("encoding", ENCODINGS)
-def test_this_client_asks_as_recorded(encoding: str) -> None:
+def test_the_client_sends_the_recorded_requests(encoding: str) -> None:
     expected = json.loads((_FOLDER / EXPECTED).read_text())
     with _checked(encoding, 0) as address, Client(address) as client:
         pool = _pool(client, encoding)
@@ -78,7 +78,7 @@ def test_this_client_asks_as_recorded(encoding: str) -> None:
         assert values == (None if batch is None else values_of(batch))
 
 
-def test_who_asks_for_something_else_is_told() -> None:
+def test_a_different_request_is_reported() -> None:
     with _checked("raw", 1) as address, Client(address) as client:
         pool = _pool(client, "raw")
         pool.observe()
@@ -86,6 +86,6 @@ def test_who_asks_for_something_else_is_told() -> None:
             pool.step([5, 7])
 
 
-def test_who_stops_too_soon_is_told() -> None:
+def test_an_incomplete_session_is_reported() -> None:
     with _checked("raw", 1) as address, Client(address) as client:
         _pool(client, "raw").observe()

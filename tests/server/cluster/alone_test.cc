@@ -8,7 +8,7 @@ namespace {
 using ::testing::ElementsAre;
 using ::testing::IsEmpty;
 
-TEST(AloneTest, ANodeAloneKnowsItself) {
+TEST(AloneTest, SoleNodeListsItself) {
   const auto alone = Cluster::Alone("a");
   EXPECT_EQ(alone->name(), "");
   EXPECT_THAT(alone->Nodes(), IsEmpty());
@@ -19,7 +19,7 @@ TEST(AloneTest, ANodeAloneKnowsItself) {
   EXPECT_THAT(alone->Nodes(), ElementsAre(status));
 }
 
-TEST(AloneTest, WhoSubscribedIsToldOfChangesUntilTheSubscriptionGoes) {
+TEST(AloneTest, SubscribersAreNotifiedUntilTheSubscriptionEnds) {
   const auto alone = Cluster::Alone("a");
   int told = 0;
   {

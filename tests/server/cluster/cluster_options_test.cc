@@ -23,7 +23,7 @@ std::string MessageOf(const ClusterOptions& options) {
   return std::string(CheckClusterOptions(options).message());
 }
 
-TEST(ClusterOptionsTest, GoodOnesPass) {
+TEST(ClusterOptionsTest, ValidOptionsPass) {
   ClusterOptions options = GoodOptions();
   EXPECT_THAT(CheckClusterOptions(options), IsOk());
   options.domain_id = kClusterDomainMax;
@@ -63,7 +63,7 @@ TEST(ClusterOptionsTest, PeersAreHosts) {
   }
 }
 
-TEST(ClusterOptionsTest, SecurityIsWholeOrNone) {
+TEST(ClusterOptionsTest, SecurityFilesAreAllOrNone) {
   ClusterOptions options = GoodOptions();
   options.security.permissions = "permissions.p7s";
   EXPECT_THAT(MessageOf(options), HasSubstr("--cluster_identity_ca is missing"));

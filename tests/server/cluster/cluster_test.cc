@@ -74,7 +74,7 @@ bool AwaitIds(Cluster* cluster, const Ids& ids, absl::Duration timeout = absl::S
   return ClusterWatch(cluster).Await([&] { return IdsOf(cluster->Nodes()) == ids; }, timeout);
 }
 
-TEST(ClusterTest, ANodeIsThereOnceItHasPublished) {
+TEST(ClusterTest, NodeIsListedOnceItHasPublished) {
   const auto cluster = Join(Options("a"));
   EXPECT_THAT(cluster->Nodes(), IsEmpty());
   cluster->Publish(SomeStatus("127.0.0.1:1"));
@@ -83,27 +83,27 @@ TEST(ClusterTest, ANodeIsThereOnceItHasPublished) {
   EXPECT_THAT(cluster->Nodes(), ElementsAre(expected));
 }
 
-TEST(ClusterTest, NodesSeeEachOtherAndAllThatTheyTell) {
+TEST(ClusterTest, NodesReceiveEachOthersStatus) {
   const auto a = Join(Options("a"));
   const auto b = Join(Options("b"));
   a->Publish(SomeStatus("127.0.0.1:1"));
   b->Publish(SomeStatus("127.0.0.1:2"));
   EXPECT_TRUE(AwaitIds(a.get(), {"a", "b"}));
   EXPECT_TRUE(AwaitIds(b.get(), {"a", "b"}));
-  b->Publish(SomeStatus("127.0.0.1:2"));  // rates reach those alone who are there
+  b->Publish(SomeStatus("127.0.0.1:2"));  // rates are sent only to current nodes
   NodeStatus expected = SomeStatus("127.0.0.1:2");
   expected.node_id = "b";
   EXPECT_TRUE(ClusterWatch(a.get()).Await([&] { return a->Nodes().back() == expected; }));
 }
 
-TEST(ClusterTest, NodesThatComeLaterAreToldWhatWasSaidBefore) {
+TEST(ClusterTest, LateNodesReceiveEarlierStatus) {
   const auto a = Join(Options("a"));
   a->Publish(SomeStatus("127.0.0.1:1"));
   const auto b = Join(Options("b"));
   EXPECT_TRUE(AwaitIds(b.get(), {"a"}));
 }
 
-TEST(ClusterTest, ChangesAreSeen) {
+TEST(ClusterTest, ChangesAreReceived) {
   const auto a = Join(Options("a"));
   const auto b = Join(Options("b"));
   b->Publish(SomeStatus("127.0.0.1:2"));
@@ -115,7 +115,7 @@ TEST(ClusterTest, ChangesAreSeen) {
       [&] { return a->Nodes().front().address == "127.0.0.1:3" && !a->Nodes().front().draining; }));
 }
 
-TEST(ClusterTest, ANodeThatLeavesIsGoneAtOnce) {
+TEST(ClusterTest, LeavingNodeDisappearsAtOnce) {
   const auto a = Join(Options("a"));
   auto b = Join(Options("b"));
   b->Publish(SomeStatus("127.0.0.1:2"));
@@ -125,7 +125,7 @@ TEST(ClusterTest, ANodeThatLeavesIsGoneAtOnce) {
   EXPECT_TRUE(AwaitIds(a.get(), {}, kNodeLease / 2));
 }
 
-TEST(ClusterTest, ANodeThatPublishesNoMoreIsGoneThoughItLives) {
+TEST(ClusterTest, SilentNodeDisappearsThoughItRuns) {
   const auto a = Join(Options("a"));
   const auto b = Join(Options("b"));
   b->Publish(SomeStatus("127.0.0.1:2"));
@@ -135,7 +135,7 @@ TEST(ClusterTest, ANodeThatPublishesNoMoreIsGoneThoughItLives) {
   EXPECT_TRUE(AwaitIds(a.get(), {"b"}));
 }
 
-TEST(ClusterTest, ClustersOfOtherNamesDoNotMeet) {
+TEST(ClusterTest, ClustersWithDifferentNamesAreSeparate) {
   const auto a = Join(Options("a"));
   ClusterOptions elsewhere = Options("b");
   elsewhere.name += ".";
@@ -148,7 +148,7 @@ TEST(ClusterTest, ClustersOfOtherNamesDoNotMeet) {
   EXPECT_THAT(IdsOf(b->Nodes()), ElementsAre("b"));
 }
 
-TEST(ClusterTest, ANodeThatTakesAnothersPlaceStaysWhenThatOneGoes) {
+TEST(ClusterTest, ReplacementNodeStaysWhenTheOldOneLeaves) {
   const auto a = Join(Options("a"));
   auto before = Join(Options("b"));
   const auto after = Join(Options("b"));
@@ -165,7 +165,7 @@ TEST(ClusterTest, ANodeThatTakesAnothersPlaceStaysWhenThatOneGoes) {
   EXPECT_TRUE(await_address("127.0.0.1:4"));
 }
 
-TEST(ClusterTest, NobodyIsToldOnceTheSubscriptionHasGone) {
+TEST(ClusterTest, EndedSubscriptionIsNotNotified) {
   const auto a = Join(Options("a"));
   std::atomic<int> told = 0;
   {
@@ -182,7 +182,7 @@ TEST(ClusterTest, NobodyIsToldOnceTheSubscriptionHasGone) {
   EXPECT_EQ(told, before);
 }
 
-TEST(ClusterTest, NobodyIsLostFromSightWherePeersGetOtherAddresses) {
+TEST(ClusterTest, PeersWithNewAddressesStayListed) {
   const auto b = Join(Options("b"));
   b->Publish(SomeStatus("127.0.0.1:2"));
   ClusterOptions options = Options("a");
@@ -227,7 +227,7 @@ TEST(ClusterTest, PeersFindEachOtherWithoutMulticast) {
   EXPECT_TRUE(AwaitIds(b.get(), {"a"}));
 }
 
-TEST(ClusterTest, PeersAreAskedForAgainThoughTheClockIsSetBack) {
+TEST(ClusterTest, PeersAreResolvedAgainDespiteAClockChange) {
   ClusterOptions options = Options("a");
   options.peers = {"nodes"};
   std::atomic<int> count = 0;

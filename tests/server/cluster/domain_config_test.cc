@@ -12,7 +12,7 @@ using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 using ::testing::Not;
 
-TEST(DomainConfigTest, WhoOnlyThisMachineCanReachSpeaksOnLoopback) {
+TEST(DomainConfigTest, LocalNodesUseLoopback) {
   for (const char* address : {"127.0.0.1:1", "localhost:1", "unix:/x.sock", "[::1]:1"}) {
     EXPECT_EQ(InterfaceOf(address), "127.0.0.1") << address;
   }
@@ -26,7 +26,7 @@ TEST(DomainConfigTest, HostsAreResolvedOrHaveNoAddress) {
   EXPECT_THAT(ResolveHost("no-such-host.invalid"), IsEmpty());
 }
 
-TEST(DomainConfigTest, WhoHasPeersSendsNoMulticast) {
+TEST(DomainConfigTest, NodesWithPeersSendNoMulticast) {
   ClusterOptions options;
   options.address = "example.com:1";
   EXPECT_THAT(DomainConfig(options, {}), HasSubstr("<AllowMulticast>spdp<"));

@@ -1,5 +1,5 @@
-// Peers that lie: well-formed samples of a participant that forges nodes, and packets that are
-// garbage. There is no DDS Security here: whoever reaches the ports of a domain can write to it.
+// Hostile peers: a participant that forges nodes with well-formed samples, and invalid packets.
+// Without DDS Security, every process that reaches the ports of a domain can write to it.
 
 #include <arpa/inet.h>
 #include <netinet/in.h>
@@ -90,7 +90,7 @@ std::vector<NodeStatus> StatusesThatMakeNoSense() {
   return statuses;
 }
 
-TEST(HostilePeersTest, SamplesThatMakeNoSenseAreNoNodes) {
+TEST(HostilePeersTest, InvalidSamplesAreDropped) {
   const auto cluster = Join("a");
   const auto forger = Participant::Create(Options("forger"), {});
   ASSERT_THAT(forger.status(), IsOk());
@@ -108,7 +108,7 @@ TEST(HostilePeersTest, SamplesThatMakeNoSenseAreNoNodes) {
   EXPECT_EQ(cluster->Nodes().back().steps_per_second, 0);
 }
 
-TEST(HostilePeersTest, ThousandsOfForgedNodesAreBoundedAndGoWithTheForger) {
+TEST(HostilePeersTest, ForgedNodesAreBoundedAndLeaveWithTheForger) {
   const auto a = Join("a");
   const auto b = Join("b");
   ASSERT_TRUE(ClusterWatch(a.get()).Await([&] { return a->Nodes().size() == 2; }));
@@ -131,7 +131,7 @@ TEST(HostilePeersTest, ThousandsOfForgedNodesAreBoundedAndGoWithTheForger) {
   EXPECT_THAT(IdsOf(*a), testing::ElementsAre("a", "b"));
 }
 
-TEST(HostilePeersTest, ANodeOfTheSameIdDoesNotReplaceWhatThisOneSaysOfItself) {
+TEST(HostilePeersTest, DuplicateNodeIdDoesNotReplaceTheLocalNode) {
   const auto cluster = Join("a");
   const auto forger = Participant::Create(Options("forger"), {});
   ASSERT_THAT(forger.status(), IsOk());
@@ -199,13 +199,13 @@ std::string Mutated(std::string packet, std::minstd_rand* random) {
   return packet;
 }
 
-TEST(HostilePeersTest, PacketsThatAreGarbageLeaveTheClusterAsItIs) {
+TEST(HostilePeersTest, InvalidPacketsDoNotChangeTheCluster) {
   constexpr int kParticipantOfTheSocket = 25;
   const ClusterOptions options = Options("a");
   const int first_port = 7400 + 250 * options.domain_id + 10;
   const auto a = Join("a");
   const Socket socket(static_cast<uint16_t>(first_port + 2 * kParticipantOfTheSocket));
-  const std::string packet = socket.Receive();  // a node asks who is there
+  const std::string packet = socket.Receive();  // a discovery packet of a node
   ASSERT_GT(packet.size(), 100U);
   ASSERT_EQ(packet.substr(0, 4), "RTPS");
   std::minstd_rand random(7);  // NOLINT(cert-msc*): the same each time

@@ -62,11 +62,11 @@ TEST(BackgroundExecutorTest, OwnersAreServedInTurn) {
               ElementsAre("alice1", "bob1", "carol1", "alice2", "bob2", "alice3", "alice4"));
 }
 
-TEST(BackgroundExecutorTest, WorkOfNobodyHasAQueueOfItsOwn) {
+TEST(BackgroundExecutorTest, WorkWithoutOwnerHasItsOwnQueue) {
   EXPECT_THAT(OrderOf({"alice1", "alice2", "1", "2"}), ElementsAre("alice1", "1", "alice2", "2"));
 }
 
-TEST(BackgroundExecutorTest, ALongQueueCostsAnotherOwnerOnePieceAtATime) {
+TEST(BackgroundExecutorTest, LongQueueDelaysOthersByOneTask) {
   std::vector<std::string> handed_over(1000, "alice1");
   handed_over.insert(handed_over.end(), {"bob1", "bob2"});
   std::vector<std::string> order = OrderOf(handed_over);
@@ -74,7 +74,7 @@ TEST(BackgroundExecutorTest, ALongQueueCostsAnotherOwnerOnePieceAtATime) {
   EXPECT_THAT(order, ElementsAre("alice1", "bob1", "alice1", "bob2"));
 }
 
-TEST(BackgroundExecutorTest, WorkMayHandOverMore) {
+TEST(BackgroundExecutorTest, WorkMaySubmitWork) {
   absl::Notification done;
   BackgroundExecutor executor(1);
   executor.Run("a", [&] { executor.Run("b", [&] { done.Notify(); }); });

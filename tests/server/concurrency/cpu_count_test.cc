@@ -31,25 +31,25 @@ class CgroupCpuQuotaTest : public testing::Test {
   TemporaryFolder folder_;
 };
 
-TEST_F(CgroupCpuQuotaTest, Version2HasItInCpuMax) {
+TEST_F(CgroupCpuQuotaTest, Version2UsesCpuMax) {
   Write("system.slice/procgen.service/cpu.max", "150000 100000\n");
   EXPECT_EQ(Quota("0::/system.slice/procgen.service\n"), 1.5);
 }
 
-TEST_F(CgroupCpuQuotaTest, TheLeastOfAllGroupsAboveCounts) {
+TEST_F(CgroupCpuQuotaTest, LowestQuotaOfAllParentsCounts) {
   Write("cpu.max", "800000 100000\n");
   Write("pods/cpu.max", "50000 100000\n");
   Write("pods/server/cpu.max", "max 100000\n");
   EXPECT_EQ(Quota("0::/pods/server\n"), 0.5);
 }
 
-TEST_F(CgroupCpuQuotaTest, AContainerMaySeeItsGroupAsTheMount) {
+TEST_F(CgroupCpuQuotaTest, ContainerGroupMayBeTheMountRoot) {
   Write("cpu.max", "200000 100000\n");
   EXPECT_EQ(Quota("0::/\n"), 2);
   EXPECT_EQ(Quota("0::/kubepods/pod1/0123\n"), 2);
 }
 
-TEST_F(CgroupCpuQuotaTest, Version1HasItInTwoFiles) {
+TEST_F(CgroupCpuQuotaTest, Version1UsesTwoFiles) {
   Write("cpu,cpuacct/docker/1/cpu.cfs_quota_us", "250000\n");
   Write("cpu,cpuacct/docker/1/cpu.cfs_period_us", "100000\n");
   const std::string memberships = "7:memory:/docker/1\n4:cpu,cpuacct:/docker/1\n0::/\n";
@@ -58,7 +58,7 @@ TEST_F(CgroupCpuQuotaTest, Version1HasItInTwoFiles) {
   EXPECT_EQ(Quota(memberships), kNone);
 }
 
-TEST_F(CgroupCpuQuotaTest, NoQuotaAndFilesThatMakeNoSenseAreNone) {
+TEST_F(CgroupCpuQuotaTest, MissingOrInvalidQuotaIsNone) {
   EXPECT_EQ(Quota("0::/\n"), kNone);
   EXPECT_EQ(Quota(""), kNone);
   EXPECT_EQ(Quota("no line of this kind"), kNone);
@@ -69,7 +69,7 @@ TEST_F(CgroupCpuQuotaTest, NoQuotaAndFilesThatMakeNoSenseAreNone) {
   }
 }
 
-TEST(CpuCountTest, IsAtMostTheCoresOfTheAffinity) {
+TEST(CpuCountTest, IsBoundedByTheAffinity) {
   cpu_set_t before;
   ASSERT_EQ(sched_getaffinity(0, sizeof(before), &before), 0);
   int first = 0;

@@ -39,7 +39,7 @@ void Work(absl::Duration duration) {
   }
 }
 
-TEST(CpuThrottleTest, RestIsDueWhereOthersWantTheCore) {
+TEST(CpuThrottleTest, RestIsDueUnderContention) {
   const BusyMachine busy;
   absl::Duration rest;
   while (rest == absl::ZeroDuration()) {  // until another has been given the core

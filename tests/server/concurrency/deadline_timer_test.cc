@@ -7,7 +7,7 @@
 namespace procgen {
 namespace {
 
-TEST(DeadlineTimerTest, FiresWhenItsTimeHasCome) {
+TEST(DeadlineTimerTest, FiresAtItsDeadline) {
   TestClock clock;
   absl::Notification fired;
   absl::Time time;
@@ -22,7 +22,7 @@ TEST(DeadlineTimerTest, FiresWhenItsTimeHasCome) {
   EXPECT_EQ(time, clock.Now());
 }
 
-TEST(DeadlineTimerTest, FiresAgainWhenTheCallbackAsksForIt) {
+TEST(DeadlineTimerTest, CallbackCanRearm) {
   absl::Notification fired_twice;
   int count = 0;
   DeadlineTimer timer(SteadyNow, [&](absl::Time now) {
@@ -35,7 +35,7 @@ TEST(DeadlineTimerTest, FiresAgainWhenTheCallbackAsksForIt) {
   fired_twice.WaitForNotification();
 }
 
-TEST(DeadlineTimerTest, AnEarlierTimeGoesBeforeALaterOne) {
+TEST(DeadlineTimerTest, EarlierDeadlineReplacesALaterOne) {
   TestClock clock;
   absl::Notification fired;
   DeadlineTimer timer([&] { return clock.Now(); },

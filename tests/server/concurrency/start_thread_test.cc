@@ -42,7 +42,7 @@ class NoThreads {
   pthread_attr_t usual_;
 };
 
-TEST(StartThreadTest, AThreadThatCannotBeMadeIsAnErrorAndItsWorkIsDestroyed) {
+TEST(StartThreadTest, FailedThreadStartIsAnErrorAndDestroysItsWork) {
   const NoThreads no_threads;
   auto held = std::make_shared<int>(0);
   const absl::StatusOr<std::thread> thread =
@@ -52,9 +52,7 @@ TEST(StartThreadTest, AThreadThatCannotBeMadeIsAnErrorAndItsWorkIsDestroyed) {
   EXPECT_EQ(held.use_count(), 1);
 }
 
-TEST(CheckThreadLimitTest, ThreadsThatCanRunAreNoError) {
-  EXPECT_THAT(CheckThreadLimit(4), IsOk());
-}
+TEST(CheckThreadLimitTest, EnoughThreadsAreNoError) { EXPECT_THAT(CheckThreadLimit(4), IsOk()); }
 
 TEST(CheckThreadLimitTest, TooFewThreadsAreAnError) {
   const NoThreads no_threads;

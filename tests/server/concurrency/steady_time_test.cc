@@ -30,7 +30,7 @@ TEST_P(SteadyTimeTest, TheTestMovesTheWallClock) {
   EXPECT_NEAR(absl::ToDoubleMinutes(moved), absl::ToDoubleMinutes(GetParam()), 1);
 }
 
-TEST_P(SteadyTimeTest, TimePassesAsIfNobodyHadSetTheClock) {
+TEST_P(SteadyTimeTest, SteadyTimeIgnoresClockChanges) {
   const absl::Time before = SteadyNow();
   Jump();
   const absl::Duration passed = SteadyNow() - before;
@@ -38,7 +38,7 @@ TEST_P(SteadyTimeTest, TimePassesAsIfNobodyHadSetTheClock) {
   EXPECT_LT(passed, absl::Minutes(1));
 }
 
-TEST_P(SteadyTimeTest, AWaitThatTheClockIsSetInEndsAtItsDeadline) {
+TEST_P(SteadyTimeTest, WaitEndsAtItsDeadlineDespiteAClockChange) {
   absl::Mutex mutex;
   SteadyCondVar changed;
   const absl::Time begin = SteadyNow();
@@ -52,7 +52,7 @@ TEST_P(SteadyTimeTest, AWaitThatTheClockIsSetInEndsAtItsDeadline) {
   jump.join();
 }
 
-TEST_P(SteadyTimeTest, AWaitThatTheClockIsSetInEndsWithWhatItWaitsFor) {
+TEST_P(SteadyTimeTest, WaitEndsOnNotifyDespiteAClockChange) {
   absl::Mutex mutex;
   SteadyCondVar changed;
   bool is_due = false;

@@ -65,7 +65,7 @@ class DmEnvRpcSessionTest : public testing::Test {
   JoinedWorlds worlds_;
 };
 
-TEST_F(DmEnvRpcSessionTest, AWorldIsMadeJoinedSteppedLeftAndDestroyed) {
+TEST_F(DmEnvRpcSessionTest, WorldLifecycle) {
   const auto talk = MakeTalk();
   const std::string world = JoinNewWorld(talk.get());
   EXPECT_EQ(talk->Step(4).step().state(), dm::RUNNING);
@@ -75,7 +75,7 @@ TEST_F(DmEnvRpcSessionTest, AWorldIsMadeJoinedSteppedLeftAndDestroyed) {
   EXPECT_THAT(talk->Join(world), IsError(absl::StatusCode::kNotFound, HasSubstr(world)));
 }
 
-TEST_F(DmEnvRpcSessionTest, WorldsAreTheirOwners) {
+TEST_F(DmEnvRpcSessionTest, WorldsArePrivateToTheirOwner) {
   const auto alice = MakeTalk("alice");
   const auto bob = MakeTalk("bob");
   const std::string world = CreateWorld(alice.get());
@@ -87,7 +87,7 @@ TEST_F(DmEnvRpcSessionTest, WorldsAreTheirOwners) {
 }
 
 // A message with half a character would be no message any more.
-TEST_F(DmEnvRpcSessionTest, LongNamesAreRepeatedInPartAndInWholeCharacters) {
+TEST_F(DmEnvRpcSessionTest, LongNamesAreTruncatedAtCharacterBoundaries) {
   const auto talk = MakeTalk();
   std::string name = "pools/";
   for (int i = 0; i < 1000; ++i) {
@@ -114,7 +114,7 @@ TEST_F(DmEnvRpcSessionTest, QuotasAndLimitsHold) {
                                             HasSubstr("owner_pool_count_max is 4")));
 }
 
-TEST_F(DmEnvRpcSessionTest, WhatDoesNotFitAResponseIsRefusedBeforeTheStep) {
+TEST_F(DmEnvRpcSessionTest, OversizedResponseIsRejectedBeforeTheStep) {
   const auto talk = MakeTalk();
   JoinNewWorld(talk.get(), MazeBatch(6));
   EXPECT_THAT(talk->Step(4, {1}), IsError(absl::StatusCode::kResourceExhausted,
@@ -122,7 +122,7 @@ TEST_F(DmEnvRpcSessionTest, WhatDoesNotFitAResponseIsRefusedBeforeTheStep) {
   EXPECT_EQ(talk->Step(4, {2}).step().state(), dm::RUNNING);
 }
 
-TEST_F(DmEnvRpcSessionTest, AnErrorLeavesNothingOfTheAnswer) {
+TEST_F(DmEnvRpcSessionTest, ErrorClearsTheResponse) {
   const auto talk = MakeTalk();
   JoinNewWorld(talk.get());
   const dm::EnvironmentResponse response = talk->Step(4, {1, 4711});
@@ -130,7 +130,7 @@ TEST_F(DmEnvRpcSessionTest, AnErrorLeavesNothingOfTheAnswer) {
   EXPECT_FALSE(response.has_step());
 }
 
-TEST_F(DmEnvRpcSessionTest, ADeletedWorldIsToldOnceAndAnotherCanBeJoined) {
+TEST_F(DmEnvRpcSessionTest, DeletedWorldIsReportedOnceAndAnotherCanBeJoined) {
   const auto talk = MakeTalk();
   const std::string world = JoinNewWorld(talk.get());
   ASSERT_THAT(supervisor_.Delete("", world), IsOk());
@@ -141,7 +141,7 @@ TEST_F(DmEnvRpcSessionTest, ADeletedWorldIsToldOnceAndAnotherCanBeJoined) {
   EXPECT_EQ(talk->Step(4).step().state(), dm::RUNNING);
 }
 
-TEST_F(DmEnvRpcSessionTest, AStreamThatTakesOverGetsThePool) {
+TEST_F(DmEnvRpcSessionTest, TakeoverGetsThePool) {
   const auto talk = MakeTalk();
   const std::string world = JoinNewWorld(talk.get());
   const auto pool = supervisor_.Find("", world);
@@ -163,7 +163,7 @@ TEST_F(DmEnvRpcSessionTest, AStreamThatTakesOverGetsThePool) {
   EXPECT_TRUE(talk->Join(world).has_join_world());
 }
 
-TEST_F(DmEnvRpcSessionTest, AResetWaitsUntilTheOtherAgentIsTold) {
+TEST_F(DmEnvRpcSessionTest, ResetWaitsUntilTheOtherAgentIsNotified) {
   const auto player = MakeTalk();
   const auto other = MakeTalk();
   const std::string world = JoinNewWorld(player.get());
@@ -173,7 +173,7 @@ TEST_F(DmEnvRpcSessionTest, AResetWaitsUntilTheOtherAgentIsTold) {
   (*reset.request.mutable_reset_world()->mutable_settings())["level_seed"] = IntegerTensor(123);
   other->Send(&reset);
   EXPECT_FALSE(reset.answered.HasBeenNotified());
-  // What is wrong tells nobody.
+  // An invalid step notifies nobody.
   EXPECT_THAT(player->Step(99), IsError(absl::StatusCode::kInvalidArgument, HasSubstr("99")));
   EXPECT_FALSE(reset.answered.HasBeenNotified());
   EXPECT_EQ(player->Step(4).step().state(), dm::INTERRUPTED);
@@ -184,7 +184,7 @@ TEST_F(DmEnvRpcSessionTest, AResetWaitsUntilTheOtherAgentIsTold) {
   EXPECT_EQ(begun.step().observations().at(3).int32s().array(0), 123);
 }
 
-TEST_F(DmEnvRpcSessionTest, AResetOfAWorldThatIsLeftIsCarriedOut) {
+TEST_F(DmEnvRpcSessionTest, ResetOfALeftWorldIsExecuted) {
   const auto player = MakeTalk();
   const auto other = MakeTalk();
   const std::string world = JoinNewWorld(player.get());
@@ -200,7 +200,7 @@ TEST_F(DmEnvRpcSessionTest, AResetOfAWorldThatIsLeftIsCarriedOut) {
   EXPECT_EQ(player->Step(4, {3}).step().observations().at(3).int32s().array(0), 123);
 }
 
-TEST_F(DmEnvRpcSessionTest, WhoGivesUpWaitsForNobodyAndTheOtherAgentGoesOn) {
+TEST_F(DmEnvRpcSessionTest, CancelledResetReturnsAndTheOtherAgentContinues) {
   const auto player = MakeTalk();
   const auto other = MakeTalk();
   const std::string world = JoinNewWorld(player.get());
@@ -217,7 +217,7 @@ TEST_F(DmEnvRpcSessionTest, WhoGivesUpWaitsForNobodyAndTheOtherAgentGoesOn) {
               IsError(absl::StatusCode::kCancelled, HasSubstr("stream ended")));
 }
 
-TEST_F(DmEnvRpcSessionTest, JoiningAWorldThatAnotherStreamHasSaysWhatAnAgentCanDo) {
+TEST_F(DmEnvRpcSessionTest, JoiningAnOccupiedWorldErrorNamesTheRemedy) {
   const auto talk = MakeTalk();
   const auto other = MakeTalk();
   const std::string world = JoinNewWorld(talk.get());
@@ -229,7 +229,7 @@ TEST_F(DmEnvRpcSessionTest, JoiningAWorldThatAnotherStreamHasSaysWhatAnAgentCanD
   EXPECT_TRUE(other->Join(world).has_join_world());
 }
 
-TEST_F(DmEnvRpcSessionTest, TheNextLevelIsToldInAnyIntegerType) {
+TEST_F(DmEnvRpcSessionTest, NextLevelSeedTakesAnyIntegerType) {
   const auto talk = MakeTalk();
   JoinNewWorld(talk.get());
   talk->Step(4);
@@ -241,7 +241,7 @@ TEST_F(DmEnvRpcSessionTest, TheNextLevelIsToldInAnyIntegerType) {
   EXPECT_EQ(talk->Step(4, {3}).step().observations().at(3).int32s().array(0), 123);
 }
 
-TEST_F(DmEnvRpcSessionTest, AWorldThatAnotherKindOfStreamHasIsNotReset) {
+TEST_F(DmEnvRpcSessionTest, WorldAttachedByStepPoolIsNotReset) {
   const auto talk = MakeTalk();
   const std::string world = CreateWorld(talk.get());
   const auto pool = supervisor_.Find("", world);
@@ -255,7 +255,7 @@ TEST_F(DmEnvRpcSessionTest, AWorldThatAnotherKindOfStreamHasIsNotReset) {
   (*pool)->Detach();
 }
 
-TEST_F(DmEnvRpcSessionTest, RejoiningInTheMidstOfAnEpisodeBeginsAnother) {
+TEST_F(DmEnvRpcSessionTest, RejoiningMidEpisodeStartsANewEpisode) {
   const auto talk = MakeTalk();
   const std::string world = JoinNewWorld(talk.get());
   const auto level = [&] {
@@ -271,7 +271,7 @@ TEST_F(DmEnvRpcSessionTest, RejoiningInTheMidstOfAnEpisodeBeginsAnother) {
   EXPECT_NE(level(), first);
 }
 
-TEST_F(DmEnvRpcSessionTest, StatesOfTwoEnvironmentsStayApart) {
+TEST_F(DmEnvRpcSessionTest, StatesOfTwoEnvironmentsAreIndependent) {
   const auto talk = MakeTalk();
   const std::string world = JoinNewWorld(talk.get(), MazeBatch(2));
   dm::EnvironmentRequest request;
@@ -289,7 +289,7 @@ TEST_F(DmEnvRpcSessionTest, StatesOfTwoEnvironmentsStayApart) {
   EXPECT_THAT(told(11).array(), testing::ElementsAre(false, false));
 }
 
-TEST_F(DmEnvRpcSessionTest, NothingIsMadeOrJoinedWhileTheServerDrains) {
+TEST_F(DmEnvRpcSessionTest, DrainRejectsCreateAndJoin) {
   const auto talk = MakeTalk();
   const std::string world = CreateWorld(talk.get());
   supervisor_.Drain();
@@ -297,7 +297,7 @@ TEST_F(DmEnvRpcSessionTest, NothingIsMadeOrJoinedWhileTheServerDrains) {
   EXPECT_THAT(talk->Join(world), IsError(absl::StatusCode::kUnavailable, HasSubstr("drains")));
 }
 
-TEST_F(DmEnvRpcSessionTest, ExtensionsThatAreNoneOrGarbageAreNamed) {
+TEST_F(DmEnvRpcSessionTest, InvalidExtensionsAreNamed) {
   const auto talk = MakeTalk();
   dm::EnvironmentRequest request;
   request.mutable_extension()->set_type_url(

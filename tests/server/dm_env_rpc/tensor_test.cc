@@ -18,14 +18,14 @@ dm::Tensor Int32s(const std::vector<int32_t>& elements, const std::vector<int32_
   return tensor;
 }
 
-TEST(TensorTest, AShapeIsTakenAsItIsSaid) {
+TEST(TensorTest, ExplicitShapesAreRead) {
   EXPECT_THAT(ReadInt32s("x", Int32s({5}, {}), TensorShape::Scalar()),
               IsOkAndHolds(std::vector<int32_t>{5}));
   EXPECT_THAT(ReadInt32s("x", Int32s({1, 2}, {2}), TensorShape::List(2)),
               IsOkAndHolds(std::vector<int32_t>{1, 2}));
 }
 
-TEST(TensorTest, OneElementStandsForAllAndANegativeDimensionFollows) {
+TEST(TensorTest, OneElementIsBroadcastAndNegativeDimensionsAreInferred) {
   EXPECT_THAT(ReadInt32s("x", Int32s({7}, {3}), TensorShape::List(3)),
               IsOkAndHolds(std::vector<int32_t>{7, 7, 7}));
   EXPECT_THAT(ReadInt32s("x", Int32s({1, 2}, {-1}), TensorShape::List(2)),
@@ -55,7 +55,7 @@ TEST(TensorTest, OtherShapesAreNamed) {
               StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr("1, 1, ...] and 1 elements")));
 }
 
-TEST(TensorTest, IntegersOfAnyTypeAreReadWhereTheyFitInt32) {
+TEST(TensorTest, IntegersOfAnyTypeThatFitInt32AreRead) {
   dm::Tensor tensor;
   tensor.add_shape(2);
   tensor.mutable_int64s()->mutable_array()->Add(INT32_MAX);
@@ -75,7 +75,7 @@ TEST(TensorTest, IntegersOfAnyTypeAreReadWhereTheyFitInt32) {
               StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr("an integer type")));
 }
 
-TEST(TensorTest, AListOfAnyLengthIsNotMadeOfOneElement) {
+TEST(TensorTest, ListsOfAnyLengthAreNotBroadcast) {
   dm::Tensor tensor;
   tensor.mutable_uint8s()->set_array("abc");
   tensor.add_shape(3);
@@ -118,7 +118,7 @@ TEST(TensorTest, NumbersAreFinite) {
   EXPECT_THAT(ReadNumber("x", number), IsOkAndHolds(0.5));
 }
 
-TEST(TensorTest, TextsAreOneOrSeveral) {
+TEST(TensorTest, StringsAreScalarsOrLists) {
   dm::Tensor texts;
   texts.mutable_strings()->add_array("a");
   EXPECT_THAT(ReadTexts("x", texts), IsOkAndHolds(std::vector<std::string>{"a"}));

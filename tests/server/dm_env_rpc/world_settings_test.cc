@@ -31,7 +31,7 @@ TEST(WorldSettingsTest, DefaultsAreThoseOfUpstream) {
   EXPECT_EQ(plan->session_options.lease_duration, absl::InfiniteDuration());
 }
 
-TEST(WorldSettingsTest, EverySettingArrives) {
+TEST(WorldSettingsTest, EverySettingIsApplied) {
   const auto plan = PlanOf({{"num_envs", IntegerTensor(3)},
                             {"distribution_mode", IntegerTensor(10)},
                             {"num_levels", IntegerTensor(4)},
@@ -76,20 +76,20 @@ TEST(WorldSettingsTest, EverySettingArrives) {
   EXPECT_EQ(plan->pool_id, "mine");
 }
 
-TEST(WorldSettingsTest, APartMustLieInItsWhole) {
+TEST(WorldSettingsTest, ShardMustLieWithinThePool) {
   EXPECT_THAT(PlanOf({{"first_env", IntegerTensor(4)}, {"total_env_count", IntegerTensor(4)}}),
               StatusIs(absl::StatusCode::kInvalidArgument,
                        HasSubstr("total_env_count is 4, allowed: first_env + num_envs = 5")));
 }
 
-TEST(WorldSettingsTest, LongTextIsNotRepeated) {
+TEST(WorldSettingsTest, LongTextIsNotEchoed) {
   const auto plan = PlanOf({{std::string(1 << 20, 'x'), IntegerTensor(1)}});
   EXPECT_LT(plan.status().message().size(), 600U);
   const auto game = PlanOf({{"env_name", TextTensor(std::string(1 << 20, 'x'))}});
   EXPECT_LT(game.status().message().size(), 200U);
 }
 
-TEST(EpisodeSettingsTest, AScalarStandsForAllLevelsAndForSeedsInARow) {
+TEST(EpisodeSettingsTest, ScalarIsBroadcastToAllLevelsAndCountsUpForSeeds) {
   const auto read = ReadEpisodeSettings(
       SettingsOf({{"level_seed", IntegerTensor(8)}, {"rand_seed", IntegerTensor(INT64_MAX)}}),
       TensorShape::List(2));

@@ -70,14 +70,14 @@ MATCHER_P(Shows, picture, "is OK and shows the picture") {
   return arg.ok() && *arg == picture;
 }
 
-TEST(ObservationEncoderTest, WhatDidNotChangeTakesNextToNothing) {
+TEST(ObservationEncoderTest, UnchangedObservationsTakeFewBytes) {
   ObservationEncoder encoder = NewEncoder(64);
   const Picture pictures = Noise(1, 64);
   Encode(encoder, pictures);
   EXPECT_LT(Encode(encoder, pictures).size(), 64);
 }
 
-TEST(ObservationEncoderTest, AViewThatMovedIsToldByItsMoveAndItsNewEdge) {
+TEST(ObservationEncoderTest, MovedViewIsEncodedAsMotionAndNewEdge) {
   const Picture world = Noise(2, 4);
   ObservationEncoder encoder = NewEncoder();
   ObservationDecoder decoder = NewDecoder();
@@ -93,7 +93,7 @@ TEST(ObservationEncoderTest, AViewThatMovedIsToldByItsMoveAndItsNewEdge) {
   }
 }
 
-TEST(ObservationEncoderTest, WhatCannotBeCompressedStaysWithinTheBound) {
+TEST(ObservationEncoderTest, IncompressibleObservationsStayWithinTheBound) {
   ObservationEncoder encoder = NewEncoder(3);
   ObservationDecoder decoder = NewDecoder(3);
   for (int64_t seed = 0; seed < 4; ++seed) {
@@ -106,7 +106,7 @@ TEST(ObservationEncoderTest, WhatCannotBeCompressedStaysWithinTheBound) {
   }
 }
 
-TEST(ObservationEncoderTest, ManyTogetherTakeNoMoreThanSoManyTimesOne) {
+TEST(ObservationEncoderTest, BatchTakesAtMostTheSumOfItsObservations) {
   for (const PictureShape& shape : {PictureShape{.rows = 16, .columns = 16, .pixel_bytes = 1},
                                     kShape, PictureShape{512 * 3 * 16, 512, 1, 16}}) {
     const size_t content = shape.bytes() + static_cast<size_t>(shape.block_count());
@@ -117,7 +117,7 @@ TEST(ObservationEncoderTest, ManyTogetherTakeNoMoreThanSoManyTimesOne) {
   }
 }
 
-TEST(ObservationEncoderTest, ADecoderWithAPastUnderstandsANewEncoder) {
+TEST(ObservationEncoderTest, UsedDecoderReadsANewEncoder) {
   ObservationEncoder encoder = NewEncoder(2);
   ObservationDecoder decoder = NewDecoder(2);
   ASSERT_THAT(Decode(decoder, Encode(encoder, Noise(1, 2)), 0, 2), IsOk());
@@ -127,7 +127,7 @@ TEST(ObservationEncoderTest, ADecoderWithAPastUnderstandsANewEncoder) {
   EXPECT_THAT(Decode(decoder, Encode(other, Noise(4, 2)), 0, 2), Shows(Noise(4, 2)));
 }
 
-TEST(ObservationEncoderTest, AnswersThatAreMissingOrComeTwiceAreFound) {
+TEST(ObservationEncoderTest, MissingOrDuplicateResponsesAreDetected) {
   ObservationEncoder encoder = NewEncoder();
   ObservationDecoder decoder = NewDecoder();
   const std::string first = Encode(encoder, Noise(1));
@@ -144,7 +144,7 @@ TEST(ObservationEncoderTest, AnswersThatAreMissingOrComeTwiceAreFound) {
   EXPECT_THAT(Decode(decoder, third), Shows(Noise(3)));
 }
 
-TEST(ObservationEncoderTest, AgesGoRoundWithoutANewBeginning) {
+TEST(ObservationEncoderTest, AgesWrapWithoutAKeyFrame) {
   ObservationEncoder encoder = NewEncoder();
   ObservationDecoder decoder = NewDecoder();
   Picture picture = Noise(1);
@@ -158,7 +158,7 @@ TEST(ObservationEncoderTest, AgesGoRoundWithoutANewBeginning) {
   }
 }
 
-TEST(ObservationEncoderTest, DamagedBytesAreRefusedOrChangeNothing) {
+TEST(ObservationEncoderTest, DamagedBytesAreRejectedOrChangeNothing) {
   EncodedPlay play({.game = "coinrun", .env_count = 2});
   ObservationDecoder decoder = ObservationDecoder::Make(play.pool()).value();
   for (int step = 0; step < 12; ++step) {
@@ -183,7 +183,7 @@ TEST(ObservationEncoderTest, DamagedBytesAreRefusedOrChangeNothing) {
   }
 }
 
-TEST(ObservationEncoderTest, EnvironmentsThatThePoolHasNotAreRefused) {
+TEST(ObservationEncoderTest, EnvironmentsOutOfRangeAreRejected) {
   ObservationEncoder encoder = NewEncoder(2);
   ObservationDecoder decoder = NewDecoder(2);
   const std::string encoded = Encode(encoder, Noise(1, 2));
@@ -198,7 +198,7 @@ TEST(ObservationEncoderTest, EnvironmentsThatThePoolHasNotAreRefused) {
               StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr("room for 7 bytes")));
 }
 
-TEST(ObservationDecoderTest, OtherEncodingsAreRefused) {
+TEST(ObservationDecoderTest, OtherEncodingsAreRejected) {
   procgen::v1::Pool pool;
   pool.mutable_spec()->set_env_count(1);
   pool.mutable_spec()->set_encoding(procgen::v1::ENCODING_RAW);

@@ -20,7 +20,7 @@ std::vector<uint8_t> Noise(int32_t size_px) {
   return pixels;
 }
 
-TEST(PngTest, EveryPixelComesBack) {
+TEST(PngTest, PixelsRoundTrip) {
   const std::vector<uint8_t> pixels = Noise(31);
   const auto image = DecodePng(PngOf(pixels, 31), AlphaUse::kIgnored);
   ASSERT_THAT(image, IsOk());
@@ -34,7 +34,7 @@ TEST(PngTest, EveryPixelComesBack) {
   }
 }
 
-TEST(PngTest, TheBoundHoldsForWhatCannotBeCompressed) {
+TEST(PngTest, IncompressibleImagesStayWithinTheBound) {
   for (const int32_t size_px : {16, 64, 511}) {
     EXPECT_LE(static_cast<int64_t>(PngOf(Noise(size_px), size_px).size()), PngBytesMax(size_px));
   }

@@ -44,7 +44,7 @@ std::vector<std::string> GameNames() {
 
 class RoundTripTest : public testing::TestWithParam<std::tuple<std::string, NamedFormat>> {};
 
-TEST_P(RoundTripTest, DecodedIsWhatWasEncoded) {
+TEST_P(RoundTripTest, ObservationsRoundTrip) {
   const auto& [game, format] = GetParam();
   EncodedPlay play({.game = game, .format = format.format});
   auto decoder = procgen_client::ObservationDecoder::Make(play.pool());

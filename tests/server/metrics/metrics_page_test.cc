@@ -27,7 +27,7 @@ TEST(MetricsPageTest, ServesMetricsOverHttp) {
   EXPECT_EQ(client.Get("/other")->status, 404);
 }
 
-TEST(MetricsPageTest, AnAddressThatIsTakenIsAnError) {
+TEST(MetricsPageTest, AddressInUseIsAnError) {
   Metrics metrics("1");
   const auto page = MetricsPage::Start("127.0.0.1:0", metrics);
   ASSERT_TRUE(page.ok()) << page.status();

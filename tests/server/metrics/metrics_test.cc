@@ -35,7 +35,7 @@ TEST(MetricsTest, ReturnsMayBeNegative) {
                     HasSubstr("{game=\"fruitbot\",mode=\"easy\",le=\"-1\"} 1")));
 }
 
-TEST(MetricsTest, GaugesAreAskedForWhenTheyAreRead) {
+TEST(MetricsTest, GaugesAreEvaluatedOnRead) {
   Metrics metrics("1");
   int pool_count = 0;
   metrics.ReadGaugesFrom([&pool_count] {
@@ -86,7 +86,7 @@ TEST(MetricsTest, Fleets) {
                                     HasSubstr("procgen_fleet_shards_waiting 1\n")));
 }
 
-TEST(MetricsTest, StreamTotalsTellWhatThePageTells) {
+TEST(MetricsTest, StreamTotalsEqualTheMetricsPage) {
   Metrics metrics("1");
   metrics.AddRequest(absl::Microseconds(5), absl::Milliseconds(3));
   metrics.AddReceivedBytes(100);

@@ -13,14 +13,14 @@ bool IsLocalText(const std::string& text) {
   return address.ok() && IsLocal(*address);
 }
 
-TEST(AddressTest, HostsAndSocketsAreRead) {
+TEST(AddressTest, HostsAndSocketsAreParsed) {
   EXPECT_EQ(ParseAddress("example.com:1")->host, "example.com");
   EXPECT_EQ(ParseAddress("example.com:65535")->port, 65535);
   EXPECT_EQ(ParseAddress("[::1]:50051")->host, "::1");
   EXPECT_EQ(ParseAddress("unix:/run/x.sock")->unix_path, "/run/x.sock");
 }
 
-TEST(AddressTest, WhatGrpcWouldTakeForSomethingElseIsRefused) {
+TEST(AddressTest, AmbiguousGrpcAddressesAreRejected) {
   for (const char* text :
        {"", ":1", "host", "host:", "host:65536", "host:-1", "unix:", "[host]:1", "[::1:1", "::1:1",
         "dns:///host:1", "dns://8.8.8.8/host:1", "ipv4:127.0.0.1:1", "ipv4:127.0.0.1:1,10.0.0.1:1",
@@ -29,7 +29,7 @@ TEST(AddressTest, WhatGrpcWouldTakeForSomethingElseIsRefused) {
   }
 }
 
-TEST(AddressTest, WildcardsAreNobodysAddress) {
+TEST(AddressTest, WildcardsCannotBeConnectedTo) {
   for (const char* text : {"0.0.0.0:1", "[::]:1", "[0::0]:1"}) {
     EXPECT_TRUE(IsWildcard(*ParseAddress(text))) << text;
   }
@@ -50,7 +50,7 @@ TEST(AddressTest, OnlyThisMachineIsLocal) {
   }
 }
 
-TEST(AddressTest, PeersOfThisMachineAreTold) {
+TEST(AddressTest, LocalPeersAreRecognized) {
   for (const char* peer : {"ipv4:127.0.0.1:40000", "ipv6:[::1]:40000", "ipv6:%5B::1%5D:40000",
                            "unix:", "unix:/run/x.sock"}) {
     EXPECT_TRUE(IsOnThisMachine(peer)) << peer;
@@ -61,7 +61,7 @@ TEST(AddressTest, PeersOfThisMachineAreTold) {
   }
 }
 
-TEST(AddressTest, TargetsAreThoseOfNoOtherScheme) {
+TEST(AddressTest, TargetsNameTheirScheme) {
   EXPECT_EQ(GrpcTargetOf(*ParseAddress("unix:/x")), "unix:/x");
   EXPECT_EQ(GrpcTargetOf(*ParseAddress("host:1")), "dns:///host:1");
   EXPECT_EQ(GrpcTargetOf(*ParseAddress("[::1]:1")), "dns:///[::1]:1");

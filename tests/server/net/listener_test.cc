@@ -43,7 +43,7 @@ int FirstReadOf(absl::string_view name) {
   return static_cast<int>(read(ConnectTo(name), &byte, 1));
 }
 
-TEST(ListenerTest, EndsWhileSomebodyAlwaysConnects) {
+TEST(ListenerTest, StopsDespiteConstantConnections) {
   auto listener = Listener::ListenWithin(FourConnections());
   ASSERT_THAT(listener, IsOk());
   const std::string target = (*listener)->target_within();
@@ -60,7 +60,7 @@ TEST(ListenerTest, EndsWhileSomebodyAlwaysConnects) {
   *listener = nullptr;
 }
 
-TEST(ListenerTest, APathThatAnotherServerHasTakenSinceIsLeftToIt) {
+TEST(ListenerTest, SocketPathOfALaterServerIsKept) {
   const TemporaryFolder folder;
   Address address;
   address.unix_path = folder.At("socket");
@@ -75,7 +75,7 @@ TEST(ListenerTest, APathThatAnotherServerHasTakenSinceIsLeftToIt) {
   EXPECT_FALSE(std::filesystem::exists(address.unix_path));
 }
 
-TEST(ListenerTest, WithinAProcessOthersAreTurnedAway) {
+TEST(ListenerTest, OtherProcessesAreRejected) {
   const auto listener = Listener::ListenWithin(FourConnections());
   ASSERT_THAT(listener, IsOk());
   std::atomic<int> taken_count = 0;

@@ -10,7 +10,7 @@
 namespace procgen {
 namespace {
 
-TEST(NodeReporterTest, TellsAtOnceAndWhenAsked) {
+TEST(NodeReporterTest, ReportsAtOnceAndOnRequest) {
   const std::unique_ptr<Cluster> cluster = Cluster::Alone("a");
   std::atomic<bool> draining = false;
   NodeReporter reporter(cluster.get(), [&] {

@@ -18,7 +18,7 @@
 namespace procgen {
 namespace {
 
-TEST(ServerTest, StreamsWithinTheProcessLeaveNothing) {
+TEST(ServerTest, InProcessStreamsLeakNothing) {
   constexpr int kStreamCount = 1500;
   constexpr int64_t kGrowthBytes = 1 << 20;  // 700 a stream, which has some 20,000 while it is open
   ServerOptions options;
@@ -40,7 +40,7 @@ TEST(ServerTest, StreamsWithinTheProcessLeaveNothing) {
 }
 
 // In a process of its own that may have no more threads.
-TEST(ServerDeathTest, AServerThatMayHaveNoThreadsIsAnError) {
+TEST(ServerDeathTest, ServerWithoutThreadsIsAnError) {
   testing::FLAGS_gtest_death_test_style = "threadsafe";
   EXPECT_EXIT(
       {

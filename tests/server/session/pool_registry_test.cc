@@ -24,7 +24,7 @@ class PoolRegistryTest : public testing::Test {
   PoolRegistry registry_;  // after those that its pools have reservations of
 };
 
-TEST_F(PoolRegistryTest, ANameIsTakenWhileItsPoolIsMadeButNotFound) {
+TEST_F(PoolRegistryTest, NameIsReservedWhileItsPoolIsCreated) {
   ASSERT_THAT(Reserve("a"), IsOk());
   EXPECT_THAT(Reserve("a"), StatusIs(absl::StatusCode::kAlreadyExists,
                                      "pool pools/a exists; choose another pool_id"));
@@ -37,7 +37,7 @@ TEST_F(PoolRegistryTest, ANameIsTakenWhileItsPoolIsMadeButNotFound) {
   EXPECT_TRUE(registry_.List("alice", 0, 9).empty());
 }
 
-TEST_F(PoolRegistryTest, APoolThatCouldNotBeMadeLeavesItsNameAndReservationsFree) {
+TEST_F(PoolRegistryTest, FailedCreationFreesNameAndReservations) {
   const absl::StatusOr<PoolRegistry::Key> key = Reserve("a");
   ASSERT_THAT(key, IsOk());
   registry_.Remove(*key);
@@ -45,7 +45,7 @@ TEST_F(PoolRegistryTest, APoolThatCouldNotBeMadeLeavesItsNameAndReservationsFree
   EXPECT_THAT(Reserve("a"), IsOk());
 }
 
-TEST_F(PoolRegistryTest, ChosenNamesAreNotGivenTwice) {
+TEST_F(PoolRegistryTest, ChosenNamesAreUnique) {
   const absl::StatusOr<PoolRegistry::Key> first = Reserve("");
   ASSERT_THAT(first, IsOk());
   EXPECT_EQ(first->second, "pools/1");

@@ -67,7 +67,7 @@ TEST_F(PoolSupervisorTest, PoolWithoutIdGetsANumber) {
   EXPECT_EQ((*pool)->name(), "pools/1");
 }
 
-TEST_F(PoolSupervisorTest, ToEachOwnerThePoolsOfOthersDoNotExist) {
+TEST_F(PoolSupervisorTest, PoolsOfOtherOwnersAreNotFound) {
   ASSERT_THAT(Create("a", MazeOptions(1), "alice"), IsOk());
   EXPECT_THAT(supervisor_.Find("alice", "pools/a"), IsOk());
   for (const char* other : {"bob", "", "alic", "alice2"}) {
@@ -80,7 +80,7 @@ TEST_F(PoolSupervisorTest, ToEachOwnerThePoolsOfOthersDoNotExist) {
   EXPECT_EQ(supervisor_.List("alice", 0, 9).size(), 1U);
 }
 
-TEST_F(PoolSupervisorTest, OwnersMayHavePoolsOfOneName) {
+TEST_F(PoolSupervisorTest, OwnersMayUseTheSamePoolName) {
   const CreateResult of_alice = Create("a", MazeOptions(1), "alice");
   const CreateResult of_bob = Create("a", MazeOptions(2), "bob");
   ASSERT_THAT(of_alice, IsOk());
@@ -91,7 +91,7 @@ TEST_F(PoolSupervisorTest, OwnersMayHavePoolsOfOneName) {
   EXPECT_EQ(*supervisor_.Find("bob", "pools/a"), *of_bob);
 }
 
-TEST_F(PoolSupervisorTest, QuotasOfAnOwnerAreFreeAgainAfterDeletionAndFailure) {
+TEST_F(PoolSupervisorTest, DeletionAndFailureFreeTheQuota) {
   Limits limits = SmallLimits();
   limits.owner_pool_count_max = 1;
   PoolSupervisor supervisor(limits, 1, &metrics_);
@@ -115,7 +115,7 @@ TEST_F(PoolSupervisorTest, QuotasOfAnOwnerAreFreeAgainAfterDeletionAndFailure) {
   EXPECT_THAT(create(MazeOptions(1)), IsOk());
 }
 
-TEST_F(PoolSupervisorTest, MalformedIdsAreRefused) {
+TEST_F(PoolSupervisorTest, MalformedIdsAreRejected) {
   for (const std::string& id :
        {std::string("7"), std::string("Maze"), std::string("a/b"), std::string("a-"),
         std::string("-a"), std::string(64, 'a'), std::string("a\0b", 3)}) {
@@ -124,13 +124,13 @@ TEST_F(PoolSupervisorTest, MalformedIdsAreRefused) {
   }
 }
 
-TEST_F(PoolSupervisorTest, TakenIdIsRefused) {
+TEST_F(PoolSupervisorTest, IdInUseIsRejected) {
   ASSERT_THAT(Create("a", MazeOptions(1)), IsOk());
   EXPECT_THAT(Create("a", MazeOptions(1)),
               StatusIs(absl::StatusCode::kAlreadyExists, HasSubstr("pools/a exists")));
 }
 
-TEST_F(PoolSupervisorTest, TooManyPoolsAreRefusedUntilOneIsDeleted) {
+TEST_F(PoolSupervisorTest, TooManyPoolsAreRejectedUntilOneIsDeleted) {
   ASSERT_THAT(Create("a", MazeOptions(1)), IsOk());
   ASSERT_THAT(Create("b", MazeOptions(1)), IsOk());
   EXPECT_THAT(Create("c", MazeOptions(1)),
@@ -140,18 +140,18 @@ TEST_F(PoolSupervisorTest, TooManyPoolsAreRefusedUntilOneIsDeleted) {
   EXPECT_THAT(Create("c", MazeOptions(1)), IsOk());
 }
 
-TEST_F(PoolSupervisorTest, TooLargePoolIsRefused) {
+TEST_F(PoolSupervisorTest, TooLargePoolIsRejected) {
   EXPECT_THAT(Create("", MazeOptions(9)),
               StatusIs(absl::StatusCode::kResourceExhausted,
                        "spec.env_count is 9, limit pool_env_count_max is 8"));
 }
 
-TEST_F(PoolSupervisorTest, PoolWithoutEnvironmentsIsRefused) {
+TEST_F(PoolSupervisorTest, PoolWithoutEnvironmentsIsRejected) {
   EXPECT_THAT(Create("", MazeOptions(0)),
               StatusIs(absl::StatusCode::kInvalidArgument, "spec.env_count is 0, allowed: 1 to 8"));
 }
 
-TEST_F(PoolSupervisorTest, TooManyEnvironmentsTogetherAreRefused) {
+TEST_F(PoolSupervisorTest, TooManyEnvironmentsInAllPoolsAreRejected) {
   ASSERT_THAT(Create("", MazeOptions(8)), IsOk());
   EXPECT_THAT(Create("", MazeOptions(3)),
               StatusIs(absl::StatusCode::kResourceExhausted,
@@ -160,7 +160,7 @@ TEST_F(PoolSupervisorTest, TooManyEnvironmentsTogetherAreRefused) {
   EXPECT_THAT(Create("", MazeOptions(2)), IsOk());
 }
 
-TEST_F(PoolSupervisorTest, TooLargeObservationsTogetherAreRefusedUntilAPoolIsDeleted) {
+TEST_F(PoolSupervisorTest, ObservationBytesOfAllPoolsAreLimitedUntilOneIsDeleted) {
   PoolOptions options = MazeOptions(1);
   options.observation_format.frame.size_px = 512;
   ASSERT_THAT(Create("a", options), IsOk());
@@ -174,7 +174,7 @@ TEST_F(PoolSupervisorTest, TooLargeObservationsTogetherAreRefusedUntilAPoolIsDel
   EXPECT_THAT(Create("b", MazeOptions(8)), IsOk()) << "the refused pool counts no more";
 }
 
-TEST_F(PoolSupervisorTest, PoolThatTheEngineRefusesLeavesNothing) {
+TEST_F(PoolSupervisorTest, PoolRejectedByTheEngineLeavesNothing) {
   PoolOptions options = MazeOptions(8);
   options.games = {"chess"};
   EXPECT_THAT(Create("a", options), StatusIs(absl::StatusCode::kNotFound, HasSubstr("chess")));
@@ -182,7 +182,7 @@ TEST_F(PoolSupervisorTest, PoolThatTheEngineRefusesLeavesNothing) {
   EXPECT_THAT(Create("a", MazeOptions(8)), IsOk());
 }
 
-TEST_F(PoolSupervisorTest, UnknownAndMalformedNamesAreToldApart) {
+TEST_F(PoolSupervisorTest, UnknownAndMalformedNamesHaveDifferentErrors) {
   EXPECT_THAT(supervisor_.Find("", "pools/nothing"),
               StatusIs(absl::StatusCode::kNotFound, "there is no pool pools/nothing"));
   EXPECT_THAT(supervisor_.Find("", "nothing"),
@@ -201,7 +201,7 @@ TEST_F(PoolSupervisorTest, ListIsOldestFirstAndContinues) {
   EXPECT_EQ(rest[0].pool->name(), "pools/a");
 }
 
-TEST_F(PoolSupervisorTest, DrainingRefusesPoolsAndStreamsAndEndsThem) {
+TEST_F(PoolSupervisorTest, DrainRejectsNewPoolsAndEndsStreams) {
   const CreateResult pool = Create("a", MazeOptions(1));
   ASSERT_THAT(pool, IsOk());
   absl::Status ended;
@@ -217,7 +217,7 @@ TEST_F(PoolSupervisorTest, DrainingRefusesPoolsAndStreamsAndEndsThem) {
   (*pool)->Detach();
 }
 
-TEST_F(PoolSupervisorTest, PoolIsFreedWhenItsLeaseHasRunOutAndNotBefore) {
+TEST_F(PoolSupervisorTest, PoolIsFreedExactlyWhenItsLeaseExpires) {
   ASSERT_THAT(Create("short", MazeOptions(4), "", absl::Seconds(10)), IsOk());
   ASSERT_THAT(Create("long", MazeOptions(4), "", absl::Seconds(30)), IsOk());
   const absl::Time begin = clock_.Now();
@@ -241,7 +241,7 @@ TEST_F(PoolSupervisorTest, PoolWithoutALeaseStays) {
   EXPECT_THAT(supervisor_.Find("", "pools/a"), IsOk());
 }
 
-TEST_F(PoolSupervisorTest, WhoFoundAPoolBeforeItWasFreedIsTold) {
+TEST_F(PoolSupervisorTest, ReferenceToAFreedPoolReturnsAnError) {
   const CreateResult pool = Create("a", MazeOptions(1), "", absl::Seconds(1));
   ASSERT_THAT(pool, IsOk());
   clock_.Advance(absl::Seconds(1));

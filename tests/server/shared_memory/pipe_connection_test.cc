@@ -71,7 +71,7 @@ class PipeConnectionTest : public testing::Test {
   std::optional<LearnersEnds> other_;
 };
 
-TEST_F(PipeConnectionTest, NobodyWaitsForWhatIsNotThere) {
+TEST_F(PipeConnectionTest, ReceiveOnAnEmptyPipeDoesNotBlock) {
   EXPECT_EQ(Received(), std::nullopt);
   const std::string bytes = Framed("one") + Framed("two");
   for (size_t i = 0; i < Framed("one").size() - 1; ++i) {
@@ -84,7 +84,7 @@ TEST_F(PipeConnectionTest, NobodyWaitsForWhatIsNotThere) {
   EXPECT_EQ(Received(), std::nullopt);
 }
 
-TEST_F(PipeConnectionTest, WhatIsWatchedIsToldWheneverItCame) {
+TEST_F(PipeConnectionTest, WatchReportsEarlierAndLaterMessages) {
   Say(Framed("before"));
   pipes_->Watch();
   EXPECT_TRUE(pipes_->AwaitInput());
@@ -96,7 +96,7 @@ TEST_F(PipeConnectionTest, WhatIsWatchedIsToldWheneverItCame) {
   EXPECT_EQ(Received(), "after");
 }
 
-TEST_F(PipeConnectionTest, TheOthersEndIsTold) {
+TEST_F(PipeConnectionTest, PeerCloseIsReported) {
   Say(Framed("last").substr(0, 6));
   EXPECT_EQ(Received(), std::nullopt);
   pipes_->Watch();
@@ -105,12 +105,12 @@ TEST_F(PipeConnectionTest, TheOthersEndIsTold) {
   EXPECT_THAT(pipes_->Receive(), StatusIs(absl::StatusCode::kCancelled, HasSubstr("ended")));
 }
 
-TEST_F(PipeConnectionTest, NoSignalEndsWhoAnswersALearnerThatIsGone) {
+TEST_F(PipeConnectionTest, WritingToAClosedPipeRaisesNoSignal) {
   Leave();
   EXPECT_TRUE(pipes_->Send({"nobody reads this"}));
 }
 
-TEST_F(PipeConnectionTest, NobodyWaitsForALearnerThatReadsNothing) {
+TEST_F(PipeConnectionTest, SendToALearnerThatDoesNotReadDoesNotBlock) {
   const std::string large(kMessageBytesMax, 'x');
   int sent = 0;
   while (pipes_->Send({large})) {
@@ -119,7 +119,7 @@ TEST_F(PipeConnectionTest, NobodyWaitsForALearnerThatReadsNothing) {
   EXPECT_GT(sent, 0);
 }
 
-TEST_F(PipeConnectionTest, WhoHangsUpWaitsNoMore) {
+TEST_F(PipeConnectionTest, CloseEndsAWait) {
   Say(Framed("unwatched"));
   bool is_open = true;
   std::thread waiting([&] { is_open = pipes_->AwaitInput(); });
@@ -132,13 +132,13 @@ TEST_F(PipeConnectionTest, WhoHangsUpWaitsNoMore) {
   EXPECT_THAT(pipes_->Receive(), StatusIs(absl::StatusCode::kCancelled, HasSubstr("ended")));
 }
 
-TEST_F(PipeConnectionTest, WhatWasSentBeforeHangingUpIsStillReceived) {
+TEST_F(PipeConnectionTest, MessagesBeforeCloseAreReceived) {
   EXPECT_TRUE(pipes_->Send({"la", "st"}));
   pipes_->HangUp();
   EXPECT_EQ(Heard(), Framed("last"));
 }
 
-TEST_F(PipeConnectionTest, ALearnerThatIsGoneIsNotHandedOver) {
+TEST_F(PipeConnectionTest, VanishedLearnerIsNotAccepted) {
   std::array<int, 2> sockets = {};
   ASSERT_EQ(socketpair(AF_UNIX, SOCK_STREAM, 0, sockets.data()), 0);
   const FileDescriptor ours(sockets[0]);

@@ -58,7 +58,7 @@ class Visitor {
   bool connected() const { return connected_; }
   // Shows a key; whether it is let in.
   bool Enter(const std::string& key) {
-    // Who is sent away at once may not even get so far.
+    // A rejected connection may already be closed here.
     if (send(socket_.number(), key.data(), key.size(), MSG_NOSIGNAL) == ssize_t(key.size())) {
       ends_ = LearnersEnds::Receive(socket_.number());
     }
@@ -161,7 +161,7 @@ TEST_F(PipeListenerTest, MessagesGoBothWays) {
   EXPECT_THAT(stream_->heard(), ElementsAre("one", "", "two", large));
 }
 
-TEST_F(PipeListenerTest, WhoShowsNoKeyIsNotHeard) {
+TEST_F(PipeListenerTest, ConnectionWithoutKeyIsRejected) {
   const std::string key = listener_->Expect(stream_);
   for (const std::string& wrong :
        {std::string(PipeListener::kKeyBytes, 'x'), key.substr(1) + "x"}) {
@@ -171,7 +171,7 @@ TEST_F(PipeListenerTest, WhoShowsNoKeyIsNotHeard) {
   EXPECT_THAT(stream_->heard(), IsEmpty());
 }
 
-TEST_F(PipeListenerTest, AKeyIsGoodForOne) {
+TEST_F(PipeListenerTest, KeyWorksOnce) {
   const std::string key = listener_->Expect(stream_);
   Visitor first(*listener_);
   ASSERT_TRUE(first.Enter(key));
@@ -182,7 +182,7 @@ TEST_F(PipeListenerTest, AKeyIsGoodForOne) {
   EXPECT_THAT(stream_->heard(), ElementsAre("first"));
 }
 
-TEST_F(PipeListenerTest, KeysOfStreamsThatHaveEndedAreWorthNothing) {
+TEST_F(PipeListenerTest, KeysOfEndedStreamsAreRejected) {
   const std::string forgotten = listener_->Expect(stream_);
   listener_->Forget(forgotten);
   const std::string of_nobody = listener_->Expect(std::weak_ptr<Stream>());
@@ -192,7 +192,7 @@ TEST_F(PipeListenerTest, KeysOfStreamsThatHaveEndedAreWorthNothing) {
   }
 }
 
-TEST_F(PipeListenerTest, MessagesThatAreTooLargeAreToldFromTheirLength) {
+TEST_F(PipeListenerTest, OversizedMessagesAreRejectedByTheirLength) {
   Visitor visitor(*listener_);
   ASSERT_TRUE(visitor.Enter(listener_->Expect(stream_)));
   visitor.Say(Framed(std::string(kMessageBytesMax + 1, 'x')).substr(0, 4));
@@ -202,7 +202,7 @@ TEST_F(PipeListenerTest, MessagesThatAreTooLargeAreToldFromTheirLength) {
   EXPECT_EQ(visitor.Hear(), "");
 }
 
-TEST_F(PipeListenerTest, AStreamThatWantsNoMoreEndsThePipes) {
+TEST_F(PipeListenerTest, EndedStreamClosesThePipes) {
   Visitor visitor(*listener_);
   ASSERT_TRUE(visitor.Enter(listener_->Expect(stream_)));
   for (int i = 0; i < 10; ++i) {
@@ -212,7 +212,7 @@ TEST_F(PipeListenerTest, AStreamThatWantsNoMoreEndsThePipes) {
   EXPECT_EQ(stream_->heard().size(), 10);
 }
 
-TEST_F(PipeListenerTest, WhoSaysNothingKeepsNobodyOutForLong) {
+TEST_F(PipeListenerTest, SilentConnectionBlocksOthersOnlyBriefly) {
   std::vector<std::unique_ptr<Visitor>> silent;
   silent.reserve(kCrowd);
   for (int i = 0; i < kCrowd; ++i) {
@@ -246,7 +246,7 @@ TEST_F(PipeListenerTest, AllPipesEndWithIt) {
   EXPECT_THAT(stream_->WaitForEnd(), StatusIs(absl::StatusCode::kCancelled, HasSubstr("ended")));
 }
 
-TEST_F(PipeListenerTest, OtherUsersAreNotLetIn) {
+TEST_F(PipeListenerTest, OtherUsersAreRejected) {
   if (geteuid() != 0) {
     GTEST_SKIP() << "only root can try it as another user";
   }

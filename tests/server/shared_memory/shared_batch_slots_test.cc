@@ -28,7 +28,7 @@ class SharedBatchSlotsTest : public testing::Test {
   const std::unique_ptr<SharedFolder> folder_ = *SharedFolder::Open(path_);
 };
 
-TEST_F(SharedBatchSlotsTest, WhatIsWrittenIsInTheFileAndStaysWhereItIsWhenTheSlotsGrow) {
+TEST_F(SharedBatchSlotsTest, WrittenBatchesKeepTheirPlaceWhenTheSlotsGrow) {
   SharedBatchSlots slots(folder_.get(), 3, 48);
   EXPECT_TRUE(std::filesystem::is_empty(path_));
   ASSERT_THAT(slots.Grow(2), IsOk());
@@ -48,7 +48,7 @@ TEST_F(SharedBatchSlotsTest, WhatIsWrittenIsInTheFileAndStaysWhereItIsWhenTheSlo
   EXPECT_EQ(bytes[static_cast<size_t>(offset)], 77);
 }
 
-TEST_F(SharedBatchSlotsTest, ATruncatedFileIsToldAndEndsNothing) {
+TEST_F(SharedBatchSlotsTest, TruncatedFileIsAnErrorNotACrash) {
   SharedBatchSlots cut(folder_.get(), 3, 4096);
   SharedBatchSlots other(folder_.get(), 3, 4096);
   ASSERT_THAT(cut.Grow(2), IsOk());
@@ -65,7 +65,7 @@ TEST_F(SharedBatchSlotsTest, ATruncatedFileIsToldAndEndsNothing) {
                                     AllOf(HasSubstr("has truncated"), HasSubstr(cut.path()))));
 }
 
-TEST_F(SharedBatchSlotsTest, ABusErrorElsewhereEndsTheProcessAsBefore) {
+TEST_F(SharedBatchSlotsTest, OtherBusErrorsStillEndTheProcess) {
   SharedBatchSlots slots(folder_.get(), 1, 4096);
   ASSERT_THAT(slots.Grow(1), IsOk());
   const auto file = folder_->MakeFile();
@@ -75,7 +75,7 @@ TEST_F(SharedBatchSlotsTest, ABusErrorElsewhereEndsTheProcessAsBefore) {
   EXPECT_DEATH(static_cast<void>(*page), "");
 }
 
-TEST_F(SharedBatchSlotsTest, SlotsLeaveNothing) {
+TEST_F(SharedBatchSlotsTest, SlotsRemoveTheirFile) {
   { SharedBatchSlots never_used(folder_.get(), 3, 48); }
   {
     SharedBatchSlots slots(folder_.get(), 3, 48);
@@ -85,7 +85,7 @@ TEST_F(SharedBatchSlotsTest, SlotsLeaveNothing) {
   EXPECT_TRUE(std::filesystem::is_empty(path_));
 }
 
-TEST_F(SharedBatchSlotsTest, WithoutRoomItSaysWhereAndHowMuchAndStaysAsItIs) {
+TEST_F(SharedBatchSlotsTest, FullDiskErrorNamesPathAndSizeAndChangesNothing) {
   SharedBatchSlots slots(folder_.get(), 3, 48);
   ASSERT_THAT(slots.Grow(1), IsOk());
   slots.Rows(0, 0, 1).observations[0] = 9;

@@ -33,7 +33,7 @@ class SharedFolderTest : public testing::Test {
   const std::string path_ = temporary_.path();
 };
 
-TEST_F(SharedFolderTest, FilesAreOfTheUserAloneAndGoWithTheirOwner) {
+TEST_F(SharedFolderTest, FilesArePrivateAndRemovedWithTheirOwner) {
   const auto folder = SharedFolder::Open(path_);
   ASSERT_THAT(folder, IsOk());
   auto file = (*folder)->MakeFile();
@@ -49,7 +49,7 @@ TEST_F(SharedFolderTest, FilesAreOfTheUserAloneAndGoWithTheirOwner) {
   EXPECT_EQ(FileCount(), 0);
 }
 
-TEST_F(SharedFolderTest, FilesOfTheLivingAreLeftAlone) {
+TEST_F(SharedFolderTest, FilesOfRunningProcessesAreKept) {
   const auto folder = SharedFolder::Open(path_);
   ASSERT_THAT(folder, IsOk());
   const auto file = (*folder)->MakeFile();
@@ -60,7 +60,7 @@ TEST_F(SharedFolderTest, FilesOfTheLivingAreLeftAlone) {
   EXPECT_TRUE(std::filesystem::exists((*file)->path()));
 }
 
-TEST_F(SharedFolderTest, FilesOfTheKilledAreRemoved) {
+TEST_F(SharedFolderTest, FilesOfKilledProcessesAreRemoved) {
   int ends[2];
   ASSERT_EQ(pipe(ends), 0);
   const pid_t process = fork();
@@ -87,7 +87,7 @@ TEST_F(SharedFolderTest, FilesOfTheKilledAreRemoved) {
   close(ends[1]);
 }
 
-TEST_F(SharedFolderTest, FilesOfOthersAreLeftAlone) {
+TEST_F(SharedFolderTest, ForeignFilesAreKept) {
   for (const char* name : {"procgen-server-1", "procgen-server-000000000000000g", "sem.x",
                            "procgen-server-00000000000000000"}) {
     std::ofstream(path_ + "/" + name) << "x";
@@ -101,7 +101,7 @@ TEST_F(SharedFolderTest, FilesOfOthersAreLeftAlone) {
   EXPECT_EQ(FileCount(), before);
 }
 
-TEST_F(SharedFolderTest, WhatIsNoFolderIsRefused) {
+TEST_F(SharedFolderTest, NonFolderIsRejected) {
   std::ofstream(path_ + "/file") << "x";
   EXPECT_THAT(SharedFolder::Open(path_ + "/none"),
               StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr("/none")));
@@ -109,12 +109,12 @@ TEST_F(SharedFolderTest, WhatIsNoFolderIsRefused) {
               StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr("directory")));
 }
 
-TEST_F(SharedFolderTest, AFolderThatTakesNoFileIsRefusedWhenItIsOpened) {
+TEST_F(SharedFolderTest, UnwritableFolderIsRejectedAtOpen) {
   EXPECT_THAT(SharedFolder::Open("/proc"),
               StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr("a folder to make files in")));
 }
 
-TEST_F(SharedFolderTest, FolderThatIsGoneIsTold) {
+TEST_F(SharedFolderTest, RemovedFolderIsReported) {
   const auto folder = SharedFolder::Open(path_);
   ASSERT_THAT(folder, IsOk());
   std::filesystem::remove_all(path_);

@@ -18,7 +18,7 @@ SlotTable TableOf(int32_t batch_count) {
   return table;
 }
 
-TEST(SlotTableTest, WhatIsHeldIsNotTakenUntilItIsReleased) {
+TEST(SlotTableTest, HeldSlotsAreNotReusedUntilReleased) {
   SlotTable table = TableOf(2);
   EXPECT_THAT(table.Take({}, 1, false), IsOkAndHolds(0));
   EXPECT_THAT(table.Take({}, 2, false), IsOkAndHolds(1));
@@ -27,7 +27,7 @@ TEST(SlotTableTest, WhatIsHeldIsNotTakenUntilItIsReleased) {
   EXPECT_THAT(table.Take({.released = {1}}, 3, false), IsOkAndHolds(1));
 }
 
-TEST(SlotTableTest, WhatIsKeptIsNotTakenUntilItIsForgotten) {
+TEST(SlotTableTest, KeptSlotsAreNotReusedUntilDropped) {
   SlotTable table = TableOf(2);
   EXPECT_THAT(table.Take({}, 1, true), IsOkAndHolds(0));
   EXPECT_THAT(table.Take({.released = {0}}, 2, true), IsOkAndHolds(1));
@@ -37,7 +37,7 @@ TEST(SlotTableTest, WhatIsKeptIsNotTakenUntilItIsForgotten) {
   EXPECT_THAT(table.Take({.released = {1}, .forgotten = 1}, 3, true), IsOkAndHolds(0));
 }
 
-TEST(SlotTableTest, WhatIsNotHeldCannotBeReleasedAndNothingChanges) {
+TEST(SlotTableTest, ReleaseOfAFreeSlotIsRejectedAndChangesNothing) {
   SlotTable table = TableOf(3);
   ASSERT_THAT(table.Take({}, 1, false), IsOkAndHolds(0));
   ASSERT_THAT(table.Take({}, 2, false), IsOkAndHolds(1));
@@ -50,7 +50,7 @@ TEST(SlotTableTest, WhatIsNotHeldCannotBeReleasedAndNothingChanges) {
   }
 }
 
-TEST(SlotTableTest, RefusedRequestReleasesAndForgetsNothing) {
+TEST(SlotTableTest, RejectedRequestChangesNothing) {
   SlotTable table = TableOf(1);
   ASSERT_THAT(table.Take({}, 1, true), IsOkAndHolds(0));
   EXPECT_THAT(table.Take({.released = {0}}, 2, true),
@@ -58,7 +58,7 @@ TEST(SlotTableTest, RefusedRequestReleasesAndForgetsNothing) {
   EXPECT_EQ(table.HeldCount(), 1);
 }
 
-TEST(SlotTableTest, StreamThatBeginsHoldsWhatItSaysAndNothingElse) {
+TEST(SlotTableTest, NewStreamHoldsExactlyItsHeldBatches) {
   SlotTable table = TableOf(3);
   ASSERT_THAT(table.Take({}, 1, true), IsOkAndHolds(0));
   ASSERT_THAT(table.Take({}, 2, false), IsOkAndHolds(1));
@@ -68,7 +68,7 @@ TEST(SlotTableTest, StreamThatBeginsHoldsWhatItSaysAndNothingElse) {
   EXPECT_THAT(table.Take({}, 3, false), IsOkAndHolds(2));  // 0 is kept for request 1
 }
 
-TEST(SlotTableTest, HeldBatchesThatThereAreNotAreRefused) {
+TEST(SlotTableTest, UnknownHeldBatchesAreRejected) {
   const SlotTable table = TableOf(2);
   for (const std::vector<int32_t>& held : {std::vector<int32_t>{2}, {0, 0}, {-1}}) {
     EXPECT_THAT(table.CheckHeld(held),
@@ -76,7 +76,7 @@ TEST(SlotTableTest, HeldBatchesThatThereAreNotAreRefused) {
   }
 }
 
-TEST(SlotTableTest, RepeatedAnswerIsHeldAgainAndStillKept) {
+TEST(SlotTableTest, RepeatedResponseIsHeldAndKept) {
   SlotTable table = TableOf(1);
   ASSERT_THAT(table.Take({}, 5, true), IsOkAndHolds(0));
   table.BeginStream({});
@@ -87,7 +87,7 @@ TEST(SlotTableTest, RepeatedAnswerIsHeldAgainAndStillKept) {
   EXPECT_THAT(table.Take({.released = {0}}, 6, true), IsOkAndHolds(0));
 }
 
-TEST(SlotTableTest, GrowingKeepsWhatIsHeld) {
+TEST(SlotTableTest, GrowingKeepsHeldSlots) {
   SlotTable table = TableOf(1);
   ASSERT_THAT(table.Take({}, 1, false), IsOkAndHolds(0));
   table.Grow(2);

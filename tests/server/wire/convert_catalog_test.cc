@@ -10,7 +10,7 @@
 namespace procgen {
 namespace {
 
-TEST(ConvertCatalogTest, AllSixteenGamesAreToldSorted) {
+TEST(ConvertCatalogTest, AllSixteenGamesAreListedInOrder) {
   const v1::Catalog catalog = CatalogMessageOf({.version = "1.2.3"}, Limits());
   EXPECT_EQ(catalog.server_version(), "1.2.3");
   ASSERT_EQ(catalog.games_size(), 16);
@@ -59,12 +59,12 @@ TEST(ConvertCatalogTest, OptionsAreTheFieldsOfTheMessage) {
   }
 }
 
-TEST(ConvertCatalogTest, ArtIsToldWithoutItsFolder) {
+TEST(ConvertCatalogTest, ArtIsReportedWithoutItsFolder) {
   EXPECT_EQ(CatalogMessageOf({}, Limits()).art(), "built-in");
   EXPECT_EQ(CatalogMessageOf({.has_own_art = true}, Limits()).art(), "folder");
 }
 
-TEST(ConvertCatalogTest, FeaturesAreThoseThatAreOffered) {
+TEST(ConvertCatalogTest, FeaturesAreThoseOfTheServer) {
   const v1::Catalog catalog = CatalogMessageOf({}, Limits());
   const v1::Features& features = catalog.features();
   EXPECT_TRUE(features.states());
@@ -77,7 +77,7 @@ TEST(ConvertCatalogTest, FeaturesAreThoseThatAreOffered) {
   EXPECT_TRUE(features.resume());
 }
 
-TEST(ConvertCatalogTest, LimitsOfResumingAndLeasesAreTold) {
+TEST(ConvertCatalogTest, ResumeAndLeaseLimitsAreReported) {
   Limits limits;
   limits.resume_buffer_bytes_max = 123456;
   limits.lease_duration_max = absl::Milliseconds(90500);
@@ -87,7 +87,7 @@ TEST(ConvertCatalogTest, LimitsOfResumingAndLeasesAreTold) {
   EXPECT_EQ(catalog.limits().lease_duration_max().nanos(), 500'000'000);
 }
 
-TEST(ConvertCatalogTest, ObservationFormatsAreTold) {
+TEST(ConvertCatalogTest, ObservationFormatsAreReported) {
   const v1::Catalog catalog = CatalogMessageOf({}, Limits());
   EXPECT_THAT(catalog.colors(), testing::ElementsAre(v1::COLOR_RGB, v1::COLOR_GRAYSCALE));
   EXPECT_THAT(catalog.layouts(), testing::ElementsAre(v1::LAYOUT_HWC, v1::LAYOUT_CHW));

@@ -14,7 +14,7 @@ v1::PoolSpec SpecWith(v1::Encoding encoding) {
   return spec;
 }
 
-TEST(ConvertObservationTest, EncodingsAreThoseOfTheContract) {
+TEST(ConvertObservationTest, EncodingsMatchTheProto) {
   EXPECT_EQ(*EncodingOf(v1::PoolSpec()), Encoding::kRaw);
   for (const v1::Encoding message : {v1::ENCODING_RAW, v1::ENCODING_DELTA_ZSTD}) {
     const auto encoding = EncodingOf(SpecWith(message));
@@ -23,7 +23,7 @@ TEST(ConvertObservationTest, EncodingsAreThoseOfTheContract) {
   }
 }
 
-TEST(ConvertObservationTest, UnknownEncodingsAreRefused) {
+TEST(ConvertObservationTest, UnknownEncodingsAreRejected) {
   // 3 was LZ4.
   for (const int number : {3, 9}) {
     EXPECT_THAT(EncodingOf(SpecWith(static_cast<v1::Encoding>(number))),

@@ -17,7 +17,7 @@ v1::PoolSpec MazeSpec() {
   return spec;
 }
 
-TEST(ConvertPoolTest, AbsentOptionsAreThoseOfThePythonPackage) {
+TEST(ConvertPoolTest, UnsetOptionsHaveThePythonPackagesDefaults) {
   const absl::StatusOr<PoolOptions> options = PoolOptionsOf(MazeSpec());
   ASSERT_THAT(options, IsOk());
   EXPECT_EQ(options->environment.distribution_mode, DistributionMode::kHard);
@@ -28,7 +28,7 @@ TEST(ConvertPoolTest, AbsentOptionsAreThoseOfThePythonPackage) {
   EXPECT_LT(options->environment.rand_seed, 2147483647);
 }
 
-TEST(ConvertPoolTest, FalseIsToldFromAbsent) {
+TEST(ConvertPoolTest, FalseDiffersFromUnset) {
   v1::PoolSpec spec = MazeSpec();
   spec.mutable_options()->set_center_agent(false);
   spec.mutable_options()->set_rand_seed(0);
@@ -38,13 +38,13 @@ TEST(ConvertPoolTest, FalseIsToldFromAbsent) {
   EXPECT_EQ(options->environment.rand_seed, 0);
 }
 
-TEST(ConvertPoolTest, NoGamesAreRefused) {
+TEST(ConvertPoolTest, EmptyGamesAreRejected) {
   EXPECT_THAT(
       PoolOptionsOf(v1::PoolSpec()),
       StatusIs(absl::StatusCode::kInvalidArgument, "spec.games has 0 entries, allowed: 1 to 64"));
 }
 
-TEST(ConvertPoolTest, UnknownModeNumberIsRefused) {
+TEST(ConvertPoolTest, UnknownModeNumberIsRejected) {
   v1::PoolSpec spec = MazeSpec();
   spec.mutable_options()->set_distribution_mode(static_cast<v1::DistributionMode>(99));
   EXPECT_THAT(PoolOptionsOf(spec),
@@ -53,7 +53,7 @@ TEST(ConvertPoolTest, UnknownModeNumberIsRefused) {
                                  "DISTRIBUTION_MODE_EASY, DISTRIBUTION_MODE_HARD")));
 }
 
-TEST(ConvertPoolTest, NegativeLevelCountIsRefused) {
+TEST(ConvertPoolTest, NegativeLevelCountIsRejected) {
   v1::PoolSpec spec = MazeSpec();
   spec.mutable_options()->set_num_levels(-1);
   EXPECT_THAT(PoolOptionsOf(spec),
@@ -70,7 +70,7 @@ TEST(ConvertPoolTest, ExplorationTakesNoLevels) {
               StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr("num_levels is 3")));
 }
 
-TEST(ConvertPoolTest, ShardOutsideOfTheWholeIsRefused) {
+TEST(ConvertPoolTest, ShardBeyondThePoolIsRejected) {
   v1::PoolSpec spec = MazeSpec();
   spec.set_first_env(10);
   spec.set_total_env_count(13);
@@ -84,14 +84,14 @@ TEST(ConvertPoolTest, ShardOutsideOfTheWholeIsRefused) {
   EXPECT_THAT(PoolOptionsOf(spec), StatusIs(absl::StatusCode::kInvalidArgument, testing::_));
 }
 
-TEST(ConvertPoolTest, AbsentObservationFormatIsTheUpstreamOne) {
+TEST(ConvertPoolTest, UnsetObservationFormatIsUpstreams) {
   EXPECT_EQ(PoolOptionsOf(MazeSpec())->observation_format, ObservationFormat());
   v1::PoolSpec spec = MazeSpec();
   spec.mutable_observation_format();
   EXPECT_EQ(PoolOptionsOf(spec)->observation_format, ObservationFormat());
 }
 
-TEST(ConvertPoolTest, ObservationFormatIsTakenOver) {
+TEST(ConvertPoolTest, ObservationFormatIsConverted) {
   v1::PoolSpec spec = MazeSpec();
   v1::ObservationFormat* format = spec.mutable_observation_format();
   format->set_color(v1::COLOR_GRAYSCALE);
@@ -104,7 +104,7 @@ TEST(ConvertPoolTest, ObservationFormatIsTakenOver) {
   EXPECT_EQ(PoolOptionsOf(spec)->observation_format, expected);
 }
 
-TEST(ConvertPoolTest, ObservationFormatsOutOfRangeAreRefused) {
+TEST(ConvertPoolTest, ObservationFormatsOutOfRangeAreRejected) {
   const auto message = [](const auto& set) {
     v1::PoolSpec spec = MazeSpec();
     set(spec.mutable_observation_format());
@@ -129,7 +129,7 @@ TEST(ConvertPoolTest, ObservationFormatsOutOfRangeAreRefused) {
             "spec.observation_format.layout is number 9, allowed: LAYOUT_HWC, LAYOUT_CHW");
 }
 
-TEST(ConvertPoolTest, MemoryIsSharedWhereItIsAskedForAndOffered) {
+TEST(ConvertPoolTest, SharedMemoryNeedsRequestAndOffer) {
   v1::PoolSpec spec = MazeSpec();
   EXPECT_THAT(SharesMemory(spec, true), IsOkAndHolds(false));
   spec.set_transport(v1::TRANSPORT_STREAM);
@@ -143,7 +143,7 @@ TEST(ConvertPoolTest, MemoryIsSharedWhereItIsAskedForAndOffered) {
               StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr("number 9")));
 }
 
-TEST(ConvertPoolTest, LevelSamplersAreMadeAndTheirFieldsNamed) {
+TEST(ConvertPoolTest, LevelSamplersAreConvertedAndErrorsNameFields) {
   v1::PoolSpec spec = MazeSpec();
   EXPECT_EQ(PoolOptionsOf(spec)->level_sampler, nullptr);
   spec.mutable_level_sampler()->add_level_seeds(7);
@@ -171,7 +171,7 @@ TEST(ConvertPoolTest, LeaseIsADuration) {
   EXPECT_EQ(DurationMessageOf(*lease).nanos(), 500'000'000);
 }
 
-TEST(ConvertPoolTest, WhatIsNoDurationIsNoLease) {
+TEST(ConvertPoolTest, InvalidLeaseDurationIsRejected) {
   google::protobuf::Duration message;
   EXPECT_THAT(LeaseDurationOf("lease", message, Limits()),
               StatusIs(absl::StatusCode::kInvalidArgument, "lease is 0, allowed: 1s to 24h"));

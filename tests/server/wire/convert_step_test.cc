@@ -32,27 +32,27 @@ ObservationCoding CodingOf(int32_t size_px, Encoding encoding = Encoding::kRaw) 
   return ObservationCoding(format, encoding);
 }
 
-TEST(ConvertStepTest, RequestThatAsksForNothingIsRefused) {
+TEST(ConvertStepTest, EmptyRequestIsRejected) {
   StreamRequest request;
   EXPECT_THAT(ReadStreamRequest(&request),
               StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr("asks for nothing")));
 }
 
-TEST(ConvertStepTest, SecondAttachIsRefused) {
+TEST(ConvertStepTest, SecondAttachIsRejected) {
   StreamRequest request;
   request.message.mutable_attach();
   EXPECT_THAT(ReadStreamRequest(&request),
               StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr("attach was sent again")));
 }
 
-TEST(ConvertStepTest, UnknownObservationIsRefused) {
+TEST(ConvertStepTest, UnknownObservationIsRejected) {
   StreamRequest request;
   request.message.mutable_observe()->set_observation(static_cast<v1::Observation>(9));
   EXPECT_THAT(ReadStreamRequest(&request),
               StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr("observation is number 9")));
 }
 
-TEST(ConvertStepTest, NumbersOfResponsesOutOfRangeAreRefused) {
+TEST(ConvertStepTest, ChunkCountsOutOfRangeAreRejected) {
   for (const int32_t count : {-1, 65}) {
     StreamRequest request;
     request.message.mutable_step()->set_chunk_count(count);
@@ -82,7 +82,7 @@ TEST(ConvertStepTest, FullResponsesFitTheirLimitAndOneMoreRowWouldNot) {
   }
 }
 
-TEST(ConvertStepTest, RowsFollowTheSizeOfTheObservations) {
+TEST(ConvertStepTest, RowLimitFollowsTheObservationSize) {
   const StreamRequest request = WholeStep(1000);
   constexpr int64_t kLarge = 512 * 512 * 3;
   EXPECT_EQ(*ResponseRowsMax("limit", request.request, CodingOf(97), kResponseBytesDefault), 148);
@@ -94,7 +94,7 @@ TEST(ConvertStepTest, RowsFollowTheSizeOfTheObservations) {
   EXPECT_LE(Serialized(response).Length(), static_cast<size_t>(kResponseBytesDefault));
 }
 
-TEST(ConvertStepTest, ARowThatFitsNoResponseIsRefused) {
+TEST(ConvertStepTest, RowBeyondAResponseIsRejected) {
   StreamRequest request = WholeStep(1);
   const ObservationCoding large = CodingOf(512);
   EXPECT_EQ(*ResponseRowsMax("limit", request.request, large, 786720), 1);
@@ -110,7 +110,7 @@ TEST(ConvertStepTest, ARowThatFitsNoResponseIsRefused) {
   EXPECT_THAT(ResponseRowsMax("limit", request.request, large, 65536), IsOk());
 }
 
-TEST(ConvertStepTest, RowsLeaveRoomForObservationsThatCannotBeCompressed) {
+TEST(ConvertStepTest, RowsLeaveRoomForIncompressibleObservations) {
   StreamRequest request = WholeStep(1000);
   constexpr int64_t kLimit = kResponseBytesDefault;
   const ObservationCoding coding = CodingOf(64, Encoding::kDeltaZstd);

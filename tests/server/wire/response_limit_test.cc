@@ -6,14 +6,14 @@
 namespace procgen {
 namespace {
 
-TEST(ResponseLimitTest, NothingAskedForIsTheDefaultOrTheLimit) {
+TEST(ResponseLimitTest, UnsetIsTheDefaultOrTheLimit) {
   Limits limits;
   EXPECT_EQ(ResponseBytesMax("bytes", 0, limits).value(), kResponseBytesDefault);
   limits.response_bytes_max = 100000;
   EXPECT_EQ(ResponseBytesMax("bytes", 0, limits).value(), 100000);
 }
 
-TEST(ResponseLimitTest, BothEndsAreAllowedAndNothingBeyond) {
+TEST(ResponseLimitTest, RangeIsInclusive) {
   Limits limits;
   limits.response_bytes_max = 100000;
   EXPECT_EQ(ResponseBytesMax("bytes", 65536, limits).value(), 65536);

@@ -56,7 +56,7 @@ class Node {
     return nodes.ok() ? IdsOf(*nodes) : std::vector<std::string>();
   }
 
-  // Whether it tells within `timeout` what `is_so` holds of.
+  // Waits for a response for which `is_so` holds; returns false after `timeout`.
   bool Tells(const std::function<bool(const v1::WatchNodesResponse&)>& is_so,
              absl::Duration timeout = kSeenWithin) {
     const auto watch = client_->WatchNodes();
@@ -112,7 +112,7 @@ class ClusterServiceTest : public testing::Test {
           std::string(testing::UnitTest::GetInstance()->current_test_info()->name()))));
 };
 
-TEST_F(ClusterServiceTest, ThreeServersTellOfEachOther) {
+TEST_F(ClusterServiceTest, ThreeServersListEachOther) {
   Node a("a", cluster_);
   Node b("b", cluster_);
   Node c("c", cluster_);
@@ -134,7 +134,7 @@ TEST_F(ClusterServiceTest, ThreeServersTellOfEachOther) {
   EXPECT_EQ(a.client().ListNodes()->local_node(), "nodes/a");
 }
 
-TEST_F(ClusterServiceTest, RatesAreTold) {
+TEST_F(ClusterServiceTest, StepRatesAreReported) {
   Node a("a", cluster_);
   Node b("b", cluster_);
   ASSERT_TRUE(a.TellsIds({"a", "b"}));
@@ -157,7 +157,7 @@ TEST_F(ClusterServiceTest, RatesAreTold) {
   }));
 }
 
-TEST_F(ClusterServiceTest, AServerThatIsKilledIsGoneWithinTwoSeconds) {
+TEST_F(ClusterServiceTest, KilledServerDisappearsWithinTwoSeconds) {
   Node a("a", cluster_);
   Node b("b", cluster_);
   ASSERT_TRUE(a.TellsIds({"a", "b"}));
@@ -166,7 +166,7 @@ TEST_F(ClusterServiceTest, AServerThatIsKilledIsGoneWithinTwoSeconds) {
   EXPECT_THAT(a.Listed(), ElementsAre("a"));
 }
 
-TEST_F(ClusterServiceTest, AServerThatIsPausedIsGoneAndComesBack) {
+TEST_F(ClusterServiceTest, PausedServerDisappearsAndReturns) {
   Node a("a", cluster_);
   Node b("b", cluster_);
   ASSERT_TRUE(a.TellsIds({"a", "b"}));
@@ -178,7 +178,7 @@ TEST_F(ClusterServiceTest, AServerThatIsPausedIsGoneAndComesBack) {
   EXPECT_TRUE(b.TellsIds({"a", "b"}));
 }
 
-TEST_F(ClusterServiceTest, AServerThatStopsTellsThatItDrainsAndIsGoneAtOnce) {
+TEST_F(ClusterServiceTest, StoppingServerReportsDrainAndDisappears) {
   Node a("a", cluster_);
   Node b("b", cluster_, {"--drain_timeout=60s"});
   ASSERT_TRUE(a.TellsIds({"a", "b"}));
@@ -194,7 +194,7 @@ TEST_F(ClusterServiceTest, AServerThatStopsTellsThatItDrainsAndIsGoneAtOnce) {
   EXPECT_TRUE(a.TellsIds({"a"}, kGoneAtOnceWithin));
 }
 
-TEST_F(ClusterServiceTest, WatchingDoesNotHoldUpTheEndAndEndsWithIt) {
+TEST_F(ClusterServiceTest, WatchNodesDoesNotDelayShutdown) {
   Node a("a", cluster_);
   const auto watch = a.client().WatchNodes();
   ASSERT_THAT(watch->Next(), IsOk());
@@ -209,7 +209,7 @@ TEST_F(ClusterServiceTest, WatchingDoesNotHoldUpTheEndAndEndsWithIt) {
   EXPECT_LT(absl::Now() - begin, absl::Seconds(8));  // far within --drain_timeout
 }
 
-TEST_F(ClusterServiceTest, ClustersOfOtherNamesDoNotMeet) {
+TEST_F(ClusterServiceTest, ClustersWithDifferentNamesAreSeparate) {
   Node a("a", cluster_);
   Node other("other", cluster_ + ".");
   Node b("b", cluster_);
@@ -218,7 +218,7 @@ TEST_F(ClusterServiceTest, ClustersOfOtherNamesDoNotMeet) {
   EXPECT_THAT(a.Listed(), ElementsAre("a", "b"));
 }
 
-TEST_F(ClusterServiceTest, PeersFindEachOtherAndThoseWithoutAddressAreWaitedForByNobody) {
+TEST_F(ClusterServiceTest, PeersDiscoverEachOtherDespiteUnresolvablePeers) {
   const std::vector<std::string> flags = {"--cluster_peers=localhost,node-7.nodes.invalid"};
   Node a("a", cluster_, flags);
   Node b("b", cluster_, flags);
@@ -227,13 +227,13 @@ TEST_F(ClusterServiceTest, PeersFindEachOtherAndThoseWithoutAddressAreWaitedForB
   EXPECT_TRUE(b.TellsIds({"a", "b"}));
 }
 
-TEST_F(ClusterServiceTest, TheAdvertisedAddressIsTold) {
+TEST_F(ClusterServiceTest, AdvertisedAddressIsReported) {
   Node a("a", cluster_, {"--advertised_address=localhost:0"});
   const std::string port = a.address().substr(a.address().rfind(':'));
   EXPECT_EQ(a.client().ListNodes()->nodes(0).address(), "localhost" + port);
 }
 
-TEST_F(ClusterServiceTest, AServerWithoutAClusterTellsOfItself) {
+TEST_F(ClusterServiceTest, ServerWithoutAClusterListsItself) {
   ServerProcess process({"--address=127.0.0.1:0", "--node_id=hermit", "--workers=1"});
   const std::string address = process.Address();
   const auto client = Client::Connect(address);
@@ -248,7 +248,7 @@ TEST_F(ClusterServiceTest, AServerWithoutAClusterTellsOfItself) {
   EXPECT_EQ(nodes->local_node(), "nodes/hermit");
 }
 
-TEST_F(ClusterServiceTest, WrongFlagsAreExplained) {
+TEST_F(ClusterServiceTest, InvalidFlagsAreReported) {
   for (const auto& [flag, message] :
        {std::pair<std::string, std::string>{"--cluster=a*", "--cluster is 'a*', allowed: 1 to 64"},
         {"--cluster_peers=a", "--cluster is missing"},
@@ -270,7 +270,7 @@ std::vector<std::string> SecurityFlags(const ClusterSecurity& security) {
           "--cluster_permissions=" + security.permissions};
 }
 
-TEST_F(ClusterServiceTest, WithSecurityWhoShowsNoneOrAStrangersIsNotSeen) {
+TEST_F(ClusterServiceTest, SecureClusterIgnoresNodesWithoutValidCertificates) {
   const ClusterCredentials ours(cluster_);
   const ClusterCredentials strangers(cluster_);
   Node a("a", cluster_, SecurityFlags(ours.security()));
@@ -285,7 +285,7 @@ TEST_F(ClusterServiceTest, WithSecurityWhoShowsNoneOrAStrangersIsNotSeen) {
   EXPECT_THAT(a.Listed(), ElementsAre("a", "b"));
 }
 
-TEST_F(ClusterServiceTest, PermissionsForAnotherClusterDoNotLetIntoThisOne) {
+TEST_F(ClusterServiceTest, PermissionsForAnotherClusterAreRejected) {
   const ClusterCredentials elsewhere(cluster_ + ".");
   std::vector<std::string> flags = SecurityFlags(elsewhere.security());
   flags.insert(flags.end(), {"--address=127.0.0.1:0", "--cluster=" + cluster_,
@@ -295,7 +295,7 @@ TEST_F(ClusterServiceTest, PermissionsForAnotherClusterDoNotLetIntoThisOne) {
   EXPECT_THAT(process.rest(), HasSubstr("procgen-server: cannot join cluster " + cluster_));
 }
 
-TEST_F(ClusterServiceTest, FilesOfSecurityThatCannotBeUsedAreTold) {
+TEST_F(ClusterServiceTest, UnusableSecurityFilesAreReported) {
   const ClusterCredentials ours(cluster_);
   ClusterSecurity security = ours.security();
   security.governance = "/no/such/file";

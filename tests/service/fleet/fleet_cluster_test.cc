@@ -50,7 +50,7 @@ void ExpectSameTrace(const LearnerScript& script, const TestFleet& fleet,
   EXPECT_EQ(FirstDifference(expected, *actual), -1);
 }
 
-TEST(FleetClusterTest, NodesDieStopDrainAndComeAndNobodyNotices) {
+TEST(FleetClusterTest, LearnerIsUnaffectedByNodesThatDieStopDrainAndJoin) {
   TestFleet fleet;
   fleet.StartNode("a");
   fleet.StartNode("b");
@@ -92,7 +92,7 @@ TEST(FleetClusterTest, AnIdlePoolLeavesADrainingNode) {
   EXPECT_LT(absl::Now() - begin, absl::Seconds(15)) << "its shards were not taken away";
 }
 
-TEST(FleetClusterTest, EpisodesAreToldWhateverBecomesOfNodes) {
+TEST(FleetClusterTest, EpisodesAreReturnedDespiteLostNodes) {
   constexpr int32_t kEnvCount = 8;
   const TemporaryFolder folder;
   TestFleet fleet({absl::StrCat("--state_dir=", folder.path())});
@@ -140,7 +140,7 @@ TEST(FleetClusterTest, EpisodesAreToldWhateverBecomesOfNodes) {
   expect_played_again(v1::EPISODE_SELECTOR_CURRENT);
 }
 
-TEST(FleetClusterTest, FleetsAreWatched) {
+TEST(FleetClusterTest, FleetPoolsCanBeWatched) {
   TestFleet fleet;
   fleet.StartNode("a");
   fleet.StartNode("b");
@@ -181,7 +181,7 @@ struct Restart {
 
 class FleetRestartTest : public testing::TestWithParam<Restart> {};
 
-TEST_P(FleetRestartTest, AFleetServerGoesOnWhereItWas) {
+TEST_P(FleetRestartTest, RestartedFleetServerContinues) {
   const TemporaryFolder folder;
   TestFleet fleet({absl::StrCat("--state_dir=", folder.path())});
   fleet.StartNode("a");
@@ -218,7 +218,7 @@ INSTANTIATE_TEST_SUITE_P(KilledAndStopped, FleetRestartTest,
                                          Restart{v1::ENCODING_DELTA_ZSTD, true},
                                          Restart{v1::ENCODING_RAW, false}));
 
-TEST(FleetFlagsTest, WrongFlagsAreTold) {
+TEST(FleetFlagsTest, InvalidFlagsAreReported) {
   for (const auto& [flags, message] :
        {std::pair<std::vector<std::string>, std::string>({"--fleet"}, "--cluster"),
         std::pair<std::vector<std::string>, std::string>({"--state_dir=/tmp"},

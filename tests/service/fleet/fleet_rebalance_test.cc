@@ -51,7 +51,7 @@ NodeStatus ForgedNode(int number, const std::string& address) {
 class FleetRebalanceTest : public FleetTest {};
 
 // The fleet pool alone, so that the test decides when it polls its nodes.
-TEST_F(FleetRebalanceTest, APoolIsRebalancedOnceThoughNodesArePolledMeanwhile) {
+TEST_F(FleetRebalanceTest, PoolIsRebalancedOncePerJoin) {
   const std::thread::id test_thread = std::this_thread::get_id();
   std::atomic<bool> others_wait = true;
   std::atomic<int> poll_count = 0;
@@ -118,7 +118,7 @@ TEST_F(FleetRebalanceTest, APoolIsRebalancedOnceThoughNodesArePolledMeanwhile) {
   EXPECT_THAT(shards, testing::Not(testing::Contains(testing::HasSubstr("-4-"))));
 }
 
-TEST_F(FleetRebalanceTest, APoolIsRebalancedAmongConnectedNodesAndItsOwnRoomCounts) {
+TEST_F(FleetRebalanceTest, RebalanceUsesConnectedNodesAndCountsOwnCapacity) {
   StartNode("a");
   StartNode("b");
   for (NodeStatus node : list_.Nodes()) {
@@ -148,7 +148,7 @@ TEST_F(FleetRebalanceTest, APoolIsRebalancedAmongConnectedNodesAndItsOwnRoomCoun
   EXPECT_EQ(counts(), (std::map<std::string, int32_t>{{"a", 12}, {"b", 12}}));
 }
 
-TEST_F(FleetRebalanceTest, ShardsHaveNoMoreThreadsThanTheLimit) {
+TEST_F(FleetRebalanceTest, ShardThreadsAreLimited) {
   StartNode("a");
   StartNode("b");
   adjust_ = [](FleetOptions* options) { options->shard_threads_max = 3; };
@@ -180,7 +180,7 @@ class FleetThreadsTest : public FleetRebalanceTest,
                          public testing::WithParamInterface<ThreadCase> {};
 
 // The new shards begin before the old one ends.
-TEST_P(FleetThreadsTest, APoolIsRebalancedIfThereAreThreadsForItsNewShards) {
+TEST_P(FleetThreadsTest, RebalanceNeedsThreadsForNewShards) {
   StartNode("a");
   poll_interval_ = absl::Milliseconds(20);
   adjust_ = [](FleetOptions* options) { options->shard_threads_max = GetParam().threads_max; };
@@ -202,7 +202,7 @@ INSTANTIATE_TEST_SUITE_P(Limits, FleetThreadsTest,
                          testing::Values(ThreadCase{2, 1}, ThreadCase{3, 2}));
 
 // A participant of the cluster announces nodes that nobody can reach.
-TEST_F(FleetRebalanceTest, ForgedNodesMoveNothingAndNobodyWaitsForThem) {
+TEST_F(FleetRebalanceTest, ForgedNodesCauseNoMigrationAndNoDelay) {
   poll_interval_ = absl::Milliseconds(20);
   StartNode("a");
   StartNode("b");

@@ -34,7 +34,7 @@ v1::PoolSpec SmallSpec() {
 class FleetFormatTest : public FleetTest,
                         public testing::WithParamInterface<std::pair<v1::AutoresetMode, int>> {};
 
-TEST_P(FleetFormatTest, ThreeNodesShowWhatOneServerShows) {
+TEST_P(FleetFormatTest, ThreeNodesEqualOneServer) {
   StartNode("a");
   StartNode("b");
   StartNode("c");
@@ -51,7 +51,7 @@ INSTANTIATE_TEST_SUITE_P(AutoresetModesAndStacks, FleetFormatTest,
                                          std::pair(v1::AUTORESET_MODE_NEXT_STEP, 3),
                                          std::pair(v1::AUTORESET_MODE_DISABLED, 1)));
 
-TEST_F(FleetTest, KilledNodesAreNotNoticed) {
+TEST_F(FleetTest, KilledNodesDoNotChangeBatches) {
   // What moves is what nodes that were killed had: the pool is not rebalanced in between.
   poll_interval_ = absl::InfiniteDuration();
   StartNode("a");
@@ -69,7 +69,7 @@ TEST_F(FleetTest, KilledNodesAreNotNoticed) {
   EXPECT_THAT(MetricsText(), testing::HasSubstr("procgen_fleet_shard_migrations_total 3"));
 }
 
-TEST_F(FleetTest, StacksOfPicturesAreDrawnAgain) {
+TEST_F(FleetTest, FrameStacksSurviveAMigration) {
   StartNode("a");
   StartNode("b");
   StartFleet(10);
@@ -82,7 +82,7 @@ TEST_F(FleetTest, StacksOfPicturesAreDrawnAgain) {
   });
 }
 
-TEST_F(FleetTest, AStoppedNodeIsLeftAndCannotAnswerForWhatMoved) {
+TEST_F(FleetTest, StoppedNodeLosesItsShardsAndItsLateResponses) {
   StartNode("a");
   StartNode("b");
   StartFleet();
@@ -99,7 +99,7 @@ TEST_F(FleetTest, AStoppedNodeIsLeftAndCannotAnswerForWhatMoved) {
   });
 }
 
-TEST_F(FleetTest, DrainingNodesEndBeforeTheirDeadline) {
+TEST_F(FleetTest, DrainingNodesEndBeforeTheirTimeout) {
   StartNode("a");
   StartNode("b");
   StartFleet();
@@ -118,7 +118,7 @@ TEST_F(FleetTest, DrainingNodesEndBeforeTheirDeadline) {
   EXPECT_LT(absl::Now() - begin, absl::Seconds(15)) << "its shards were not taken away";
 }
 
-TEST_F(FleetTest, AnAnswerOutlastsTheNodeThatGaveIt) {
+TEST_F(FleetTest, BatchOutlivesItsNode) {
   for (const char* node_id : {"a", "b", "c"}) {
     StartNode(node_id);
   }
@@ -185,7 +185,7 @@ TEST_P(FleetJoinTest, NodesThatJoinTakeTheirShare) {
 
 INSTANTIATE_TEST_SUITE_P(Stacks, FleetJoinTest, testing::Values(1, 3));
 
-TEST_F(FleetTest, ConnectionsEndWithTheirNodesAndFollowThemElsewhere) {
+TEST_F(FleetTest, ConnectionsFollowNodesToNewAddresses) {
   StartNode("a");
   FleetOptions options;
   options.nodes = [this] { return list_.Nodes(); };
@@ -201,7 +201,7 @@ TEST_F(FleetTest, ConnectionsEndWithTheirNodesAndFollowThemElsewhere) {
   EXPECT_EQ(nodes.known_count(), 0);
 }
 
-TEST_F(FleetTest, AStepInPartsIsWholeAlsoWhereThePoolIsRebalanced) {
+TEST_F(FleetTest, ChunkedStepIsCompleteDuringRebalance) {
   constexpr int32_t kEnvCount = 24;
   const auto play = [](const Server& server, const std::function<bool(size_t)>& goes_on) {
     const auto client = Connect(server);
@@ -236,7 +236,7 @@ TEST_F(FleetTest, AStepInPartsIsWholeAlsoWhereThePoolIsRebalanced) {
   EXPECT_TRUE(actual == expected);
 }
 
-TEST_F(FleetTest, WithoutNodesALearnerWaitsUntilOneComes) {
+TEST_F(FleetTest, LearnerWaitsUntilANodeJoins) {
   StartNode("a");
   StartFleet();
   std::thread helper;
@@ -253,7 +253,7 @@ TEST_F(FleetTest, WithoutNodesALearnerWaitsUntilOneComes) {
   helper.join();
 }
 
-TEST_F(FleetTest, WithoutNodesForTooLongAStreamEndsAndAnotherGoesOn) {
+TEST_F(FleetTest, StreamEndsAfterFailoverTimeoutAndAnotherContinues) {
   const std::vector<int32_t> actions(8, 7);
   procgen_client::Batch batch;
   const auto single = Connect(*single_);
@@ -293,13 +293,13 @@ TEST_F(FleetTest, WithoutNodesForTooLongAStreamEndsAndAnotherGoesOn) {
   EXPECT_THAT(MetricsText(), testing::HasSubstr("procgen_fleet_shards_waiting 0\n"));
 }
 
-TEST_F(FleetTest, WithoutNodesThereIsNoPool) {
+TEST_F(FleetTest, CreatePoolWithoutNodesIsRejected) {
   StartFleet();
   EXPECT_THAT(Connect(*server_)->CreatePool(SmallSpec()),
               StatusIs(absl::StatusCode::kUnavailable, testing::HasSubstr("no node")));
 }
 
-TEST_F(FleetTest, LevelSamplersOfStreamsCountAmongTheBuffersOfTheirOwner) {
+TEST_F(FleetTest, StreamLevelSamplersCountAsOwnerBuffers) {
   Limits limits;
   limits.owner_buffer_bytes_max = 16 << 20;
   StartNode("a");
@@ -330,7 +330,7 @@ TEST_F(FleetTest, LevelSamplersOfStreamsCountAmongTheBuffersOfTheirOwner) {
   EXPECT_GT(streams.size(), 2);
 }
 
-TEST_F(FleetTest, NodesAreShownATokenInTls) {
+TEST_F(FleetTest, FleetSendsItsTokenOverTls) {
   const Certificates certificates;
   certificates.MakeAuthority("authority");
   certificates.MakeServer("authority", "node");
@@ -391,13 +391,13 @@ class FleetLogTest : public FleetTest {
   procgen_client::Batch batch_;
 };
 
-TEST_F(FleetLogTest, EnvironmentsThatAreNeverSteppedLetTheLogBeShortened) {
+TEST_F(FleetLogTest, LogIsTruncatedDespiteIdleEnvironments) {
   for (int i = 0; i < 800; ++i) {
     ASSERT_THAT(i < 400 ? Observe() : Step(/*first=*/1), IsOk()) << i;
   }
 }
 
-TEST_F(FleetLogTest, BeyondItsLimitOnlyStepsOfAllEnvironmentsAreTaken) {
+TEST_F(FleetLogTest, FullLogAcceptsOnlyStepsOfAllEnvironments) {
   ASSERT_THAT(Step(/*first=*/0), IsOk());
   absl::Status status;
   for (int i = 0; i < 2000 && status.ok(); ++i) {
@@ -412,7 +412,7 @@ TEST_F(FleetLogTest, BeyondItsLimitOnlyStepsOfAllEnvironmentsAreTaken) {
   EXPECT_THAT(Step(/*first=*/1), IsOk());
 }
 
-TEST_F(FleetTest, NodesThatSpeakTlsAreNotSpokenToInPlainText) {
+TEST_F(FleetTest, FleetDoesNotCallTlsNodesInPlainText) {
   const Certificates certificates;
   certificates.MakeAuthority("authority");
   certificates.MakeServer("authority", "node");

@@ -128,7 +128,7 @@ TEST_P(WrongAnswerTest, ReachesNoLearner) {
       hostile->Attack(true);
     }
     if (index == 140) {
-      nodes_.erase("b");  // what it had goes on elsewhere, from what it has saved
+      nodes_.erase("b");  // its shards continue on other nodes, from their checkpoints
     }
   });
   EXPECT_GE(hostile->damage_count(), 1);
@@ -139,7 +139,7 @@ std::string NameOf(const testing::TestParamInfo<Attack>& info) { return info.par
 INSTANTIATE_TEST_SUITE_P(Batches, WrongAnswerTest, testing::ValuesIn(AttacksOnBatches()), NameOf);
 INSTANTIATE_TEST_SUITE_P(Messages, WrongAnswerTest, testing::ValuesIn(AttacksOnMessages()), NameOf);
 
-TEST_F(HostileNodeTest, FramesThatItDoesNotDrawAreDrawnElsewhere) {
+TEST_F(HostileNodeTest, MissingFramesAreDrawnByOtherNodes) {
   AnswerDamage damage;
   damage.frames = [](v1::RenderEnvironmentsResponse* response) { response->clear_frames(); };
   HostileNode* const hostile = StartHostileNode("b", damage);
@@ -157,7 +157,7 @@ TEST_F(HostileNodeTest, FramesThatItDoesNotDrawAreDrawnElsewhere) {
   EXPECT_EQ(hostile->damage_count(), 1);
 }
 
-TEST_F(HostileNodeTest, AloneItIsAskedMoreAndMoreSeldom) {
+TEST_F(HostileNodeTest, SoleHostileNodeIsRetriedWithBackoff) {
   failover_timeout_ = absl::Seconds(4);
   AnswerDamage damage;
   damage.step = [](v1::StepPoolResponse* response) {

@@ -40,7 +40,7 @@ class TestFleet {
   pid_t fleet_process_id() const { return fleet_->process_id(); }
   std::unique_ptr<procgen_client::Client> Connect() const;
 
-  // A folder for who wants one.
+  // A folder for the test.
   std::string folder() const { return folder_.path(); }
 
  private:

@@ -9,7 +9,7 @@ namespace {
 
 class BrokenConnectionSlowTest : public testing::TestWithParam<Carriage> {};
 
-TEST_P(BrokenConnectionSlowTest, NothingIsLostInAThousandBreaks) {
+TEST_P(BrokenConnectionSlowTest, ThousandBreaksLoseNothing) {
   ServerProcess server({"--address=127.0.0.1:0", "--workers=2", "--log_level=error"});
   ExpectNothingIsLost(server.Address(), /*seed=*/1000, /*break_count=*/1000, GetParam());
 }

@@ -10,11 +10,11 @@ namespace {
 
 class BrokenConnectionTest : public ServiceTest {};
 
-TEST_F(BrokenConnectionTest, NothingIsLostInFiftyBreaks) {
+TEST_F(BrokenConnectionTest, FiftyBreaksLoseNothing) {
   ExpectNothingIsLost(server_->address(), /*seed=*/7, /*break_count=*/50);
 }
 
-TEST_F(BrokenConnectionTest, NothingIsLostOfWhatIsToldByDifferences) {
+TEST_F(BrokenConnectionTest, BreaksLoseNoDeltas) {
   ExpectNothingIsLost(server_->address(), /*seed=*/8, /*break_count=*/40,
                       {.encoding = v1::ENCODING_DELTA_ZSTD});
 }

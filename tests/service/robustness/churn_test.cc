@@ -10,7 +10,7 @@ namespace {
 // Growth of a process that leaks nothing: the memory of libraries settles.
 constexpr int64_t kSettlingBytes = 16 << 20;
 
-TEST(ChurnTest, MemoryAndFilesAreFlat) {
+TEST(ChurnTest, MemoryAndFilesDoNotGrow) {
   ChurnPools(60);
   const Holdings before = SettledHoldings();
   ChurnPools(240);

@@ -14,7 +14,7 @@ using testing::HasSubstr;
 
 class DrainTest : public ServiceTest {};
 
-TEST_F(DrainTest, NothingBeginsAndStreamsEndWhileItDrains) {
+TEST_F(DrainTest, DrainRejectsCallsAndEndsStreams) {
   const std::string name = CreatePool(MazeSpec(1));
   const auto stream = CreateAndAttach(MazeSpec(1));
   server_goes_on_ = false;
@@ -32,7 +32,7 @@ TEST_F(DrainTest, NothingBeginsAndStreamsEndWhileItDrains) {
   EXPECT_TRUE(load->draining());
 }
 
-TEST_F(DrainTest, LearnerThatDoesNotReadIsCutAtTheDeadline) {
+TEST_F(DrainTest, LearnerThatDoesNotReadIsDisconnectedAtTheTimeout) {
   // Its answers are not read, so the request that it has under way is never answered.
   const auto stub = v1::StepService::NewStub(channel_);
   grpc::ClientContext context;

@@ -14,9 +14,9 @@ namespace procgen {
 // of bytes. It
 //  - cuts: resets both ends;
 //  - closes: ends both;
-//  - half-closes: one end is told that no more comes, what it sends still arrives;
+//  - half-closes: one end receives end of file, its own bytes still arrive;
 //  - stalls: for a while nothing passes, then it cuts;
-//  - delays: for a while nothing passes, then it goes on.
+//  - delays: for a while nothing passes, then it continues.
 // What it does and when, in bytes, follows from the seed (but not when a connection is silent).
 class FaultProxy {
  public:
@@ -38,7 +38,7 @@ class FaultProxy {
   const std::string& address() const { return address_; }
   // Until the first call with true, all bytes pass.
   void SetFaults(bool enabled);
-  // Nothing passes any more, and nobody is told: the network is gone.
+  // Drops everything silently, as a lost network does.
   void Freeze();
   // Connections that it broke: all faults but delays.
   int break_count() const { return break_count_; }

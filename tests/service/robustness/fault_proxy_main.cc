@@ -1,5 +1,5 @@
-// A bad network as a program, for tests in other languages: passes connections on to the server
-// and harms them, until standard input ends; then tells how many it broke.
+// fault-proxy: a faulty network for tests in other languages. Forwards connections to the server
+// with faults until standard input ends, then prints how many it broke.
 //
 //     fault-proxy 127.0.0.1:PORT SEED BYTES_BETWEEN_FAULTS [SILENCE_MAX_MS]
 

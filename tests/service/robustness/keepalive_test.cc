@@ -33,7 +33,7 @@ class KeepaliveTest : public testing::Test {
   std::string pool_;
 };
 
-TEST_F(KeepaliveTest, ServerLetsGoOfALearnerThatIsGone) {
+TEST_F(KeepaliveTest, ServerDetachesAVanishedLearner) {
   const auto learner = *procgen_client::Client::Connect(proxy_->address());
   const auto stream = learner->Attach(pool_);
   ASSERT_THAT(stream, IsOk());
@@ -44,7 +44,7 @@ TEST_F(KeepaliveTest, ServerLetsGoOfALearnerThatIsGone) {
   proxy_ = nullptr;
 }
 
-TEST_F(KeepaliveTest, ClientFindsThatTheServerIsGone) {
+TEST_F(KeepaliveTest, ClientDetectsAVanishedServer) {
   const auto learner = *procgen_client::Client::Connect(
       proxy_->address(), {.keepalive_time = kSoon, .keepalive_timeout = kSoon});
   const auto stream = learner->Attach(pool_, {.reconnect_timeout = absl::ZeroDuration()});
@@ -54,7 +54,7 @@ TEST_F(KeepaliveTest, ClientFindsThatTheServerIsGone) {
   EXPECT_THAT((*stream)->Step({4}, &batch), StatusIs(absl::StatusCode::kUnavailable, testing::_));
 }
 
-TEST_F(KeepaliveTest, LearnerThatThinksForLongIsNotCut) {
+TEST_F(KeepaliveTest, IdleLearnerStaysConnected) {
   // Both ask for signs of life all the while; gRPC's default is to end such a connection.
   const auto learner = *procgen_client::Client::Connect(
       server_->address(),

@@ -15,7 +15,7 @@ namespace procgen {
 inline constexpr char kAliceToken[] = "alice-token-0123456789";
 inline constexpr char kBobToken[] = "bob-token-01234567890123";
 
-// A procgen-server of its own process that asks who calls: Alice and Bob have tokens.
+// A procgen-server process with authentication: Alice and Bob have tokens.
 class AccessTest : public testing::Test {
  protected:
   void SetUp() override;

@@ -1,4 +1,4 @@
-// Who may call, and what they see: tokens, owners and quotas.
+// Authentication and authorization: tokens, owners and quotas.
 
 #include <functional>
 #include <string>
@@ -53,7 +53,7 @@ std::vector<std::string> AllMethods() {
   return methods;
 }
 
-TEST_F(TokensTest, EveryMethodAsksForATokenAndRepeatsNone) {
+TEST_F(TokensTest, EveryMethodRequiresATokenAndEchoesNone) {
   ASSERT_GE(AllMethods().size(), 16U);
   for (const std::string& method : AllMethods()) {
     EXPECT_THAT(CallRaw(Channel(), method, {""}).status,
@@ -71,7 +71,7 @@ TEST_F(TokensTest, EveryMethodAsksForATokenAndRepeatsNone) {
   }
 }
 
-TEST_F(TokensTest, HealthAndReflectionAskForNone) {
+TEST_F(TokensTest, HealthAndReflectionNeedNoToken) {
   EXPECT_THAT(CallRaw(Channel(), "/grpc.health.v1.Health/Check", {""}).status, IsOk());
   EXPECT_THAT(CallRaw(Channel(), "/grpc.reflection.v1alpha.ServerReflection/ServerReflectionInfo",
                       {std::string("\x3a\x00", 2)})
@@ -79,7 +79,7 @@ TEST_F(TokensTest, HealthAndReflectionAskForNone) {
               IsOk());
 }
 
-TEST_F(TokensTest, TwoTokensAreNone) {
+TEST_F(TokensTest, TwoTokensAreRejected) {
   grpc::ClientContext context;
   context.AddMetadata("authorization", absl::StrCat("Bearer ", kAliceToken));
   context.AddMetadata("authorization", absl::StrCat("Bearer ", kBobToken));
@@ -140,7 +140,7 @@ std::vector<std::pair<std::string, Deed>> Deeds(const std::string& own_pool) {
   };
 }
 
-TEST_F(TokensTest, AnothersPoolIsToldFromNoneByNothing) {
+TEST_F(TokensTest, ForeignPoolsLookLikeMissingPools) {
   const auto alice = ConnectAs(kAliceToken);
   const auto bob = ConnectAs(kBobToken);
   const auto secret = alice->CreatePool(MazeSpec(1), "secret");
@@ -157,7 +157,7 @@ TEST_F(TokensTest, AnothersPoolIsToldFromNoneByNothing) {
   EXPECT_EQ(bob->ListPools()->size(), 1U);
 }
 
-TEST_F(TokensTest, AnothersNameIsNotTaken) {
+TEST_F(TokensTest, OwnersMayUseTheSameNames) {
   const auto alice = ConnectAs(kAliceToken);
   const auto bob = ConnectAs(kBobToken);
   ASSERT_THAT(alice->CreatePool(MazeSpec(1), "maze"), IsOk());
@@ -166,7 +166,7 @@ TEST_F(TokensTest, AnothersNameIsNotTaken) {
   EXPECT_EQ(bob->GetPool("pools/maze")->spec().env_count(), 2);
 }
 
-TEST_F(TokensTest, QuotasAreOfEachOwner) {
+TEST_F(TokensTest, QuotasArePerOwner) {
   const auto alice = ConnectAs(kAliceToken);
   const auto bob = ConnectAs(kBobToken);
   EXPECT_THAT(alice->CreatePool(MazeSpec(6)),

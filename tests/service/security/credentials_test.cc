@@ -42,7 +42,7 @@ class CredentialsTest : public AccessTest {
     return server.rest();
   }
 
-  // By a connection of its own, and without a second attempt: who is refused finds out at once.
+  // Uses its own connection without retries, so a rejection is immediate.
   bool Serves(const Credentials& credentials) const {
     grpc::ChannelArguments arguments;
     arguments.SetInt(GRPC_ARG_USE_LOCAL_SUBCHANNEL_POOL, 1);
@@ -57,7 +57,7 @@ class CredentialsTest : public AccessTest {
   }
 };
 
-TEST_F(CredentialsTest, TlsIsSpokenWithWhoTrustsTheServerOnly) {
+TEST_F(CredentialsTest, TlsNeedsAClientThatTrustsTheServer) {
   Start(TlsFlags());
   certificates_.MakeAuthority("stranger");
   EXPECT_TRUE(Serves(Tls("authority")));
@@ -65,7 +65,7 @@ TEST_F(CredentialsTest, TlsIsSpokenWithWhoTrustsTheServerOnly) {
   EXPECT_FALSE(Serves(Credentials())) << "plain text";
 }
 
-TEST_F(CredentialsTest, TokensAreAskedForInTlsToo) {
+TEST_F(CredentialsTest, TokensAreRequiredOverTls) {
   std::vector<std::string> flags = TlsFlags();
   flags.push_back("--tokens=" + certificates_.Path("tokens"));
   Start(flags);
@@ -74,7 +74,7 @@ TEST_F(CredentialsTest, TokensAreAskedForInTlsToo) {
   EXPECT_FALSE(Serves(Tls("authority", "", "stranger-0123456789")));
 }
 
-TEST_F(CredentialsTest, ClientsMustShowACertificateThatIsVouchedForAndInDate) {
+TEST_F(CredentialsTest, ClientCertificatesMustBeSignedAndCurrent) {
   std::vector<std::string> flags = TlsFlags();
   certificates_.MakeAuthority("clients");
   flags.push_back("--tls_client_ca=" + certificates_.Path("clients.pem"));
@@ -88,7 +88,7 @@ TEST_F(CredentialsTest, ClientsMustShowACertificateThatIsVouchedForAndInDate) {
   EXPECT_FALSE(Serves(Tls("authority", "stranger")));
 }
 
-TEST_F(CredentialsTest, CertificatesTellOwnersWhereThereAreNoTokens) {
+TEST_F(CredentialsTest, CertificatesIdentifyOwnersWithoutTokens) {
   std::vector<std::string> flags = TlsFlags();
   flags.push_back("--tls_client_ca=" + certificates_.Path("authority.pem"));
   certificates_.Make("authority", "common", "/CN=Alice A", "DNS:x");
@@ -108,7 +108,7 @@ TEST_F(CredentialsTest, CertificatesTellOwnersWhereThereAreNoTokens) {
               StatusIs(absl::StatusCode::kUnauthenticated, HasSubstr("names nobody")));
 }
 
-TEST_F(CredentialsTest, WithBothATokenTellsTheOwner) {
+TEST_F(CredentialsTest, TokenIdentifiesTheOwnerBeforeTheCertificate) {
   std::vector<std::string> flags = TlsFlags();
   flags.push_back("--tls_client_ca=" + certificates_.Path("authority.pem"));
   flags.push_back("--tokens=" + certificates_.Path("tokens"));
@@ -145,7 +145,7 @@ TEST_F(CredentialsTest, CertificatesAreReplacedWhileAStreamRuns) {
                     HasSubstr("is not the key of"), HasSubstr("event=certificates_reloaded")));
 }
 
-TEST_F(CredentialsTest, WithdrawnClientAuthoritiesLetNobodyInAnyMore) {
+TEST_F(CredentialsTest, RemovedClientAuthoritiesAreRejected) {
   std::vector<std::string> flags = TlsFlags();
   certificates_.MakeAuthority("clients");
   certificates_.MakeAuthority("others");
@@ -157,7 +157,7 @@ TEST_F(CredentialsTest, WithdrawnClientAuthoritiesLetNobodyInAnyMore) {
   EXPECT_FALSE(Serves(Tls("authority", "alice")));
 }
 
-TEST_F(CredentialsTest, FilesThatAreNoneAreNamedAtTheStart) {
+TEST_F(CredentialsTest, InvalidFilesAreNamedAtStartup) {
   const std::vector<std::string> good = TlsFlags();
   certificates_.Write("locked.key", "-----BEGIN ENCRYPTED PRIVATE KEY-----\n");
   const std::string folder = certificates_.Path("");
@@ -182,7 +182,7 @@ TEST_F(CredentialsTest, FilesThatAreNoneAreNamedAtTheStart) {
   }
 }
 
-TEST_F(CredentialsTest, OtherMachinesAreNotLetInWithoutBothUnlessSaid) {
+TEST_F(CredentialsTest, RemoteListeningNeedsTlsAndAuthenticationOrAllowInsecure) {
   const std::vector<std::string> tls = TlsFlags();
   for (const char* address : {"0.0.0.0:0", "[::]:0"}) {
     const std::string flag = absl::StrCat("--address=", address);

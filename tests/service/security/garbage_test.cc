@@ -24,7 +24,7 @@ const char kGarbage[] = "\x0a\xff\xff\xff\x7f garbage";
 
 class GarbageTest : public ServiceTest {};
 
-TEST_F(GarbageTest, UnaryMethodsSayWhatTheyCouldNotRead) {
+TEST_F(GarbageTest, UnaryMethodsReportUnparsableMessages) {
   for (const auto& [method, message] :
        {std::pair<std::string, std::string>{"/procgen.v1.PoolService/CreatePool",
                                             "procgen.v1.CreatePoolRequest"},
@@ -48,13 +48,13 @@ TEST_F(GarbageTest, UnaryMethodsSayWhatTheyCouldNotRead) {
   }
 }
 
-TEST_F(GarbageTest, StreamEndsAtItsFirstGarbage) {
+TEST_F(GarbageTest, StreamEndsAtTheFirstInvalidMessage) {
   EXPECT_THAT(CallRaw(channel_, "/procgen.v1.StepService/StepPool", {kGarbage}).status,
               StatusIs(absl::StatusCode::kInvalidArgument,
                        "the request's 13 bytes are no valid procgen.v1.StepPoolRequest"));
 }
 
-TEST_F(GarbageTest, StreamAnswersWhatCameBeforeTheGarbage) {
+TEST_F(GarbageTest, StreamAnswersRequestsBeforeAnInvalidMessage) {
   v1::StepPoolRequest attach;
   attach.mutable_attach()->set_pool(CreatePool(MazeSpec(1)));
   v1::StepPoolRequest step = StepRequest({4});
@@ -94,7 +94,7 @@ TEST_F(GarbageTest, ConnectionThatSpeaksNoGrpcIsDropped) {
   close(connection);
 }
 
-TEST_F(GarbageTest, HealthServiceSaysServing) {
+TEST_F(GarbageTest, HealthReportsServing) {
   // HealthCheckRequest and HealthCheckResponse have one field each: a service, a status.
   const RawResult whole = CallRaw(channel_, "/grpc.health.v1.Health/Check", {""});
   EXPECT_THAT(whole.responses, testing::ElementsAre("\x08\x01"));

@@ -38,7 +38,7 @@ TEST_F(LimitsTest, TooManyEnvironmentsTogether) {
   EXPECT_THAT(client_->CreatePool(MazeSpec(199)), IsOk());
 }
 
-TEST_F(LimitsTest, TooManyRequestsInFlightAskedForAtAttach) {
+TEST_F(LimitsTest, AttachWithTooManyRequestsInFlight) {
   procgen_client::StreamOptions options;
   options.requests_in_flight_max = 9;
   EXPECT_THAT(client_->Attach(CreatePool(MazeSpec(1)), options),
@@ -50,7 +50,7 @@ TEST_F(LimitsTest, TooManyRequestsInFlightAskedForAtAttach) {
                        "attach.requests_in_flight_max is -1, allowed: 0 to 8"));
 }
 
-TEST_F(LimitsTest, ResponsesOutOfRangeAskedForAtAttach) {
+TEST_F(LimitsTest, AttachWithResponseLimitsOutOfRange) {
   procgen_client::StreamOptions options;
   options.response_bytes_max = (16 << 20) + 1;
   EXPECT_THAT(client_->Attach(CreatePool(MazeSpec(1)), options),
@@ -69,7 +69,7 @@ TEST_F(LimitsTest, RequestMessageThatIsTooLarge) {
               StatusIs(absl::StatusCode::kResourceExhausted, HasSubstr("65536")));
 }
 
-TEST_F(LimitsTest, FramesThatDoNotFitAResponse) {
+TEST_F(LimitsTest, FramesBeyondAResponse) {
   EXPECT_THAT(client_->RenderEnvironments(CreatePool(MazeSpec(6)), {0, 1, 2, 3, 4, 5}),
               StatusIs(absl::StatusCode::kResourceExhausted,
                        "environments has 6 entries, limit response_bytes_max = 4194304 has room "

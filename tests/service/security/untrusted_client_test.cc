@@ -70,7 +70,7 @@ class UntrustedClientTest : public AccessTest {
   }
 };
 
-TEST_F(UntrustedClientTest, AServerWithoutFileDescriptorsGoesOnOnceThereAreSome) {
+TEST_F(UntrustedClientTest, ServerRecoversFromLackOfFileDescriptors) {
   Start();
   const rlimit few = {64, 64};
   ASSERT_EQ(prlimit(server_->process_id(), RLIMIT_NOFILE, &few, nullptr), 0);
@@ -85,7 +85,7 @@ TEST_F(UntrustedClientTest, AServerWithoutFileDescriptorsGoesOnOnceThereAreSome)
   EXPECT_THAT(ConnectAs("")->GetCatalog(), IsOk());
 }
 
-TEST_F(UntrustedClientTest, ConnectionsBeyondTheLimitAreClosedAndOthersGoOn) {
+TEST_F(UntrustedClientTest, ConnectionsBeyondTheLimitAreClosedAndOthersContinue) {
   Start({"--connection_count_max=8"});
   const auto client = ConnectAs("");
   ASSERT_THAT(client->GetCatalog(), IsOk());
@@ -108,7 +108,7 @@ TEST_F(UntrustedClientTest, ConnectionsBeyondTheLimitAreClosedAndOthersGoOn) {
   EXPECT_THAT(StopAndReadLog(), HasSubstr("event=connections_refused"));
 }
 
-TEST_F(UntrustedClientTest, CompressedRequestsAreNotUnpacked) {
+TEST_F(UntrustedClientTest, CompressedRequestsAreRejected) {
   Start();
   // A connection that has begun a call before: 200 kB are more than a new one may send.
   const auto stub = v1::PoolService::NewStub(Channel());
@@ -128,7 +128,7 @@ TEST_F(UntrustedClientTest, CompressedRequestsAreNotUnpacked) {
   EXPECT_LT(after_kb - before_kb, 80 << 10);
 }
 
-TEST_F(UntrustedClientTest, AStreamThatNeverAttachesEnds) {
+TEST_F(UntrustedClientTest, StreamWithoutAttachTimesOut) {
   Start({"--attach_timeout=1s"});
   grpc::ClientContext context;
   const auto stream = v1::StepService::NewStub(Channel())->StepPool(&context);
@@ -140,7 +140,7 @@ TEST_F(UntrustedClientTest, AStreamThatNeverAttachesEnds) {
             "the stream has sent no attach within 1s, limit attach_timeout");
 }
 
-TEST_F(UntrustedClientTest, StreamsThatHaveNotAttachedCountAsCalls) {
+TEST_F(UntrustedClientTest, UnattachedStreamsCountAsCalls) {
   Start({"--owner_call_count_max=3"});
   const auto client = ConnectAs("");
   const auto pool = client->CreatePool(MazeSpec(1));
@@ -180,7 +180,7 @@ TEST_F(UntrustedClientTest, StreamsThatHaveNotAttachedCountAsCalls) {
                                           "for 1 more, limit owner_call_count_max is 3"));
 }
 
-TEST_F(UntrustedClientTest, LongTextIsNotRepeated) {
+TEST_F(UntrustedClientTest, LongTextIsNotEchoed) {
   Start();
   const auto client = ConnectAs("");
   v1::PoolSpec spec = MazeSpec(1);
@@ -197,7 +197,7 @@ TEST_F(UntrustedClientTest, LongTextIsNotRepeated) {
   }
 }
 
-TEST_F(UntrustedClientTest, ServersThatTheOperatorDidNotAllowAreNotAsked) {
+TEST_F(UntrustedClientTest, SourcesOutsideTheAllowlistAreNotCalled) {
   Start({"--clone_source_allowlist=allowed.invalid:7"});
   const auto client = ConnectAs("");
   const auto pool = client->CreatePool(MazeSpec(1));

@@ -40,7 +40,7 @@ std::vector<std::string> SnapshotsOf(procgen_client::Client* client, const std::
 
 class CloneTest : public ServiceTest {};
 
-TEST_F(CloneTest, PoolsThatCloneFromOneAnotherAtTheSameTimeAllGetTheirTurns) {
+TEST_F(CloneTest, PoolsThatCloneFromEachOtherDoNotDeadlock) {
   const std::string one = CreatePool(MazeSpec(8));
   const std::string other = CreatePool(MazeSpec(8));
   std::vector<std::thread> threads;
@@ -67,7 +67,7 @@ TEST_F(CloneTest, AServerMayBeItsOwnSource) {
   EXPECT_EQ(SnapshotsOf(client_.get(), name)[2], before[0]);
 }
 
-TEST_F(CloneTest, ALargePoolOfAnotherServerIsReadPageByPage) {
+TEST_F(CloneTest, LargeRemotePoolIsReadInPages) {
   ServerOptions options;
   options.address = "127.0.0.1:0";
   options.limits.response_bytes_max = 65536;
@@ -92,7 +92,7 @@ TEST_F(CloneTest, ALargePoolOfAnotherServerIsReadPageByPage) {
             std::vector<std::string>(read.rbegin(), read.rend()));
 }
 
-TEST_F(CloneTest, ErrorsOfTheSourceServerBearItsNameAndTheirCode) {
+TEST_F(CloneTest, SourceServerErrorsKeepTheirCodeAndNameTheServer) {
   const auto source = StartServer(/*worker_count=*/1);
   const std::string name = CreatePool(MazeSpec(1));
   EXPECT_THAT(client_->CloneStates(name, {Pair(0, 0)}, {"pools/none", source->address()}),
@@ -108,7 +108,7 @@ TEST_F(CloneTest, ErrorsOfTheSourceServerBearItsNameAndTheirCode) {
                            ": environments[0] is 2, pool pools/two has environments 0 to 1"));
 }
 
-TEST_F(CloneTest, AServerThatIsNotThereIsNamed) {
+TEST_F(CloneTest, UnreachableSourceIsNamed) {
   const std::string name = CreatePool(MazeSpec(1));
   EXPECT_THAT(client_->CloneStates(name, {Pair(0, 0)}, {"", "127.0.0.1:1"}),
               StatusIs(absl::StatusCode::kUnavailable,
@@ -119,7 +119,7 @@ TEST_F(CloneTest, AServerThatIsNotThereIsNamed) {
 }
 
 // Where nobody listens, and where something else than a server does: one answer.
-TEST_F(CloneTest, SourcesThatAreNoServersAreNotToldApart) {
+TEST_F(CloneTest, SourcesThatAreNoServersGiveTheSameError) {
   const std::string name = CreatePool(MazeSpec(1));
   httplib::Server pages;
   const int port = pages.bind_to_any_port("127.0.0.1");
@@ -186,7 +186,7 @@ class SilentSourceTest : public CloneTest {
   v1::CloneStatesRequest request_;
 };
 
-TEST_F(SilentSourceTest, ThePoolGoesOnWhileASourceIsAskedUntilTheCallersDeadline) {
+TEST_F(SilentSourceTest, SilentSourceBlocksOnlyItsCallUntilTheDeadline) {
   std::thread caller([&] {
     grpc::ClientContext context;
     context.set_deadline(absl::ToChronoTime(absl::Now() + absl::Seconds(2)));
@@ -202,7 +202,7 @@ TEST_F(SilentSourceTest, ThePoolGoesOnWhileASourceIsAskedUntilTheCallersDeadline
   caller.join();
 }
 
-TEST_F(SilentSourceTest, AStoppingServerDoesNotWaitForASource) {
+TEST_F(SilentSourceTest, ShutdownDoesNotWaitForASource) {
   std::thread caller([&] {
     grpc::ClientContext context;
     EXPECT_FALSE(Clone(&context).ok());
@@ -245,7 +245,7 @@ class WrongSource final : public v1::StateService::Service {
   std::unique_ptr<grpc::Server> server_;
 };
 
-TEST_F(CloneTest, TheCallersTokenIsNotPassedOn) {
+TEST_F(CloneTest, CallersTokenIsNotForwarded) {
   const WrongSource source({});
   v1::CloneStatesRequest request;
   request.set_pool(CreatePool(MazeSpec(1)));
@@ -261,7 +261,7 @@ TEST_F(CloneTest, TheCallersTokenIsNotPassedOn) {
   EXPECT_FALSE(source.saw_token());
 }
 
-TEST_F(CloneTest, AnswersThatWereNotAskedForAreRefused) {
+TEST_F(CloneTest, UnrequestedResponsesAreRejected) {
   const std::string name = CreatePool(MazeSpec(2));
   v1::SaveStatesResponse none;
   v1::SaveStatesResponse none_for_ever;

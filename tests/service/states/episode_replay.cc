@@ -39,7 +39,7 @@ void ExpectPlaysTheSame(const v1::Episode& episode) {
   ASSERT_EQ(episode.incomplete_reason(), v1::INCOMPLETE_REASON_UNSPECIFIED);
   const std::unique_ptr<Pool> pool = PoolFor(episode);
   BatchNumbers values;
-  values.LendTo({}, 1);  // an episode that has only begun tells of no step
+  values.LendTo({}, 1);  // a new episode has no step
   int32_t played = 0;
   int change = 0;
   for (int i = 0; i < episode.rewards_size(); ++i) {

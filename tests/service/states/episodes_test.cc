@@ -47,7 +47,7 @@ class EpisodesTest : public ServiceTest {
 class EveryGameEpisodesTest : public EpisodesTest,
                               public testing::WithParamInterface<std::string> {};
 
-TEST_P(EveryGameEpisodesTest, EpisodesArePlayedAgainInEachMode) {
+TEST_P(EveryGameEpisodesTest, EpisodesAreReplayedInEachMode) {
   std::vector<DistributionMode> modes(FindGame(GetParam())->modes.begin(),
                                       FindGame(GetParam())->modes.end());
   if (FindGame(GetParam())->exploration_level.has_value()) {
@@ -96,7 +96,7 @@ std::vector<std::string> AllGames() {
 INSTANTIATE_TEST_SUITE_P(Games, EveryGameEpisodesTest, testing::ValuesIn(AllGames()),
                          [](const auto& info) { return info.param; });
 
-TEST_F(EpisodesTest, ItIsToldWhatTheLearnerDidAndGot) {
+TEST_F(EpisodesTest, EpisodeHasActionsAndRewards) {
   const auto stream = CreateAndAttach(MazeSpec(2));
   const std::string pool = stream->pool().name();
   procgen_client::Batch batch;
@@ -126,7 +126,7 @@ TEST_F(EpisodesTest, ItIsToldWhatTheLearnerDidAndGot) {
   EXPECT_EQ(current.outcome(), v1::EPISODE_OUTCOME_UNDER_WAY);
 }
 
-TEST_F(EpisodesTest, RepeatedActionsAreAsManyActions) {
+TEST_F(EpisodesTest, RepeatedActionsAreRecordedOneByOne) {
   v1::PoolSpec spec = MazeSpec(1);
   spec.set_games(0, "bigfish");
   const auto stream = CreateAndAttach(spec);
@@ -143,7 +143,7 @@ TEST_F(EpisodesTest, RepeatedActionsAreAsManyActions) {
   ExpectPlaysTheSame(Current(stream->pool().name()));
 }
 
-TEST_F(EpisodesTest, LevelsOfASequenceAreTold) {
+TEST_F(EpisodesTest, LevelsOfASequenceAreReported) {
   v1::PoolSpec spec = MazeSpec(4);
   spec.set_games(0, "leaper");
   spec.mutable_options()->set_use_sequential_levels(true);
@@ -211,7 +211,7 @@ class LittleMemoryEpisodesTest : public EpisodesTest {
   std::unique_ptr<Server> little_memory_;
 };
 
-TEST_F(LittleMemoryEpisodesTest, OverlappingSlicesForgetTheirOldestStepsAlone) {
+TEST_F(LittleMemoryEpisodesTest, OverlappingSlicesDropOnlyTheirOldestSteps) {
   constexpr int32_t kCount = 66;
   constexpr int32_t kRunAndJump[] = {7, 7, 7, 8, 8, 5};
   v1::PoolSpec spec = MazeSpec(kCount);
@@ -232,7 +232,7 @@ TEST_F(LittleMemoryEpisodesTest, OverlappingSlicesForgetTheirOldestStepsAlone) {
   EXPECT_EQ(current.actions().back(), static_cast<char>(request.step().actions(0)));
 }
 
-TEST_F(EpisodesTest, AResetEndsAnEpisodeInWhichAStepWasTaken) {
+TEST_F(EpisodesTest, ResetEndsAnEpisodeThatWasStepped) {
   const auto stream = CreateAndAttach(MazeSpec(2));
   const std::string pool = stream->pool().name();
   procgen_client::Batch batch;
@@ -247,7 +247,7 @@ TEST_F(EpisodesTest, AResetEndsAnEpisodeInWhichAStepWasTaken) {
   EXPECT_EQ(Last(pool).actions(), std::string("\x07"));
   ExpectPlaysTheSame(Last(pool));
   EXPECT_THAT(Current(pool).actions(), IsEmpty());
-  // In place of a step, another one goes on.
+  // A reset in place of a step; the other environment continues.
   v1::StepPoolRequest step = StepRequest({3, 5});
   *step.mutable_step()->add_resets() = reset.reset().resets(0);
   ASSERT_THAT(stream->Step({2, 4}, &batch), IsOk());
@@ -260,7 +260,7 @@ TEST_F(EpisodesTest, AResetEndsAnEpisodeInWhichAStepWasTaken) {
   ExpectPlaysTheSame(Current(pool));
 }
 
-TEST_F(EpisodesTest, WhatIsIgnoredBetweenEpisodesIsInNone) {
+TEST_F(EpisodesTest, IgnoredActionsBelongToNoEpisode) {
   v1::PoolSpec spec = MazeSpec(1);
   spec.set_autoreset_mode(v1::AUTORESET_MODE_NEXT_STEP);
   const auto stream = CreateAndAttach(spec);
@@ -316,7 +316,7 @@ TEST_F(EpisodesTest, RestoredStatesAreReportedAndTheNextEpisodeIsWhole) {
   ExpectPlaysTheSame(Current(pool, 1));
 }
 
-TEST_F(EpisodesTest, WrongInputsAreRefused) {
+TEST_F(EpisodesTest, InvalidArgumentsAreRejected) {
   const std::string pool = CreatePool(MazeSpec(2));
   EXPECT_THAT(client_->GetEpisode(pool, 2),
               StatusIs(absl::StatusCode::kInvalidArgument,

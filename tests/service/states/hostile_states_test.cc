@@ -58,7 +58,7 @@ class HostileStatesTest : public ServiceTest {
   procgen_client::Batch batch_;
 };
 
-TEST_F(HostileStatesTest, BytesThatAreNoSnapshotAreLost) {
+TEST_F(HostileStatesTest, BytesThatAreNoSnapshotAreDataLoss) {
   EXPECT_THAT(Restore(""),
               StatusIs(absl::StatusCode::kDataLoss,
                        "environment 1: the snapshot has 0 bytes, must have at least 16"));
@@ -77,7 +77,7 @@ TEST_F(HostileStatesTest, BytesThatAreNoSnapshotAreLost) {
   }
 }
 
-TEST_F(HostileStatesTest, AnotherVersionIsLost) {
+TEST_F(HostileStatesTest, AnotherVersionIsDataLoss) {
   std::string newer = good_;
   newer[4] = 9;
   EXPECT_THAT(Restore(newer), StatusIs(absl::StatusCode::kDataLoss,
@@ -103,12 +103,12 @@ TEST_F(HostileStatesTest, AnotherGameIsAFailedPrecondition) {
                        "environment 1: game is miner, the environment plays maze"));
 }
 
-TEST_F(HostileStatesTest, ASnapshotLargerThanARequestIsRefused) {
+TEST_F(HostileStatesTest, SnapshotLargerThanARequestIsRejected) {
   EXPECT_THAT(Restore(std::string(70000, 'x')),
               StatusIs(absl::StatusCode::kResourceExhausted, HasSubstr("65536")));
 }
 
-TEST_F(HostileStatesTest, ASnapshotLargerThanAnyIsLost) {
+TEST_F(HostileStatesTest, SnapshotLargerThanTheMaximumIsDataLoss) {
   ServerOptions options;
   options.address = "127.0.0.1:0";
   const auto server = Server::Start(options);
@@ -122,7 +122,7 @@ TEST_F(HostileStatesTest, ASnapshotLargerThanAnyIsLost) {
               StatusIs(absl::StatusCode::kDataLoss, HasSubstr("must have at most 1048576")));
 }
 
-TEST_F(HostileStatesTest, EnvironmentsOutOfRangeOrNamedTwiceAreRefused) {
+TEST_F(HostileStatesTest, EnvironmentsOutOfRangeOrRepeatedAreRejected) {
   const auto out_of_range = [&](const std::string& what) {
     return StatusIs(absl::StatusCode::kInvalidArgument,
                     what + ", pool " + name_ + " has environments 0 to 1");
@@ -145,7 +145,7 @@ TEST_F(HostileStatesTest, EnvironmentsOutOfRangeOrNamedTwiceAreRefused) {
               twice("pairs[1].target_environment is 1"));
 }
 
-TEST_F(HostileStatesTest, NothingToRestoreOrCloneIsRefused) {
+TEST_F(HostileStatesTest, EmptyRestoreOrCloneIsRejected) {
   EXPECT_THAT(
       client_->RestoreStates(name_, {}),
       StatusIs(absl::StatusCode::kInvalidArgument, "states is empty, allowed: at least one"));
@@ -163,7 +163,7 @@ TEST_F(HostileStatesTest, UnknownPoolsAreNotFound) {
               StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr("pool name is 'none'")));
 }
 
-TEST_F(HostileStatesTest, ResponseSizesOutOfRangeAreRefused) {
+TEST_F(HostileStatesTest, ResponseSizesOutOfRangeAreRejected) {
   const auto stub = v1::StateService::NewStub(channel_);
   for (const auto& [bytes, code] :
        {std::pair<int64_t, grpc::StatusCode>{-1, grpc::StatusCode::INVALID_ARGUMENT},
@@ -183,7 +183,7 @@ TEST_F(HostileStatesTest, ResponseSizesOutOfRangeAreRefused) {
 
 // With the right checksum a changed body may make another good state, of which a pool of its own
 // then has to do.
-TEST_F(HostileStatesTest, ChangedBodiesAreRefusedOrPlayable) {
+TEST_F(HostileStatesTest, MutatedSnapshotsAreRejectedOrPlayable) {
   const std::string target = CreatePool(MazeSpec(1));
   const auto stream = client_->Attach(target);
   ASSERT_THAT(stream, IsOk());

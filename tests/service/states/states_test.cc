@@ -1,4 +1,4 @@
-// Saving and restoring over the wire: what goes on from a snapshot equals what goes on without one.
+// Saving and restoring over gRPC: an environment continues from a snapshot as without one.
 
 #include <string>
 #include <vector>
@@ -72,7 +72,7 @@ class StatesTest : public ServiceTest {
 
 class EveryGameStatesTest : public StatesTest, public testing::WithParamInterface<std::string> {};
 
-TEST_P(EveryGameStatesTest, WhatIsRestoredInTheMidstOfAnotherServerGoesOnAsWhatWasSaved) {
+TEST_P(EveryGameStatesTest, RestoredStatesOnAnotherServerContinueAsTheOriginals) {
   v1::PoolSpec spec = MazeSpec(kSavedCount);
   *spec.mutable_games(0) = GetParam();
   v1::PoolSpec other_spec = spec;
@@ -122,7 +122,7 @@ TEST_F(StatesTest, EpisodesEndDuringTheComparison) {
   EXPECT_GT(ended, 0U);
 }
 
-TEST_F(StatesTest, SavingChangesNothingAndTellsWhen) {
+TEST_F(StatesTest, SavingChangesNothingAndReturnsTheSequenceNumber) {
   const std::string name = CreatePool(MazeSpec(3));
   const auto stream = client_->Attach(name);
   ASSERT_THAT(stream, IsOk());
@@ -154,7 +154,7 @@ TEST_F(StatesTest, CloneWithinAPoolExchangesStates) {
   EXPECT_THAT(SnapshotsOf(Saved(name)), ElementsAre(before[1], before[0], before[2], before[0]));
 }
 
-TEST_F(StatesTest, CloneFromAnotherPoolTakesSourcesAsOftenAsWanted) {
+TEST_F(StatesTest, CloneFromAnotherPoolMayRepeatSources) {
   const std::string source = CreatePool(MazeSpec(4));
   v1::PoolSpec spec = MazeSpec(3);
   spec.mutable_options()->set_rand_seed(99);
@@ -166,7 +166,7 @@ TEST_F(StatesTest, CloneFromAnotherPoolTakesSourcesAsOftenAsWanted) {
   EXPECT_EQ(SnapshotsOf(Saved(source)), read);
 }
 
-TEST_F(StatesTest, WhatFollowsAnEpisodesEndStaysThePools) {
+TEST_F(StatesTest, NextLevelAfterARestoredEpisodeIsThePools) {
   v1::PoolSpec spec = MazeSpec(2);
   spec.set_autoreset_mode(v1::AUTORESET_MODE_NEXT_STEP);
   const std::string ended = CreatePool(spec);
@@ -185,7 +185,7 @@ TEST_F(StatesTest, WhatFollowsAnEpisodesEndStaysThePools) {
                        HasSubstr("the episode of environment 1 of pool " + name + " has ended")));
 }
 
-TEST_F(StatesTest, AnEpisodeThatBeganWithTheEndOfAnotherNeedsNoReset) {
+TEST_F(StatesTest, AutoresetEpisodeNeedsNoReset) {
   const std::string name = CreatePool(MazeSpec(1));
   const auto stream = client_->Attach(name);
   ASSERT_THAT(stream, IsOk());
@@ -202,7 +202,7 @@ TEST_F(StatesTest, AnEpisodeThatBeganWithTheEndOfAnotherNeedsNoReset) {
   EXPECT_THAT((*target)->Step({4}, &batch), IsOk());
 }
 
-TEST_F(StatesTest, ARestoredEnvironmentThatHadEndedCanBeStepped) {
+TEST_F(StatesTest, RestoredEndedEnvironmentCanBeStepped) {
   v1::PoolSpec spec = MazeSpec(1);
   spec.set_autoreset_mode(v1::AUTORESET_MODE_DISABLED);
   const std::string name = CreatePool(spec);
@@ -215,7 +215,7 @@ TEST_F(StatesTest, ARestoredEnvironmentThatHadEndedCanBeStepped) {
   EXPECT_THAT((*stream)->Step({4}, &batch), IsOk());
 }
 
-TEST_F(StatesTest, StatesOfADrainingServerCanBeCarriedAway) {
+TEST_F(StatesTest, DrainingServerStillSavesStates) {
   const std::string name = CreatePool(MazeSpec(2));
   server_goes_on_ = false;
   server_->BeginDrain();
@@ -249,7 +249,7 @@ class StatesPagesTest : public StatesTest {
   v1::SaveStatesResponse page_;
 };
 
-TEST_F(StatesPagesTest, PagesFitAndTogetherGiveEachStateOnce) {
+TEST_F(StatesPagesTest, PagesFitAndContainEachStateOnce) {
   int32_t next = 0;
   int pages = 0;
   do {
@@ -273,7 +273,7 @@ TEST_F(StatesPagesTest, ObservingBetweenPagesIsAllowed) {
   EXPECT_THAT(NextPage(), IsOk());
 }
 
-TEST_F(StatesPagesTest, SteppingOrRestoringBetweenPagesAborts) {
+TEST_F(StatesPagesTest, StepOrRestoreBetweenPagesIsAborted) {
   const auto stream = client_->Attach(name_);
   ASSERT_THAT(stream, IsOk());
   const auto aborted = StatusIs(absl::StatusCode::kAborted,
@@ -289,7 +289,7 @@ TEST_F(StatesPagesTest, SteppingOrRestoringBetweenPagesAborts) {
   EXPECT_THAT(NextPage(), aborted);
 }
 
-TEST_F(StatesPagesTest, TokensOfOtherRequestsAreRefused) {
+TEST_F(StatesPagesTest, PageTokensOfOtherRequestsAreRejected) {
   ASSERT_THAT(NextPage(), IsOk());
   const std::string token = request_.page_token();
   const auto refused = StatusIs(

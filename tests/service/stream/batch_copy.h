@@ -9,7 +9,7 @@
 
 namespace procgen {
 
-// All that a batch tells of its rows, to be kept and compared.
+// A copy of all arrays of a batch, for comparisons.
 struct BatchCopy {
   explicit BatchCopy(const procgen_client::Batch& batch)
       : observations(batch.observations().begin(), batch.observations().end()),

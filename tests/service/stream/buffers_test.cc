@@ -154,10 +154,10 @@ class NonReadingConnection {
   size_t stream_ = 1;
 };
 
-TEST_F(BuffersTest, UnreadResponsesOfOneOwnerAreBounded) {
+TEST_F(BuffersTest, UnreadResponsesPerOwnerAreBounded) {
   const std::string pool = CreatePool(MazeSpec(1));
   auto unread = std::make_unique<NonReadingConnection>(small_->address());
-  // Two of them fit; a third one is refused, whoever asks for it.
+  // Two of them fit; a third one is rejected, from any caller.
   const auto render = [&] {
     // A connection of its own: those that last keep buffers of several MiB for what they receive.
     const auto reader = v1::RenderService::NewStub(LargeChannel(small_->address()));
@@ -184,7 +184,7 @@ TEST_F(BuffersTest, UnreadResponsesOfOneOwnerAreBounded) {
       << "the responses of a lost connection are held no more";
 }
 
-TEST_F(BuffersTest, LevelSamplersCountUntilTheirPoolsAreGone) {
+TEST_F(BuffersTest, LevelSamplersCountUntilTheirPoolsAreDeleted) {
   v1::PoolSpec spec = MazeSpec(1);
   *spec.mutable_level_sampler() = SamplerOf(500'000);  // 8 MB
   const std::string first = CreatePool(spec);
@@ -196,7 +196,7 @@ TEST_F(BuffersTest, LevelSamplersCountUntilTheirPoolsAreGone) {
   EXPECT_TRUE(Eventually([&] { return client_->CreatePool(spec).ok(); }));
 }
 
-TEST_F(BuffersTest, ASamplerThatIsReplacedCountsNoMore) {
+TEST_F(BuffersTest, ReplacedSamplerIsNotCounted) {
   const auto stream = CreateAndAttach(MazeSpec(2));
   procgen_client::Batch batch;
   v1::StepPoolRequest request;
@@ -237,7 +237,7 @@ TEST_F(BuffersTest, IdleStreamsKeepNoLargeRequests) {
       << AllocatedBytes() - before;
 }
 
-TEST_F(BuffersTest, AStreamWhoseRequestExceedsTheOwnersMemoryEnds) {
+TEST_F(BuffersTest, RequestBeyondTheOwnersMemoryEndsTheStream) {
   const auto stream = CreateAndAttach(MazeSpec(1));
   EXPECT_THAT(CallStatus(stream.get(), UnknownFields(1'900'000)),
               StatusIs(absl::StatusCode::kResourceExhausted, HasSubstr(kLimit)));
@@ -245,7 +245,7 @@ TEST_F(BuffersTest, AStreamWhoseRequestExceedsTheOwnersMemoryEnds) {
 
 // Sanitizers have allocators of their own.
 #if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
-TEST_F(BuffersTest, FreeMemoryReturnsToTheSystemWhenAPoolIsGone) {
+TEST_F(BuffersTest, DeletingAPoolReturnsMemoryToTheSystem) {
   const std::string pool = CreatePool(MazeSpec(1));
   // 56 MiB of free memory between blocks in use, which the allocator keeps until it is trimmed.
   std::vector<std::unique_ptr<char[]>> blocks(1024);

@@ -96,7 +96,7 @@ class ChunksTest : public ServiceTest {
   }
 };
 
-TEST_F(ChunksTest, AnswersComeInAsManyResponsesAsAskedFor) {
+TEST_F(ChunksTest, StepIsSplitIntoTheRequestedChunks) {
   EXPECT_THAT(ResponseSizes(8, 0), ElementsAre(8));
   EXPECT_THAT(ResponseSizes(8, 1), ElementsAre(8));
   EXPECT_THAT(ResponseSizes(8, 2), ElementsAre(4, 4));
@@ -125,7 +125,7 @@ TEST_F(ChunksTest, ChunkedStepsEqualWholeOnes) {
   }
 }
 
-TEST_F(ChunksTest, ClientStepsInAsManyChunksAsItIsTold) {
+TEST_F(ChunksTest, ClientUsesTheConfiguredChunkCount) {
   procgen_client::StreamOptions options;
   options.chunk_count = 3;
   const auto chunked = CreateAndAttach(MazeSpec(10), options);
@@ -144,12 +144,12 @@ TEST_F(ChunksTest, ClientStepsInAsManyChunksAsItIsTold) {
   }
 }
 
-TEST_F(ChunksTest, OnlyLargePoolsAreChunkedUnlessToldTo) {
+TEST_F(ChunksTest, OnlyLargePoolsAreChunkedByDefault) {
   EXPECT_EQ(CreateAndAttach(MazeSpec(16))->chunk_count(), 1);
   EXPECT_GT(CreateAndAttach(MazeSpec(400))->chunk_count(), 1);
 }
 
-TEST_F(ChunksTest, MistakeInTheLastChunkMovesNothingInTheFirst) {
+TEST_F(ChunksTest, ErrorInTheLastChunkStepsNothing) {
   const std::string name = CreatePool(MazeSpec(8));
   procgen_client::StreamOptions options;
   options.chunk_count = 4;
@@ -169,7 +169,7 @@ TEST_F(ChunksTest, MistakeInTheLastChunkMovesNothingInTheFirst) {
   EXPECT_THAT(batch.episode_lengths(), Each(1));
 }
 
-TEST_F(ChunksTest, EpisodeThatAwaitsItsResetInTheLastChunkStopsTheFirst) {
+TEST_F(ChunksTest, MissingResetInTheLastChunkStepsNothing) {
   v1::PoolSpec spec = MazeSpec(4);
   spec.set_autoreset_mode(v1::AUTORESET_MODE_DISABLED);
   const std::string name = CreatePool(spec);

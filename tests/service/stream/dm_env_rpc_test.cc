@@ -88,7 +88,7 @@ class AgentStream {
 
 class DmEnvRpcTest : public ServiceTest {};
 
-TEST_F(DmEnvRpcTest, GarbageIsAnsweredAndTheStreamGoesOn) {
+TEST_F(DmEnvRpcTest, InvalidMessagesGetErrorsAndTheStreamContinues) {
   const RawResult result = CallRaw(
       channel_, kProcess, {"\x0a\xff\xff", CreateRequest().SerializeAsString(), "", "\xff"});
   EXPECT_THAT(result.status, IsOk());
@@ -106,7 +106,7 @@ TEST_F(DmEnvRpcTest, GarbageIsAnsweredAndTheStreamGoesOn) {
   EXPECT_THAT(response.error().message(), HasSubstr("1 bytes are no valid"));
 }
 
-TEST_F(DmEnvRpcTest, AllThatWasSentBeforeTheHalfCloseIsAnsweredInOrder) {
+TEST_F(DmEnvRpcTest, RequestsBeforeHalfCloseAreAnsweredInOrder) {
   AgentStream agent(channel_);
   agent.Send(JoinRequest(agent.Create()));
   for (int i = 0; i < 20; ++i) {
@@ -161,7 +161,7 @@ TEST_F(DmEnvRpcTest, ABrokenStreamLeavesItsWorld) {
   EXPECT_TRUE(other.Ask(EmptyStepRequest()).has_step());
 }
 
-TEST_F(DmEnvRpcTest, AStreamThatBreaksWhileItWaitsForAnotherAgentIsGone) {
+TEST_F(DmEnvRpcTest, BrokenStreamStopsWaitingForAWorld) {
   AgentStream player(channel_);
   const std::string world = player.Create();
   player.Ask(JoinRequest(world));

@@ -116,7 +116,7 @@ class EncodedFormatsTest : public EncodingsTest,
   }
 };
 
-TEST_P(EncodedFormatsTest, AnswersAreThoseOfARawPool) {
+TEST_P(EncodedFormatsTest, DecodedBatchesEqualARawPool) {
   const auto& [game, format] = GetParam();
   // Room for two to four observations: most answers come in several responses.
   const procgen_client::StreamOptions options = {.response_bytes_max = 65536};
@@ -183,7 +183,7 @@ class EncodingTest : public EncodingsTest {
   std::unique_ptr<v1::StepService::Stub> stub_;
 };
 
-TEST_F(EncodingTest, AnswersGivenAgainFollowWhatCameBeforeAndOthersBeginAnew) {
+TEST_F(EncodingTest, RepeatedResponsesKeepTheirDeltasAndOthersStartFromKeyFrames) {
   const std::vector<std::vector<uint8_t>> expected = Expected("coinrun", 4);
   const std::string pool = CreatePool(SpecOf("coinrun", v1::ENCODING_DELTA_ZSTD));
   auto decoder = procgen_client::ObservationDecoder::Make(*client_->GetPool(pool));
@@ -215,7 +215,7 @@ TEST_F(EncodingTest, AnswersGivenAgainFollowWhatCameBeforeAndOthersBeginAnew) {
   }
 }
 
-TEST_F(EncodingTest, AnswersThatNobodyHasReadAreNoPast) {
+TEST_F(EncodingTest, UnreadResponsesAreNoDeltaBase) {
   const std::vector<std::vector<uint8_t>> expected = Expected("coinrun", 5);
   const std::string pool = CreatePool(SpecOf("coinrun", v1::ENCODING_DELTA_ZSTD));
   const auto first = Open(pool, /*resumable=*/false);
@@ -236,7 +236,7 @@ TEST_F(EncodingTest, AnswersThatNobodyHasReadAreNoPast) {
   }
 }
 
-TEST_F(EncodingTest, WhoTakesOverSeesWhatARawPoolShows) {
+TEST_F(EncodingTest, TakeoverEqualsARawPool) {
   const auto raw = CreateAndAttach(SpecOf("fruitbot", v1::ENCODING_RAW));
   const std::string pool = CreatePool(SpecOf("fruitbot", v1::ENCODING_DELTA_ZSTD));
   const auto first = client_->Attach(pool);
@@ -250,7 +250,7 @@ TEST_F(EncodingTest, WhoTakesOverSeesWhatARawPoolShows) {
               StatusIs(absl::StatusCode::kAborted, HasSubstr("took over")));
 }
 
-TEST_F(EncodingTest, RestoredStatesAreTold) {
+TEST_F(EncodingTest, RestoredStatesAreEncoded) {
   const auto raw = CreateAndAttach(SpecOf("coinrun", v1::ENCODING_RAW));
   const auto encoded = CreateAndAttach(SpecOf("coinrun", v1::ENCODING_DELTA_ZSTD));
   ExpectSameAnswers(*raw, *encoded, /*request_count=*/10, /*seed=*/1);
@@ -267,7 +267,7 @@ TEST_F(EncodingTest, RestoredStatesAreTold) {
   ExpectSameAnswers(*raw, *encoded, /*request_count=*/10, /*seed=*/3);
 }
 
-TEST_F(EncodingTest, BytesThatAreCountedAreThoseOnTheWire) {
+TEST_F(EncodingTest, CountedBytesEqualWireBytes) {
   const auto sent_by = [&](v1::Encoding encoding) {
     const auto stream = CreateAndAttach(SpecOf("maze", encoding));
     const int64_t before = client_->GetLoad()->stream_sent_bytes();
@@ -282,7 +282,7 @@ TEST_F(EncodingTest, BytesThatAreCountedAreThoseOnTheWire) {
   EXPECT_LT(sent_by(v1::ENCODING_DELTA_ZSTD), raw / 16);
 }
 
-TEST_F(EncodingTest, DamagedAnswersEndTheStream) {
+TEST_F(EncodingTest, DamagedResponsesEndTheStream) {
   const std::string pool = CreatePool(SpecOf("coinrun", v1::ENCODING_DELTA_ZSTD));
   const auto bytes_of = [](v1::StepPoolResponse* response) {
     return response->mutable_batch()->mutable_observations();
@@ -318,7 +318,7 @@ TEST_F(EncodingTest, DamagedAnswersEndTheStream) {
   }
 }
 
-TEST_F(EncodingTest, AnswersThatComeTwiceAreNotTakenForOthers) {
+TEST_F(EncodingTest, DuplicateResponsesAreDetected) {
   const std::string pool = CreatePool(SpecOf("coinrun", v1::ENCODING_DELTA_ZSTD));
   std::string second;
   DamagingServer between(channel_, 3, [&](v1::StepPoolResponse* response) {
@@ -344,7 +344,7 @@ TEST_F(EncodingTest, AnswersThatComeTwiceAreNotTakenForOthers) {
                        AllOf(HasSubstr("request 3"), HasSubstr("came twice"))));
 }
 
-TEST_F(EncodingTest, EncodingsOfLaterServersAreRefused) {
+TEST_F(EncodingTest, UnknownEncodingsAreRejected) {
   const std::string pool = CreatePool(SpecOf("coinrun", v1::ENCODING_DELTA_ZSTD));
   DamagingServer between(channel_, 0, [&](v1::StepPoolResponse* response) {
     v1::PoolSpec* spec = response->mutable_attached()->mutable_pool()->mutable_spec();
@@ -357,13 +357,13 @@ TEST_F(EncodingTest, EncodingsOfLaterServersAreRefused) {
   EXPECT_THAT(client_->Attach(pool, {.take_over = true}), IsOk());
 }
 
-TEST_F(EncodingsTest, CatalogTellsThem) {
+TEST_F(EncodingsTest, CatalogListsEncodings) {
   const auto catalog = client_->GetCatalog();
   ASSERT_THAT(catalog, IsOk());
   EXPECT_THAT(catalog->encodings(), ElementsAre(v1::ENCODING_RAW, v1::ENCODING_DELTA_ZSTD));
 }
 
-TEST_F(EncodingsTest, OthersAreRefused) {
+TEST_F(EncodingsTest, UnsupportedEncodingsAreRejected) {
   // 3 was LZ4.
   for (const int number : {3, 7}) {
     EXPECT_THAT(client_->CreatePool(SpecOf("maze", static_cast<v1::Encoding>(number))),

@@ -84,7 +84,7 @@ class ManyRenderings {
   int answered_count_ ABSL_GUARDED_BY(mutex_) = 0;
 };
 
-TEST(FairnessTest, ALongQueueOfOneOwnerHoldsUpNoOther) {
+TEST(FairnessTest, LongQueueOfOneOwnerDoesNotDelayOthers) {
   const TemporaryFolder folder;
   std::ofstream(folder.At("tokens")) << "alice " << kAliceToken << "\nbob " << kBobToken << "\n";
   auto tokens = TokenFile::Open(folder.At("tokens"));

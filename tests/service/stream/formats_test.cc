@@ -1,5 +1,5 @@
-// Other observation formats over the wire. That their pixels are right is shown at the engine; here
-// they must arrive whole, as the pool tells them.
+// Other observation formats over gRPC. The engine's tests check the pixels; these check that they
+// arrive complete, in the pool's format.
 
 #include <memory>
 #include <string>
@@ -69,7 +69,7 @@ class FormatsTest : public ServiceTest {
   }
 };
 
-TEST_F(FormatsTest, PoolTellsShapeAndBytes) {
+TEST_F(FormatsTest, PoolReturnsShapeAndBytes) {
   const auto pool =
       client_->CreatePool(FormattedSpec(1, 84, 4, v1::COLOR_GRAYSCALE, v1::LAYOUT_CHW));
   ASSERT_THAT(pool, IsOk());
@@ -81,17 +81,17 @@ TEST_F(FormatsTest, PoolTellsShapeAndBytes) {
   EXPECT_EQ(pool->spec().observation_format().frame_stack(), 4);
 }
 
-TEST_F(FormatsTest, ObservationsAreTheEngines) {
+TEST_F(FormatsTest, ObservationsEqualTheEngines) {
   ExpectAsTheEngine(FormattedSpec(3, 84, 4, v1::COLOR_GRAYSCALE));
   ExpectAsTheEngine(FormattedSpec(3, 16, 1, v1::COLOR_RGB, v1::LAYOUT_CHW));
   ExpectAsTheEngine(FormattedSpec(2, 512, 2));
 }
 
-TEST_F(FormatsTest, AnswersInSeveralResponsesAreTheEngines) {
+TEST_F(FormatsTest, ChunkedObservationsEqualTheEngines) {
   ExpectAsTheEngine(FormattedSpec(12, 512, 1));
 }
 
-TEST_F(FormatsTest, StacksGoOnWhereNobodyObserves) {
+TEST_F(FormatsTest, FrameStacksContinueWithoutObservations) {
   const v1::PoolSpec spec = FormattedSpec(2, 64, 3);
   const auto expected = Expected(spec, {7, 7, 1, 7});
   const auto stream = CreateAndAttach(spec);
@@ -122,7 +122,7 @@ TEST_F(FormatsTest, FinalObservationsAreTheStacksOfTheEndedEpisodes) {
   EXPECT_EQ(batch.final_observations(), expected.observations().subspan(3 * 32 * 32));
 }
 
-TEST_F(FormatsTest, PoolWhoseObservationFitsNoResponseIsNotMade) {
+TEST_F(FormatsTest, PoolWithObservationsBeyondAResponseIsRejected) {
   EXPECT_THAT(client_->CreatePool(FormattedSpec(1, 512, 16)), IsOk());
   ServerOptions options;
   options.address = "127.0.0.1:0";
@@ -138,7 +138,7 @@ TEST_F(FormatsTest, PoolWhoseObservationFitsNoResponseIsNotMade) {
   EXPECT_THAT((*client)->CreatePool(FormattedSpec(1, 147, 1)), IsOk());
 }
 
-TEST_F(FormatsTest, StreamThatTakesTooLittleIsToldHowMuchItNeeds) {
+TEST_F(FormatsTest, TooSmallResponseLimitErrorNamesTheNeededSize) {
   const std::string name = CreatePool(FormattedSpec(2, 512, 6));
   const auto small = client_->Attach(name);
   ASSERT_THAT(small, IsOk());
@@ -157,7 +157,7 @@ TEST_F(FormatsTest, StreamThatTakesTooLittleIsToldHowMuchItNeeds) {
   EXPECT_EQ(batch.observations().size(), 2U * 4718592);
 }
 
-TEST_F(FormatsTest, FormatsOutOfRangeAreRefused) {
+TEST_F(FormatsTest, FormatsOutOfRangeAreRejected) {
   EXPECT_THAT(client_->CreatePool(FormattedSpec(1, 15, 1)),
               StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr("size_px is 15")));
   EXPECT_THAT(client_->CreatePool(FormattedSpec(1, 64, 17)),

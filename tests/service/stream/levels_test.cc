@@ -38,7 +38,7 @@ class LevelsTest : public ServiceTest {
   }
 };
 
-TEST_F(LevelsTest, ASamplerChoosesFromThePoolsFirstLevelOn) {
+TEST_F(LevelsTest, SamplerChoosesTheFirstLevelToo) {
   const auto stream = CreateAndAttach(SampledSpec(3, SamplerOf({70, 71})));
   procgen_client::Batch batch;
   ASSERT_THAT(stream->Observe(&batch), IsOk());
@@ -48,7 +48,7 @@ TEST_F(LevelsTest, ASamplerChoosesFromThePoolsFirstLevelOn) {
   }
 }
 
-TEST_F(LevelsTest, AReplacedSamplerTakesEffectAtTheNextEpisode) {
+TEST_F(LevelsTest, ReplacedSamplerTakesEffectAtTheNextEpisode) {
   const auto stream = CreateAndAttach(MazeSpec(3));
   procgen_client::Batch before;
   ASSERT_THAT(stream->Observe(&before), IsOk());
@@ -70,7 +70,7 @@ TEST_F(LevelsTest, EqualSamplersChooseAlikeOnEveryPool) {
   }
 }
 
-TEST_F(LevelsTest, ALevelThatIsToldComesBeforeTheSamplers) {
+TEST_F(LevelsTest, NextLevelOverridesTheSampler) {
   const auto stream = CreateAndAttach(SampledSpec(3, SamplerOf({70})));
   v1::StepPoolRequest request = StepRequest({-1, -1, -1});
   v1::NextLevel* next = request.mutable_step()->add_next_levels();
@@ -81,7 +81,7 @@ TEST_F(LevelsTest, ALevelThatIsToldComesBeforeTheSamplers) {
   EXPECT_THAT(batch.level_seeds(), ElementsAre(70, -8, 70));
 }
 
-TEST_F(LevelsTest, ASamplerSentAheadIsAnsweredInOrder) {
+TEST_F(LevelsTest, SamplerSentAheadIsAnsweredInOrder) {
   const auto stream = CreateAndAttach(MazeSpec(3));
   v1::StepPoolRequest sampler;
   *sampler.mutable_level_sampler() = SamplerOf({70});
@@ -95,7 +95,7 @@ TEST_F(LevelsTest, ASamplerSentAheadIsAnsweredInOrder) {
   EXPECT_THAT(batch.level_seeds(), Each(70));
 }
 
-TEST_F(LevelsTest, PoolsTellNothingOfTheirSampler) {
+TEST_F(LevelsTest, GetPoolOmitsTheSampler) {
   const std::string name = CreatePool(SampledSpec(3, SamplerOf({70})));
   const auto pool = client_->GetPool(name);
   ASSERT_THAT(pool, IsOk());

@@ -69,7 +69,7 @@ class PipeTransportTest : public SharedMemoryTest {
   std::unique_ptr<procgen_client::PipeTransport> pipes_;
 };
 
-TEST_F(PipeTransportTest, ErrorsEndTheStreamAfterWhatWasAskedBefore) {
+TEST_F(PipeTransportTest, ErrorsEndTheStreamAfterEarlierRequests) {
   ASSERT_TRUE(pipes_->Send(Observe(2)));
   ASSERT_TRUE(pipes_->Send(Observe(99)));
   v1::StepPoolResponse response;
@@ -79,20 +79,20 @@ TEST_F(PipeTransportTest, ErrorsEndTheStreamAfterWhatWasAskedBefore) {
                               HasSubstr("sequence_number is 99, allowed: 3")));
 }
 
-TEST_F(PipeTransportTest, RequestsByTheStreamAreRefusedBesideIt) {
+TEST_F(PipeTransportTest, StepsOnTheStreamAreRejectedWhilePipesAreOpen) {
   ASSERT_TRUE(stream_->Write(Observe(2)));
   EXPECT_THAT(
       End(), StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr("its pipe transport is open")));
 }
 
-TEST_F(PipeTransportTest, WhoHangsUpEndsTheStream) {
+TEST_F(PipeTransportTest, ClosedPipeEndsTheStream) {
   pipes_->HangUp();
   EXPECT_THAT(End(), IsOk());
   EXPECT_FALSE(client_->GetPool(pool_)->attached());
 }
 
 // Nobody watches the pipes then.
-TEST_F(PipeTransportTest, WhoHangsUpWhileARequestRunsEndsTheStream) {
+TEST_F(PipeTransportTest, PipeClosedDuringARequestEndsTheStream) {
   v1::StepPoolRequest request = StepRequest({4, 4});
   request.set_sequence_number(2);
   request.mutable_step()->set_repeat_count(1000);
@@ -109,7 +109,7 @@ TEST_F(PipeTransportTest, WhoHangsUpWhileARequestRunsEndsTheStream) {
   EXPECT_EQ(client_->GetPool(pool_)->next_sequence_number(), 3) << "it was taken";
 }
 
-TEST_F(PipeTransportTest, RequestsThatWaitForAnotherCallsTurnAreFoundAfterIt) {
+TEST_F(PipeTransportTest, RequestsQueuedBehindAnotherCallAreExecuted) {
   std::vector<int32_t> seen;
   for (int64_t number = 2; number < 200; number += 2) {
     v1::StepPoolRequest request = Observe(number);
@@ -128,7 +128,7 @@ TEST_F(PipeTransportTest, RequestsThatWaitForAnotherCallsTurnAreFoundAfterIt) {
   }
 }
 
-TEST_F(PipeTransportTest, WhoEndsTheStreamEndsThePipes) {
+TEST_F(PipeTransportTest, EndOfStreamClosesThePipes) {
   ASSERT_TRUE(stream_->WritesDone());
   EXPECT_THAT(End(), IsOk());
 }

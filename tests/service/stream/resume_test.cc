@@ -34,7 +34,7 @@ class ResumeTest : public ServiceTest {
   std::unique_ptr<v1::StepService::Stub> stub_;
 };
 
-TEST_F(ResumeTest, AnswerIsTheSameWhenItIsAskedForAgain) {
+TEST_F(ResumeTest, RepeatedRequestReturnsTheSameResponse) {
   const std::string pool = CreatePool(MazeSpec(2));
   const auto first = Open(pool);
   EXPECT_EQ(first->Receive().attached().oldest_kept_sequence_number(), 1);
@@ -52,7 +52,7 @@ TEST_F(ResumeTest, AnswerIsTheSameWhenItIsAskedForAgain) {
   EXPECT_EQ(second->Receive().batch().episode_lengths(0), 2);
 }
 
-TEST_F(ResumeTest, AnswerOfSeveralResponsesIsKeptAsAWhole) {
+TEST_F(ResumeTest, ChunkedResponseIsKeptWhole) {
   const std::string pool = CreatePool(MazeSpec(12));
   const auto first = Open(pool, /*resumable=*/true, /*response_bytes_max=*/65536);
   first->Receive();
@@ -72,7 +72,7 @@ TEST_F(ResumeTest, AnswerOfSeveralResponsesIsKeptAsAWhole) {
   }
 }
 
-TEST_F(ResumeTest, RequestThatWasAcceptedIsCarriedOutAfterTheBreak) {
+TEST_F(ResumeTest, AcceptedRequestIsExecutedAfterTheBreak) {
   // Long enough to be under way when the stream breaks; whether it is, changes nothing.
   v1::StepPoolRequest request = StepRequest(std::vector<int32_t>(40, 4));
   request.mutable_step()->set_repeat_count(50);
@@ -92,7 +92,7 @@ TEST_F(ResumeTest, RequestThatWasAcceptedIsCarriedOutAfterTheBreak) {
   EXPECT_EQ(answer.batch().episode_lengths(0), 100);
 }
 
-TEST_F(ResumeTest, WhatIsKeptNoMoreIsRefusedAndWhatIsKeptIsTold) {
+TEST_F(ResumeTest, ResumeBeyondTheBufferIsRejectedWithItsRange) {
   const std::string pool = CreatePool(MazeSpec(1));
   const auto stream = Open(pool);
   stream->Receive();
@@ -105,7 +105,7 @@ TEST_F(ResumeTest, WhatIsKeptNoMoreIsRefusedAndWhatIsKeptIsTold) {
                                          HasSubstr("is not kept; kept: 2 to 3, the next: 4")));
 }
 
-TEST_F(ResumeTest, WhatIsAcknowledgedIsNotKept) {
+TEST_F(ResumeTest, AcknowledgedResponsesAreDropped) {
   const std::string pool = CreatePool(MazeSpec(1));
   const auto stream = Open(pool);
   stream->Receive();
@@ -118,7 +118,7 @@ TEST_F(ResumeTest, WhatIsAcknowledgedIsNotKept) {
               StatusIs(absl::StatusCode::kFailedPrecondition, HasSubstr("kept: 2 to 2")));
 }
 
-TEST_F(ResumeTest, StreamThatIsNotResumableKeepsNothing) {
+TEST_F(ResumeTest, NonResumableStreamKeepsNothing) {
   const std::string pool = CreatePool(MazeSpec(1));
   const auto stream = Open(pool, /*resumable=*/false);
   stream->Receive();
@@ -129,7 +129,7 @@ TEST_F(ResumeTest, StreamThatIsNotResumableKeepsNothing) {
               StatusIs(absl::StatusCode::kFailedPrecondition, HasSubstr("kept: none")));
 }
 
-TEST_F(ResumeTest, KeptAnswerThatIsTooLargeForTheNewStreamIsRefused) {
+TEST_F(ResumeTest, KeptResponseTooLargeForTheNewStreamIsRejected) {
   const std::string pool = CreatePool(MazeSpec(12));
   const auto first = Open(pool);
   first->Receive();
@@ -155,7 +155,7 @@ TEST_F(ResumeTest, StreamThatIsTakenOverIsAborted) {
   EXPECT_EQ(second->Receive().sequence_number(), 1);
 }
 
-TEST_F(ResumeTest, LearnerThatDoesNotReadIsTakenOverAllTheSame) {
+TEST_F(ResumeTest, LearnerThatDoesNotReadCanBeTakenOver) {
   // Its answers, 5 MB each, fill the connection; the second waits for the first to be written.
   const std::vector<int32_t> actions(400, 4);
   const std::string pool = CreatePool(MazeSpec(400));
@@ -173,7 +173,7 @@ TEST_F(ResumeTest, LearnerThatDoesNotReadIsTakenOverAllTheSame) {
   EXPECT_EQ(batch.episode_lengths()[0], 3);
 }
 
-TEST_F(ResumeTest, ManyThatTakeOverOneAnotherAllEnd) {
+TEST_F(ResumeTest, ManyTakeoversAllEnd) {
   const std::string pool = CreatePool(MazeSpec(1));
   std::vector<std::unique_ptr<RawStream>> streams;
   for (int i = 0; i < 20; ++i) {

@@ -83,7 +83,7 @@ class EqualTest : public SharedMemoryTest, public testing::WithParamInterface<Ca
   }
 };
 
-TEST_P(EqualTest, EveryAnswerIsThatOfTheStream) {
+TEST_P(EqualTest, BatchesEqualThoseOfTheGrpcStream) {
   const auto stream = Attach(CreatePool(Spec()));
   const auto shared = Attach(CreatePool(SharedSpec(Spec())));
   ASSERT_NE(stream, nullptr);
@@ -124,7 +124,7 @@ INSTANTIATE_TEST_SUITE_P(
         Case{.name = "Stacks", .games = {"starpilot", "maze", "coinrun"}, .small_stacks = true}),
     [](const testing::TestParamInfo<Case>& info) { return info.param.name; });
 
-TEST_F(SharedMemoryTest, WhatIsHeldIsNotWrittenAndTooMuchIsToldBeforeItIsSent) {
+TEST_F(SharedMemoryTest, HeldBatchesAreNotOverwrittenAndExcessIsRejectedLocally) {
   const auto stream = Attach(CreatePool(SharedSpec(MazeSpec(2))), {.held_batches_max = 3});
   ASSERT_NE(stream, nullptr);
   std::vector<procgen_client::Batch> held(5);  // 2 in flight and 3
@@ -149,7 +149,7 @@ TEST_F(SharedMemoryTest, WhatIsHeldIsNotWrittenAndTooMuchIsToldBeforeItIsSent) {
   }
 }
 
-TEST_F(SharedMemoryTest, WhatIsReleasedIsWrittenByTheNextRequest) {
+TEST_F(SharedMemoryTest, ReleasedBatchesAreReused) {
   const auto stream = Attach(CreatePool(SharedSpec(MazeSpec(2))));
   ASSERT_NE(stream, nullptr);
   ASSERT_THAT(stream->SendStep({7, 1}), IsOk());
@@ -177,7 +177,7 @@ TEST_F(SharedMemoryTest, BatchesOutliveTheirStreamAndTheirServer) {
   EXPECT_EQ(BatchCopy(batch), copy);
 }
 
-TEST_F(SharedMemoryTest, LargeAnswersAreOneResponse) {
+TEST_F(SharedMemoryTest, LargeBatchesAreOneResponse) {
   v1::PoolSpec spec = MazeSpec(4);
   spec.mutable_observation_format()->set_size_px(512);
   spec.mutable_observation_format()->set_frame_stack(8);
@@ -188,7 +188,7 @@ TEST_F(SharedMemoryTest, LargeAnswersAreOneResponse) {
   EXPECT_EQ(batch.observations().size(), size_t{4} * 8 * 512 * 512 * 3);
 }
 
-TEST_F(SharedMemoryTest, HostileNumbersOfBatchesAreRefused) {
+TEST_F(SharedMemoryTest, HostileBatchNumbersAreRejected) {
   const std::string pool = CreatePool(SharedSpec(MazeSpec(1)));
   const std::string stream_pool = CreatePool(MazeSpec(1));
   for (const std::vector<int32_t>& released :
@@ -220,7 +220,7 @@ TEST_F(SharedMemoryTest, NothingIsLostOnABadNetwork) {
                       {.transport = v1::TRANSPORT_SHARED_MEMORY, .pipe_transport = false});
 }
 
-TEST_F(SharedMemoryTest, MoreThanTheLimitIsToldWhenAttaching) {
+TEST_F(SharedMemoryTest, AttachBeyondTheLimitIsRejected) {
   Limits limits;
   limits.shared_memory_bytes_max = 1 << 20;
   Use(StartServer(limits));
@@ -239,7 +239,7 @@ TEST_F(SharedMemoryTest, MoreThanTheLimitIsToldWhenAttaching) {
   EXPECT_THAT(client_->DeletePool(pool), IsOk());
 }
 
-TEST_F(SharedMemoryTest, RingsGrowAndWhatWasMappedStays) {
+TEST_F(SharedMemoryTest, SlotsGrowAndMappingsStayValid) {
   const std::string pool = CreatePool(SharedSpec(MazeSpec(1)));
   procgen_client::Batch batch;
   std::unique_ptr<procgen_client::StepStream> first = Attach(pool);
@@ -256,7 +256,7 @@ TEST_F(SharedMemoryTest, RingsGrowAndWhatWasMappedStays) {
   }
 }
 
-TEST_F(SharedMemoryTest, ServersWithoutAFolderDoNotOfferIt) {
+TEST_F(SharedMemoryTest, ServerWithoutSharedMemoryDirDoesNotOfferIt) {
   ServerOptions options;
   options.address = "127.0.0.1:0";
   const auto server = Server::Start(options);
@@ -269,7 +269,7 @@ TEST_F(SharedMemoryTest, ServersWithoutAFolderDoNotOfferIt) {
               StatusIs(absl::StatusCode::kUnimplemented, HasSubstr("offered: TRANSPORT_STREAM")));
 }
 
-TEST_F(SharedMemoryTest, UnixSocketsAreOfThisMachine) {
+TEST_F(SharedMemoryTest, UnixSocketsCountAsLocal) {
   Use(StartServer({}, absl::StrCat("unix:", folder_.path(), ".socket")));
   procgen_client::Batch batch;
   const auto stream = Attach(CreatePool(SharedSpec(MazeSpec(1))));
@@ -296,7 +296,7 @@ std::string OtherAddress() {
   return found;
 }
 
-TEST_F(SharedMemoryTest, LearnersFromElsewhereAreTold) {
+TEST_F(SharedMemoryTest, RemoteLearnersAreRejected) {
   const std::string other = OtherAddress();
   if (other.empty()) {
     GTEST_SKIP() << "this machine has no address but loopback";
@@ -308,10 +308,10 @@ TEST_F(SharedMemoryTest, LearnersFromElsewhereAreTold) {
                        AllOf(HasSubstr(other), HasSubstr("TRANSPORT_STREAM"))));
 }
 
-TEST_F(SharedMemoryTest, FilesThatCannotBeMappedAreNamed) {
+TEST_F(SharedMemoryTest, UnmappableFilesAreNamed) {
   const std::string pool = CreatePool(SharedSpec(MazeSpec(1)));
   ASSERT_NE(Attach(pool), nullptr);
-  // As it is for who sees another folder by that path.
+  // As if the client saw another folder at that path.
   const std::filesystem::directory_entry file =
       *std::filesystem::directory_iterator(folder_.path());
   const std::string name = file.path().filename();

@@ -71,7 +71,7 @@ TEST_F(StreamErrorsTest, SliceOutOfRange) {
                 "slice.env_count is 3, from environment 2 on pool pools/2 has 2");
 }
 
-TEST_F(StreamErrorsTest, SliceThatBeginsOutOfRange) {
+TEST_F(StreamErrorsTest, SliceStartOutOfRange) {
   ExpectRefused(SliceStepRequest(4, 1, 4), absl::StatusCode::kInvalidArgument,
                 "slice.first_env is 4, pool pools/2 has environments 0 to 3");
 }
@@ -104,12 +104,12 @@ TEST_F(StreamErrorsTest, ResetOfAnEnvironmentTwice) {
                 "resets[1].environment is 1 again, allowed: each at most once");
 }
 
-TEST_F(StreamErrorsTest, RequestForNothing) {
+TEST_F(StreamErrorsTest, EmptyRequest) {
   ExpectRefused(v1::StepPoolRequest(), absl::StatusCode::kInvalidArgument,
                 HasSubstr("the request asks for nothing"));
 }
 
-TEST_F(StreamErrorsTest, SecondAttachOnAStream) {
+TEST_F(StreamErrorsTest, SecondAttach) {
   v1::StepPoolRequest request;
   request.mutable_attach()->set_pool("pools/2");
   ExpectRefused(request, absl::StatusCode::kInvalidArgument,
@@ -148,7 +148,7 @@ TEST_F(StreamErrorsTest, SecondStreamOnAPool) {
   EXPECT_THAT((*first)->Step({4}, &batch), IsOk());
 }
 
-TEST_F(StreamErrorsTest, SequenceNumbersThatDoNotFollow) {
+TEST_F(StreamErrorsTest, SequenceNumberGap) {
   v1::StepPoolRequest attach;
   attach.mutable_attach()->set_pool(CreatePool(MazeSpec(1)));
   v1::StepPoolRequest step = StepRequest({4});
@@ -163,7 +163,7 @@ TEST_F(StreamErrorsTest, SequenceNumbersThatDoNotFollow) {
                                               "sequence_number is 1 with attach, allowed: 0"));
 }
 
-TEST_F(StreamErrorsTest, RequestsBeforeTheOneAtFaultAreAnswered) {
+TEST_F(StreamErrorsTest, RequestsBeforeTheInvalidOneAreAnswered) {
   const auto stream = CreateAndAttach(MazeSpec(1));
   ASSERT_THAT(stream->Send(StepRequest({4})), IsOk());
   ASSERT_THAT(stream->Send(StepRequest({99})), IsOk());
@@ -174,7 +174,7 @@ TEST_F(StreamErrorsTest, RequestsBeforeTheOneAtFaultAreAnswered) {
               StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr("actions[0] is 99")));
 }
 
-TEST_F(StreamErrorsTest, EndedEpisodeIsNotSteppedWhereNothingResetsIt) {
+TEST_F(StreamErrorsTest, EndedEpisodeIsNotSteppedWithoutAutoreset) {
   v1::PoolSpec spec = MazeSpec(2);
   spec.set_autoreset_mode(v1::AUTORESET_MODE_DISABLED);
   const auto stream = CreateAndAttach(spec);

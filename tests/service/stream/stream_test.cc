@@ -20,7 +20,7 @@ constexpr size_t kFrameBytes = 64UL * 64 * 3;
 
 class StreamTest : public ServiceTest {};
 
-TEST_F(StreamTest, ObserveTellsTheBeginning) {
+TEST_F(StreamTest, ObserveReturnsTheFirstObservations) {
   const auto stream = CreateAndAttach(MazeSpec(3));
   procgen_client::Batch batch;
   ASSERT_THAT(stream->Observe(&batch), IsOk());
@@ -34,7 +34,7 @@ TEST_F(StreamTest, ObserveTellsTheBeginning) {
   EXPECT_THAT(batch.observations(), SizeIs(3 * kFrameBytes));
 }
 
-TEST_F(StreamTest, StepAnswersEveryArray) {
+TEST_F(StreamTest, StepReturnsEveryArray) {
   const auto stream = CreateAndAttach(MazeSpec(3));
   procgen_client::Batch batch;
   ASSERT_THAT(stream->Step({4, 4, -1}, &batch), IsOk());
@@ -50,7 +50,7 @@ TEST_F(StreamTest, StepAnswersEveryArray) {
   EXPECT_THAT(batch.final_observations(), SizeIs(0));
 }
 
-TEST_F(StreamTest, ObservationsAreLeftOutOnDemand) {
+TEST_F(StreamTest, ObservationsAreOmittedOnRequest) {
   const auto stream = CreateAndAttach(MazeSpec(2));
   v1::StepPoolRequest request = StepRequest({4, 4});
   request.mutable_step()->set_observation(v1::OBSERVATION_NONE);
@@ -80,7 +80,7 @@ TEST_F(StreamTest, RepeatSumsRewardsAndCountsSteps) {
   EXPECT_THAT(batch.episode_lengths(), ElementsAre(7, 7));
 }
 
-TEST_F(StreamTest, RepeatStopsAtAnEpisodesEnd) {
+TEST_F(StreamTest, RepeatStopsAtTheEndOfAnEpisode) {
   const auto stream = CreateAndAttach(MazeSpec(1));
   v1::StepPoolRequest request = StepRequest({-1});
   request.mutable_step()->set_repeat_count(7);
@@ -104,7 +104,7 @@ TEST_F(StreamTest, NextLevelIsPlayedAfterTheEpisode) {
   EXPECT_EQ(batch.level_seeds()[1], 4711);
 }
 
-TEST_F(StreamTest, ResetBeginsChosenEnvironmentsAnew) {
+TEST_F(StreamTest, ResetRestartsChosenEnvironments) {
   const auto stream = CreateAndAttach(MazeSpec(4));
   procgen_client::Batch batch;
   ASSERT_THAT(stream->Step({4, 4, 4, 4}, &batch), IsOk());
@@ -123,7 +123,7 @@ TEST_F(StreamTest, ResetBeginsChosenEnvironmentsAnew) {
   EXPECT_THAT(batch.observations(), SizeIs(4 * kFrameBytes));
 }
 
-TEST_F(StreamTest, ResetWithRandSeedMakesTheSameLevelsAgain) {
+TEST_F(StreamTest, ResetWithRandSeedRepeatsTheLevels) {
   const auto stream = CreateAndAttach(MazeSpec(1));
   v1::StepPoolRequest request;
   request.mutable_reset()->add_resets()->set_rand_seed(99);
@@ -135,7 +135,7 @@ TEST_F(StreamTest, ResetWithRandSeedMakesTheSameLevelsAgain) {
   EXPECT_EQ(batch.level_seeds()[0], level_seed);
 }
 
-TEST_F(StreamTest, StepWithResetsDoesNotStepThose) {
+TEST_F(StreamTest, StepDoesNotStepResetEnvironments) {
   const auto stream = CreateAndAttach(MazeSpec(2));
   procgen_client::Batch batch;
   ASSERT_THAT(stream->Step({4, 4}, &batch), IsOk());
@@ -146,7 +146,7 @@ TEST_F(StreamTest, StepWithResetsDoesNotStepThose) {
   EXPECT_THAT(batch.first(), ElementsAre(false, true));
 }
 
-TEST_F(StreamTest, FinalObservationsAreThoseBeforeTheEnd) {
+TEST_F(StreamTest, FinalObservationsPrecedeTheReset) {
   // In the mode without automatic resets the observation of an ending step is the final one.
   v1::PoolSpec spec = MazeSpec(3);
   spec.set_autoreset_mode(v1::AUTORESET_MODE_DISABLED);
@@ -181,7 +181,7 @@ TEST_F(StreamTest, RequestsSentAheadAreAnsweredInOrder) {
 
 // A single environment is stepped on the thread on which its request arrives, within what that
 // calls.
-TEST_F(StreamTest, OneEnvironmentStepsThroughManyRequestsSentAhead) {
+TEST_F(StreamTest, OneEnvironmentExecutesManyRequestsSentAhead) {
   constexpr int64_t kStepCount = 20'000;
   procgen_client::StreamOptions options;
   options.requests_in_flight_max = 8;  // the limit of this server
@@ -199,7 +199,7 @@ TEST_F(StreamTest, OneEnvironmentStepsThroughManyRequestsSentAhead) {
   }
 }
 
-TEST_F(StreamTest, LearnerThatSendsTooFarAheadIsNotReadButServed) {
+TEST_F(StreamTest, LearnerBeyondItsWindowIsPausedNotFailed) {
   const auto stub = v1::StepService::NewStub(channel_);
   grpc::ClientContext context;
   const auto stream = stub->StepPool(&context);
@@ -226,7 +226,7 @@ TEST_F(StreamTest, LearnerThatSendsTooFarAheadIsNotReadButServed) {
   EXPECT_TRUE(stream->Finish().ok());
 }
 
-TEST_F(StreamTest, LargePoolIsAnsweredInResponsesOfFourMebibytes) {
+TEST_F(StreamTest, LargePoolIsSplitIntoResponsesOfFourMebibytes) {
   const auto stub = v1::StepService::NewStub(channel_);
   grpc::ClientContext context;
   const auto stream = stub->StepPool(&context);
@@ -282,7 +282,7 @@ TEST_F(StreamTest, SplitAnswersEqualWholeOnes) {
   EXPECT_EQ(joined.first(), whole.first());
 }
 
-TEST_F(StreamTest, SequenceNumbersGoOnOverStreams) {
+TEST_F(StreamTest, SequenceNumbersContinueAcrossStreams) {
   const std::string name = CreatePool(MazeSpec(1));
   procgen_client::Batch batch;
   {
@@ -299,7 +299,7 @@ TEST_F(StreamTest, SequenceNumbersGoOnOverStreams) {
   EXPECT_THAT(batch.episode_lengths(), ElementsAre(2));
 }
 
-TEST_F(StreamTest, TwoLearnersAtOnceDoNotTouchEachOther) {
+TEST_F(StreamTest, ConcurrentLearnersAreIndependent) {
   const auto learn = [](procgen_client::StepStream* stream, std::vector<int32_t>* level_seeds) {
     procgen_client::Batch batch;
     for (int32_t i = 0; i < 200; ++i) {
@@ -319,7 +319,7 @@ TEST_F(StreamTest, TwoLearnersAtOnceDoNotTouchEachOther) {
   EXPECT_EQ(first, second);
 }
 
-TEST_F(StreamTest, CancelledStreamLeavesThePoolWhole) {
+TEST_F(StreamTest, CancelledStreamLeavesThePoolUsable) {
   const std::string name = CreatePool(MazeSpec(64));
   const auto stub = v1::StepService::NewStub(channel_);
   {

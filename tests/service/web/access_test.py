@@ -32,7 +32,7 @@ def tokens(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return file
 
 
-def test_a_page_sees_what_its_owner_owns(tokens: Path, tmp_path: Path) -> None:
+def test_a_page_sees_only_its_owners_pools(tokens: Path, tmp_path: Path) -> None:
     async def test(url: str, address: str) -> None:
         with connect(address, credentials=Credentials(token=_BOB)) as bob:
             theirs = bob.create_pool("maze", 1, pool_id="mine")
@@ -61,7 +61,7 @@ def test_a_page_sees_what_its_owner_owns(tokens: Path, tmp_path: Path) -> None:
         assert _ALICE not in log and _BOB not in log
 
 
-def test_without_a_token_that_is_one_there_is_nothing(tokens: Path, tmp_path: Path) -> None:
+def test_invalid_tokens_are_rejected(tokens: Path, tmp_path: Path) -> None:
     async def test(url: str) -> None:
         async with open_page(url, says_hello=False) as page:
             for members in ({}, {"token": ""}, {"token": "stranger-0123456789"}):
@@ -71,7 +71,7 @@ def test_without_a_token_that_is_one_there_is_nothing(tokens: Path, tmp_path: Pa
                 assert "stranger" not in refused.value.message
                 with pytest.raises(PageError, match="hello must come first"):
                     await page.call("pools.follow")
-            # The fourth is right, and tells that one was needed.
+            # The fourth token is valid; the response says that one was required.
             assert (await page.call("hello", token=_ALICE)).result["requires_token"] is True
             await page.call("pools.unfollow")
         async with open_page(url, says_hello=False) as page:
@@ -84,7 +84,7 @@ def test_without_a_token_that_is_one_there_is_nothing(tokens: Path, tmp_path: Pa
         run(test(server.url))
 
 
-def test_a_token_that_is_withdrawn_shows_nothing_more(tokens: Path, tmp_path: Path) -> None:
+def test_a_removed_token_shows_nothing(tokens: Path, tmp_path: Path) -> None:
     file = tmp_path / "tokens"
     file.write_text(tokens.read_text())
 
@@ -102,7 +102,7 @@ def test_a_token_that_is_withdrawn_shows_nothing_more(tokens: Path, tmp_path: Pa
         run(test(server.url))
 
 
-def test_quotas_are_those_of_the_owner(tokens: Path, tmp_path: Path) -> None:
+def test_pages_use_their_owners_quotas(tokens: Path, tmp_path: Path) -> None:
     async def test(url: str) -> None:
         async with open_page(url, token=_ALICE) as page, open_page(url, token=_ALICE) as other:
             await page.call("play.start", game="maze", mode="easy", level_seed=1)
@@ -115,7 +115,7 @@ def test_quotas_are_those_of_the_owner(tokens: Path, tmp_path: Path) -> None:
         run(test(server.url))
 
 
-def test_pages_live_with_the_least_limits(tmp_path: Path) -> None:
+def test_pages_work_with_minimal_limits(tmp_path: Path) -> None:
     async def test(url: str) -> None:
         async with open_page(url) as page:
             level = {"game": "maze", "mode": "easy"}
@@ -182,7 +182,7 @@ def test_with_tls_pages_and_sockets_are_secure(
             plain.getresponse()
 
 
-def test_a_viewer_too_many_is_told_and_let_in_when_one_has_gone(tmp_path: Path) -> None:
+def test_an_excess_viewer_is_rejected_until_another_leaves(tmp_path: Path) -> None:
     async def test(url: str) -> None:
         async with open_page(url), open_page(url):
             with pytest.raises(websockets.InvalidStatusCode) as refused:
@@ -201,7 +201,7 @@ def test_a_viewer_too_many_is_told_and_let_in_when_one_has_gone(tmp_path: Path) 
         run(test(server.url))
 
 
-def test_other_names_are_answered_where_the_operator_says_so(tmp_path: Path) -> None:
+def test_allowed_host_names_are_accepted(tmp_path: Path) -> None:
     flags = ["--web_allowed_hosts=lab.example,other.example"]
     with serve(tmp_path, *flags) as server:
         for host, status in (("LAB.example:80", 200), ("evil.example", 421)):
@@ -210,7 +210,7 @@ def test_other_names_are_answered_where_the_operator_says_so(tmp_path: Path) -> 
             assert connection.getresponse().status == status
 
 
-def test_stopping_tells_open_pages_and_leaves_nothing(tmp_path: Path) -> None:
+def test_shutdown_notifies_pages_and_leaves_nothing(tmp_path: Path) -> None:
     async def test(url: str, stop: Any) -> None:
         async with open_page(url) as one, open_page(url) as two, open_page(url) as silent:
             play = await one.call("play.start", game="maze", mode="easy", level_seed=1)

@@ -28,7 +28,7 @@ def raw(server: WebServer, request: bytes) -> bytes:
         return answer
 
 
-def test_pages_are_served_with_headers_that_keep_them_safe(server: WebServer) -> None:
+def test_pages_have_security_headers(server: WebServer) -> None:
     response, body = ask(server, "/")
     assert response.status == 200
     assert response.getheader("Content-Type") == "text/html; charset=utf-8"
@@ -42,7 +42,7 @@ def test_pages_are_served_with_headers_that_keep_them_safe(server: WebServer) ->
     assert response.getheader("X-Frame-Options") == "DENY"
 
 
-def test_what_a_browser_has_is_not_sent_again(server: WebServer) -> None:
+def test_cached_pages_are_not_sent_again(server: WebServer) -> None:
     response, body = ask(server, "/")
     etag = response.getheader("ETag")
     again, nothing = ask(server, "/", If_None_Match=etag)
@@ -51,14 +51,14 @@ def test_what_a_browser_has_is_not_sent_again(server: WebServer) -> None:
     assert (other.status, same) == (200, body)
 
 
-def test_head_tells_the_length_alone(server: WebServer) -> None:
+def test_head_returns_only_the_length(server: WebServer) -> None:
     _, body = ask(server, "/")
     response, nothing = ask(server, "/", "HEAD")
     assert (response.status, nothing) == (200, b"")
     assert response.getheader("Content-Length") == str(len(body))
 
 
-def test_a_query_is_the_pages_own(server: WebServer) -> None:
+def test_queries_are_ignored(server: WebServer) -> None:
     assert ask(server, "/?game=coinrun&level_seed=1000")[0].status == 200
 
 
@@ -67,7 +67,7 @@ def test_a_query_is_the_pages_own(server: WebServer) -> None:
     ["/nothing", "/index.html", "/assets/", "/assets/../message.cc", "/assets/%2e%2e/message.cc",
      "//", "/../../../etc/passwd", "/assets/index.html/", "/ASSETS/x", "*"],
 )  # fmt: skip
-def test_there_is_nothing_else(server: WebServer, path: str) -> None:
+def test_other_paths_are_not_found(server: WebServer, path: str) -> None:
     assert ask(server, path)[0].status == 404
 
 
@@ -82,20 +82,20 @@ def test_the_socket_is_no_page(server: WebServer) -> None:
 
 
 @pytest.mark.parametrize("host", ["localhost", "LOCALHOST:1", "127.0.0.1", "127.0.0.1:99"])
-def test_names_of_this_machine_are_answered(server: WebServer, host: str) -> None:
+def test_local_host_names_are_accepted(server: WebServer, host: str) -> None:
     assert ask(server, "/", Host=host)[0].status == 200
 
 
 @pytest.mark.parametrize(
     "host", ["evil.example", "127.0.0.1.evil.example", "evil.example:80", "", "[::1]", "localhost."]
 )
-def test_other_names_that_lead_here_are_not(server: WebServer, host: str) -> None:
+def test_other_host_names_are_rejected(server: WebServer, host: str) -> None:
     response, body = ask(server, "/", Host=host)
     assert response.status == 421
     assert b"--web_allowed_hosts" in body
 
 
-def test_two_hosts_or_none_are_none(server: WebServer) -> None:
+def test_duplicate_or_missing_host_is_rejected(server: WebServer) -> None:
     for hosts in (b"", b"Host: localhost\r\nHost: localhost\r\n"):
         answer = raw(server, b"GET / HTTP/1.1\r\n" + hosts + b"Connection: close\r\n\r\n")
         assert answer.startswith((b"HTTP/1.1 421", b"HTTP/1.1 400")), answer[:80]
@@ -117,13 +117,13 @@ def upgrade(server: WebServer, host: str, origins: list[str], path: str = "/sock
     ["http://evil.example", "null", "https://{host}", "http://{host}.evil.example", "http://{name}",
      "http://user@{host}", "ws://{host}", "{host}"],
 )  # fmt: skip
-def test_pages_of_elsewhere_get_no_socket(server: WebServer, origin: str) -> None:
+def test_foreign_origins_get_no_socket(server: WebServer, origin: str) -> None:
     host = f"127.0.0.1:{server.port}"
     named = origin.format(host=host, name="127.0.0.1")
     assert upgrade(server, host, [named]).startswith(b"HTTP/1.1 403")
 
 
-def test_a_socket_needs_an_origin_and_our_name(server: WebServer) -> None:
+def test_a_socket_needs_an_origin_and_an_allowed_host(server: WebServer) -> None:
     host = f"127.0.0.1:{server.port}"
     assert upgrade(server, host, [f"http://{host}"]).startswith(b"HTTP/1.1 101")
     assert upgrade(server, host, []).startswith(b"HTTP/1.1 403")
@@ -133,7 +133,7 @@ def test_a_socket_needs_an_origin_and_our_name(server: WebServer) -> None:
     assert upgrade(server, host, [f"http://{host}"], "/").startswith(b"HTTP/1.1 404")
 
 
-def test_what_is_no_request_is_told_so_and_costs_nothing_else(server: WebServer) -> None:
+def test_invalid_requests_are_rejected_and_harmless(server: WebServer) -> None:
     tls = b"\x16\x03\x01\x02\x00\x01\x00\x01\xfc\x03\x03" + bytes(64)
     assert raw(server, tls).startswith(b"HTTP/1.1 400")
     long = b"GET / HTTP/1.1\r\nHost: localhost\r\nX: " + b"x" * 20000 + b"\r\n\r\n"
@@ -143,7 +143,7 @@ def test_what_is_no_request_is_told_so_and_costs_nothing_else(server: WebServer)
     assert ask(server, "/")[0].status == 200
 
 
-def test_many_pages_by_one_connection(server: WebServer) -> None:
+def test_one_connection_serves_many_pages(server: WebServer) -> None:
     connection = http.client.HTTPConnection("127.0.0.1", server.port, timeout=30)
     for _ in range(5):
         connection.request("GET", "/")

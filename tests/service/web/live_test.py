@@ -49,7 +49,7 @@ def run(test: Any) -> None:
     asyncio.run(test)
 
 
-def test_pools_are_told_once_a_second(server: WebServer, learner: Learner) -> None:
+def test_pools_are_reported_once_a_second(server: WebServer, learner: Learner) -> None:
     async def test() -> None:
         async with open_page(server.url) as page:
             begun = time.monotonic()
@@ -83,7 +83,7 @@ def test_pools_are_told_once_a_second(server: WebServer, learner: Learner) -> No
     run(test())
 
 
-def test_a_page_that_comes_late_has_what_went_before(server: WebServer, learner: Learner) -> None:
+def test_a_late_page_receives_the_history(server: WebServer, learner: Learner) -> None:
     async def test() -> None:
         # Nobody looks meanwhile.
         await asyncio.sleep(3)
@@ -101,7 +101,7 @@ def test_a_page_that_comes_late_has_what_went_before(server: WebServer, learner:
     run(test())
 
 
-def test_frames_are_what_the_environments_show(server: WebServer) -> None:
+def test_frames_equal_the_environments(server: WebServer) -> None:
     async def test() -> None:
         with Client(server.process.address) as client, client.create_pool("maze", 6) as pool:
             seen = pool.step(np.full(6, 4)).observations
@@ -137,7 +137,7 @@ def test_frames_are_what_the_environments_show(server: WebServer) -> None:
     run(test())
 
 
-def test_a_watch_ends_with_its_pool_and_says_so(server: WebServer) -> None:
+def test_a_watch_ends_with_its_pool(server: WebServer) -> None:
     async def test() -> None:
         with Client(server.process.address) as client:
             pool = client.create_pool("maze", 1)
@@ -155,7 +155,7 @@ def test_a_watch_ends_with_its_pool_and_says_so(server: WebServer) -> None:
     run(test())
 
 
-def test_wrong_watches_are_refused(server: WebServer) -> None:
+def test_invalid_watches_are_rejected(server: WebServer) -> None:
     right = {"environments": [0], "size_px": 64}
     wrong: list[tuple[dict[str, Any], str, str]] = [
         ({"environments": []}, "INVALID_ARGUMENT", "no list of 1 to 64 integers"),
@@ -191,7 +191,7 @@ def test_wrong_watches_are_refused(server: WebServer) -> None:
     run(test())
 
 
-def test_an_episode_of_a_running_pool_is_kept_as_a_trace(
+def test_an_episode_of_a_running_pool_is_saved_as_a_trace(
     server: WebServer, tmp_path: Path
 ) -> None:
     async def test() -> None:
@@ -265,7 +265,7 @@ def test_twenty_pages_at_once_see_the_same(server: WebServer, learner: Learner) 
     run(test())
 
 
-def test_a_page_that_does_not_read_holds_up_nobody(server: WebServer, learner: Learner) -> None:
+def test_a_page_that_does_not_read_delays_nothing(server: WebServer, learner: Learner) -> None:
     def resident_bytes() -> int:
         with open(f"/proc/{server.process.process_id}/statm") as numbers:
             return int(numbers.read().split()[1]) * 4096

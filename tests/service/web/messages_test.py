@@ -18,7 +18,7 @@ def run(test: Any) -> None:
     asyncio.run(test)
 
 
-def test_hello_tells_what_there_is(server: WebServer) -> None:
+def test_hello_describes_the_server(server: WebServer) -> None:
     async def test() -> None:
         async with open_page(server.url, says_hello=False) as page:
             told = (await page.call("hello")).result
@@ -118,7 +118,7 @@ REFUSALS: list[tuple[str, dict[str, Any], str, str]] = [
 ]  # fmt: skip
 
 
-def test_every_wrong_request_is_refused_by_name_and_the_socket_goes_on(server: WebServer) -> None:
+def test_invalid_requests_get_errors_and_the_socket_stays_open(server: WebServer) -> None:
     async def test() -> None:
         async with open_page(server.url) as page:
             for method, members, code, message in REFUSALS:
@@ -161,7 +161,7 @@ BROKEN: list[str | bytes] = [
 ]  # fmt: skip
 
 
-def test_what_is_no_message_closes_the_socket_and_nothing_else(server: WebServer) -> None:
+def test_invalid_messages_close_only_their_socket(server: WebServer) -> None:
     async def test() -> None:
         async with open_page(server.url) as other:
             for message in BROKEN:
@@ -174,7 +174,7 @@ def test_what_is_no_message_closes_the_socket_and_nothing_else(server: WebServer
     run(test())
 
 
-def test_messages_are_no_larger_than_told(server: WebServer) -> None:
+def test_messages_are_bounded(server: WebServer) -> None:
     async def test() -> None:
         async with open_page(server.url) as page:
             with contextlib.suppress(ConnectionClosed):  # before all of it was sent
@@ -187,7 +187,7 @@ def test_messages_are_no_larger_than_told(server: WebServer) -> None:
     run(test())
 
 
-def test_parts_go_with_traces_alone(server: WebServer) -> None:
+def test_only_traces_have_parts(server: WebServer) -> None:
     async def test() -> None:
         async with open_page(server.url) as page:
             with pytest.raises(PageError, match="takes no parts"):
@@ -196,7 +196,7 @@ def test_parts_go_with_traces_alone(server: WebServer) -> None:
     run(test())
 
 
-def test_who_says_nothing_is_let_go(server: WebServer) -> None:
+def test_silent_sockets_are_closed(server: WebServer) -> None:
     async def test() -> None:
         async with open_page(server.url, says_hello=False) as page:
             begun = time.monotonic()

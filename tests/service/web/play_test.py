@@ -77,7 +77,7 @@ def test_a_play_is_a_pool_of_the_viewer_and_shows_both_views(server: WebServer) 
         ("coinrun", "hard", {"debug_mode": 14}),
     ],
 )
-def test_what_was_played_is_replayed_bit_for_bit_by_another_program(
+def test_conformance_replays_a_play_bit_for_bit(
     server: WebServer, tmp_path: Path, game: str, mode: str, options: dict[str, Any]
 ) -> None:
     async def test() -> None:
@@ -108,7 +108,7 @@ def golden(name: str) -> tuple[bytes, dict[str, Any], list[int]]:
     return contents, header, list(contents[at : at + header["steps"] * header["num_envs"]])
 
 
-def test_a_level_that_is_solved_in_the_page_is_told_so(server: WebServer, tmp_path: Path) -> None:
+def test_a_solved_level_is_reported(server: WebServer, tmp_path: Path) -> None:
     contents, header, actions = golden("coinrun.easy.solved-1001")
 
     async def test() -> None:
@@ -131,7 +131,7 @@ def test_a_level_that_is_solved_in_the_page_is_told_so(server: WebServer, tmp_pa
     run(test())
 
 
-def test_restart_begins_the_level_and_the_recording_anew(server: WebServer) -> None:
+def test_restart_repeats_the_level_and_clears_the_recording(server: WebServer) -> None:
     async def test() -> None:
         async with open_page(server.url) as page:
             number, views = await play(
@@ -146,7 +146,7 @@ def test_restart_begins_the_level_and_the_recording_anew(server: WebServer) -> N
     run(test())
 
 
-def test_the_next_level_is_that_of_the_next_seed(server: WebServer) -> None:
+def test_the_next_level_has_the_next_seed(server: WebServer) -> None:
     async def test() -> None:
         async with open_page(server.url) as page:
             number, _ = await play(page, [7], game="maze", mode="easy", level_seed=41)
@@ -198,7 +198,7 @@ def test_recordings_of_upstream_are_replayed_environment_by_environment(
     run(test())
 
 
-def test_a_replay_shows_forward_and_backward_what_was_played(server: WebServer) -> None:
+def test_a_replay_plays_forward_and_backward(server: WebServer) -> None:
     async def test() -> None:
         async with open_page(server.url) as page:
             actions = _ACTIONS + _ACTIONS[::-1]
@@ -229,7 +229,7 @@ def test_a_replay_shows_forward_and_backward_what_was_played(server: WebServer) 
     run(test())
 
 
-def test_a_recording_that_is_not_what_happens_is_told_by_row(server: WebServer) -> None:
+def test_a_diverging_recording_is_reported_by_row(server: WebServer) -> None:
     contents, header, actions = golden("coinrun.easy.solved-1001")
     steps = header["steps"]
     rewards_at = contents.index(b"\n") + 1 + steps
@@ -248,7 +248,7 @@ def test_a_recording_that_is_not_what_happens_is_told_by_row(server: WebServer) 
     run(test())
 
 
-def test_files_that_are_no_traces_are_refused(server: WebServer) -> None:
+def test_invalid_traces_are_rejected(server: WebServer) -> None:
     contents, header, _ = golden("coinrun.easy.solved-1001")
     line, arrays = contents[: contents.index(b"\n")], contents[contents.index(b"\n") :]
 

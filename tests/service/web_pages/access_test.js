@@ -70,7 +70,7 @@ const NAMED = [
   "button", "link", "checkbox", "radio", "combobox", "spinbutton", "slider", "textbox", "image", "dialog", "navigation",
 ];
 
-// What assistive technology is told: [role, name] of all that it can use.
+// The accessibility tree: [role, name] of all usable elements.
 async function accessibleNodes(page) {
   const session = await page.context().newCDPSession(page);
   const { nodes } = await session.send("Accessibility.getFullAXTree");
@@ -136,7 +136,7 @@ async function checkLooks(page) {
 }
 
 for (const [name, use] of Object.entries(PAGES)) {
-  test(`${name}: all has names, the keyboard reaches it, contrast is enough, windows hold it`, async () => {
+  test(`${name}: elements have names, keyboard access and contrast, and fit the window`, async () => {
     const page = await it.open(server.page("/play"), { viewport: WIDE });
     await use(page);
     await checkNames(page);
@@ -145,7 +145,7 @@ for (const [name, use] of Object.entries(PAGES)) {
   });
 }
 
-test("what is on top of a page can be skipped", async () => {
+test("the header can be skipped", async () => {
   for (const path of ["/", "/play", "/replay", "/gallery"]) {
     const page = await it.open(empty.page(path));
     await waitForText(page.locator(".link"), "Connected");
@@ -156,7 +156,7 @@ test("what is on top of a page can be skipped", async () => {
   }
 });
 
-test("the theme follows the system until one is chosen, which every page keeps", async () => {
+test("the theme follows the system until one is chosen, which applies to every page", async () => {
   const page = await it.open(server.page("/play"), { colorScheme: "dark" });
   const ground = () => page.evaluate(() => getComputedStyle(document.documentElement).backgroundColor);
   const dark = await ground();
@@ -169,7 +169,7 @@ test("the theme follows the system until one is chosen, which every page keeps",
   assert.equal(await ground(), dark);
 });
 
-test("who prefers less motion gets a picture a second", async () => {
+test("reduced motion limits frames to one a second", async () => {
   const page = await it.open(server.page(), { reducedMotion: "reduce" });
   assert.equal(await page.inputValue("#rate"), "1");
 });

@@ -41,7 +41,7 @@ export async function waitForText(locator, text) {
   await locator.filter({ hasText: text }).waitFor();
 }
 
-// Tells a token to the page that asks for one.
+// Enters a token into a page that requires one.
 export async function enterToken(page, token) {
   await page.fill("#token", token);
   await page.keyboard.press("Enter");

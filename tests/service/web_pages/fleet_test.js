@@ -36,7 +36,7 @@ async function waitForChangeOfBoth(page) {
   await waitForChange(page, "#mosaic li:last-child canvas");
 }
 
-test("the table has all nodes and what they hold, and a pool of both is watched, kept and replayed", async () => {
+test("the table lists all nodes and their load, and a pool on both is watched, saved and replayed", async () => {
   const page = await openLive();
   assert.equal(await page.locator("#node-rows tr").count(), 3);
   const learner = await Learner.start(fleet.front, "spread", ["coinrun"], ENV_COUNT);
@@ -52,7 +52,7 @@ test("the table has all nodes and what they hold, and a pool of both is watched,
   await learner.stop();
 });
 
-test("a level is played to its end through the fleet, and its replay is what was played", async () => {
+test("a level is played to its end through the fleet, and its replay is equal", async () => {
   await openLive();
   const page = await it.open(fleet.front.page(COINRUN_1000_PATH));
   await playKeys(page, COINRUN_1000);
@@ -61,7 +61,7 @@ test("a level is played to its end through the fleet, and its replay is what was
   await waitForText(page.locator("#verdict"), "Identical to the recording");
 });
 
-test("a node that was stopped is told in the table until it is back, and the pool is watched on", async () => {
+test("the table marks a stopped node until it returns, and watching continues", async () => {
   const page = await openLive();
   const learner = await Learner.start(fleet.front, "moved", ["coinrun"], ENV_COUNT);
   await waitForText(page.locator("#pool-name"), "pools/moved");

@@ -10,7 +10,7 @@ let server;
 before(async () => { server = await Server.start(); });
 after(async () => assert.equal(await server.stop(), 0));
 
-test("all games are shown, each with pictures and its modes", async () => {
+test("all games are shown with images and modes", async () => {
   const page = await it.open(server.page("/gallery"));
   await page.waitForFunction(() => document.querySelectorAll(".strip canvas").length === 64);
   assert.equal(await page.locator(".game").count(), 16);
@@ -18,7 +18,7 @@ test("all games are shown, each with pictures and its modes", async () => {
   assert.deepEqual(modes, ["easy", "hard", "memory", "exploration"]);
 });
 
-test("levels are shown by seed, in pages, and a click plays one", async () => {
+test("levels are shown by seed in pages, and a click plays one", async () => {
   const page = await it.open(server.page("/gallery?game=maze&mode=hard&level=0"));
   await page.waitForFunction(() => document.querySelectorAll("#pictures canvas").length === 24);
   assert.equal(await page.locator("#previous").isVisible(), false);
@@ -31,7 +31,7 @@ test("levels are shown by seed, in pages, and a click plays one", async () => {
   assert.equal(new URL(page.url()).search, "?game=maze&mode=hard&level=30");
 });
 
-test("the form asks for other levels, with options", async () => {
+test("the form selects other levels and options", async () => {
   const page = await it.open(server.page("/gallery?game=maze&mode=hard&level=0"));
   await page.locator("#pictures canvas").first().waitFor();
   await page.selectOption("[name=game]", "caveflyer");

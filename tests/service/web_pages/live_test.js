@@ -25,7 +25,7 @@ async function openLive(path = "/", options = {}) {
   return page;
 }
 
-test("frames change while the learner steps, and stand while they are held", async () => {
+test("frames change while the learner steps, and stop while paused", async () => {
   const page = await openLive();
   assert.equal(await page.title(), "pools/watched – Procgen Server");
   assert.equal(await page.locator("#pool-name").textContent(), "pools/watched");
@@ -35,7 +35,7 @@ test("frames change while the learner steps, and stand while they are held", asy
   }
   await page.click("#hold");
   assert.equal(await page.getAttribute("#hold", "aria-pressed"), "true");
-  // Frames that were on their way arrive before what the server tells next.
+  // Frames in transit arrive before the server's next message.
   const steps = figure(page, "#pool-figures", "Steps so far");
   const told = await steps.textContent();
   await page.waitForFunction((old) => document.querySelector("#pool-figures div:last-child dd").textContent !== old, told);
@@ -47,7 +47,7 @@ test("frames change while the learner steps, and stand while they are held", asy
   await waitForChange(page, FIRST);
 });
 
-test("pictures are as agents or as people see them, and environments are turned in pages", async () => {
+test("views are for agents or people, and environments are shown in pages", async () => {
   const page = await openLive();
   assert.equal(await page.locator("#mosaic canvas").count(), 16);
   await page.click("label:has-text('Human')");
@@ -74,7 +74,7 @@ test("the pool's figures and plots are drawn, and grow", async () => {
   assert.match(await label.getAttribute("aria-label"), /^Steps per second over the last ten minutes/);
 });
 
-test("an environment is enlarged, and its last episode kept and replayed as it went", async () => {
+test("an environment is enlarged, and its last episode is saved and replayed exactly", async () => {
   const page = await openLive();
   await waitForText(figure(page, "#pool-figures", "Episodes"), /^[1-9]/);
   await page.click("#mosaic button[title='Environment 2']");
@@ -90,7 +90,7 @@ test("an environment is enlarged, and its last episode kept and replayed as it w
   await waitForText(page.locator("#level"), "coinrun");
 });
 
-test("a page without pools says how to begin, and shows the pool that is made then", async () => {
+test("a page without pools shows instructions, and then a new pool", async () => {
   const empty = await Server.start();
   const page = await it.open(empty.page());
   await page.locator("#empty").waitFor();
@@ -103,7 +103,7 @@ test("a page without pools says how to begin, and shows the pool that is made th
   assert.equal(await empty.stop(), 0);
 });
 
-test("one of several pools is opened by its link, and by its address", async () => {
+test("one of several pools is opened by its link and by its URL", async () => {
   const second = await Learner.start(server, "second", ["maze"], 4);
   const page = await openLive();
   await page.click("#pools a:has-text('pools/second')");
@@ -116,7 +116,7 @@ test("one of several pools is opened by its link, and by its address", async () 
   await second.stop();
 });
 
-test("plays are pools of their own, left out unless asked for", async () => {
+test("pools of plays are hidden by default", async () => {
   const player = await it.open(server.page("/play?game=maze&mode=easy&level=1"));
   await waitForText(figure(player, "#figures", "Level seed"), /^1$/);
   const page = await openLive();

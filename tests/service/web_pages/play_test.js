@@ -26,7 +26,7 @@ after(async () => {
   assert.equal(await server.stop(), 0);
 });
 
-test("recorded keys lead to the coin, and the trace is replayed outside of the browser, bit for bit", async () => {
+test("recorded keys reach the coin, and procgen-conformance replays the trace bit for bit", async () => {
   const page = await it.open(server.page(COINRUN_1000_PATH));
   await playKeys(page, COINRUN_1000);
   await waitForText(page.locator("#message"), `Level complete: score 10 in ${COINRUN_1000_STEPS} steps`);
@@ -44,7 +44,7 @@ test("recorded keys lead to the coin, and the trace is replayed outside of the b
   assert.match(stdout, /^1 passed, 0 failed, 0 skipped$/m);
 });
 
-test("a level waits for its first key, then goes at 15 steps a second until it is paused", async () => {
+test("a level starts with the first key and runs at 15 steps a second until it is paused", async () => {
   const page = await it.open(server.page("/play?game=bigfish&mode=hard&level=7"));
   const step = figure(page, "#figures", "Step");
   await waitForText(page.locator("#message"), "Press an arrow key to begin.");
@@ -59,7 +59,7 @@ test("a level waits for its first key, then goes at 15 steps a second until it i
     Number(document.querySelectorAll("#figures dd")[1].textContent) > before, [paused]);
 });
 
-test("restart plays the same level again, the next level has the next seed, and the address follows", async () => {
+test("restart repeats the level, the next level has the next seed, and the URL follows", async () => {
   const page = await it.open(server.page("/play?game=maze&mode=easy&level=41&use_backgrounds=false"));
   const seed = figure(page, "#figures", "Level seed");
   await waitForText(seed, /^41$/);
@@ -95,7 +95,7 @@ test("the form chooses game, mode, level and options", async () => {
   assert.match(await page.title(), /^heist, level 123/);
 });
 
-test("a mode that has one level alone says which", async () => {
+test("a mode with a single level names it", async () => {
   const page = await it.open(server.page("/play?game=coinrun&mode=exploration"));
   const seed = await figure(page, "#figures", "Level seed").textContent();
   assert.equal(await page.inputValue("[name=level]"), seed);
@@ -114,7 +114,7 @@ async function openHeard(options) {
   return { page, asked };
 }
 
-test("of the keys that are held the newest counts, with as many others as go together", async () => {
+test("of several held keys the newest counts, with all that combine with it", async () => {
   const { page, asked } = await openHeard();
   const change = (what, key, action) => Promise.all([asked(action), page.keyboard[what](key)]);
   await change("down", "ArrowRight", "RIGHT");
@@ -125,7 +125,7 @@ test("of the keys that are held the newest counts, with as many others as go tog
   await change("up", "ArrowUp", "LEFT");
 });
 
-test("fingers play by buttons: two at once together, and one that slides plays what it comes to", async () => {
+test("touch buttons combine two fingers, and a sliding finger presses what it reaches", async () => {
   const { page, asked } = await openHeard({ viewport: { width: 390, height: 844 }, hasTouch: true, isMobile: true });
   const session = await page.context().newCDPSession(page);
   const on = async (key, id) => {

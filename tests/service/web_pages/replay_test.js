@@ -34,7 +34,7 @@ async function seek(page, number) {
   await row(page, number);
 }
 
-test("a play goes to the replay page, which shows what was played, forward and backward", async () => {
+test("the replay page plays a play forward and backward", async () => {
   const page = await it.open(server.page(COINRUN_1000_PATH));
   await waitForText(figure(page, "#figures", "Step"), /^0$/);
   pictures = [await picture(page, "#human")];
@@ -73,7 +73,7 @@ test("a play goes to the replay page, which shows what was played, forward and b
   await waitForPicture(page, "#human", (shown) => shown === pictures[0]);
 });
 
-test("a saved file is loaded, is kept when the page is, plays to its end, and is saved as it was", async () => {
+test("a saved file is loaded, survives a reload, plays to its end, and is saved unchanged", async () => {
   const page = await it.open(server.page("/replay"));
   await page.setInputFiles("#file", trace);
   await row(page, 0);
@@ -90,7 +90,7 @@ test("a saved file is loaded, is kept when the page is, plays to its end, and is
   assert.deepEqual(await readFile(again), await readFile(trace));
 });
 
-test("a recording that went otherwise is told by its row", async () => {
+test("a diverging recording is reported by its row", async () => {
   const bytes = await readFile(trace);
   const headerBytes = bytes.indexOf("\n") + 1;
   const header = JSON.parse(bytes.subarray(0, headerBytes).toString());
@@ -104,7 +104,7 @@ test("a recording that went otherwise is told by its row", async () => {
   await waitForText(page.locator("#verdict"), "Differs at step 5: reward is 0, was 1");
 });
 
-test("a file that is no trace is refused, and the page goes on", async () => {
+test("an invalid trace is rejected, and the page continues", async () => {
   const page = await it.open(server.page("/replay"));
   await page.setInputFiles("#file", { name: "no.trace", mimeType: "", buffer: Buffer.from("no trace\n") });
   await page.locator("#notices .bad").waitFor();

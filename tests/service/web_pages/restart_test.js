@@ -8,7 +8,7 @@ import { Learner, Server } from "./server.js";
 const FIRST = "#mosaic li:first-child canvas";
 const it = withBrowser();
 
-test("pages say that the server is gone, wait, and go on by themselves when it is back", async () => {
+test("pages report a lost server and reconnect by themselves", async () => {
   let server = await Server.start();
   let learner = await Learner.start(server, "before", ["coinrun"], 4);
   const live = await it.open(server.page(), { viewport: { width: 390, height: 844 } });

@@ -1,4 +1,4 @@
-// Pages over TLS, of a server that asks who one is.
+// Pages over TLS, of a server with authentication.
 
 import assert from "node:assert/strict";
 import { execFile } from "node:child_process";
@@ -23,7 +23,7 @@ async function makeCertificate(folder) {
   return [certificate, key];
 }
 
-test("over https the token is asked for, pools are watched, and levels played, by wss alone", async () => {
+test("over https the page asks for the token, watches pools and plays levels, by wss only", async () => {
   const folder = await mkdtemp(join(tmpdir(), "procgen-web-"));
   const [certificate, key] = await makeCertificate(folder);
   await writeFile(join(folder, "tokens"), `alice ${TOKEN}\n`, { mode: 0o600 });
@@ -32,7 +32,7 @@ test("over https the token is asked for, pools are watched, and levels played, b
   const learner = await Learner.start(server, "hers", ["coinrun"], 4, { credentials: { ca: certificate, token: TOKEN } });
   assert.match(server.page(), /^https:/);
 
-  // The browser trusts no certificate that vouches for itself but in contexts that are told to.
+  // The browser trusts self-signed certificates only in contexts that allow it.
   await assert.rejects(it.open(server.page()), /ERR_CERT_AUTHORITY_INVALID/);
   const page = await it.open("about:blank", { ignoreHTTPSErrors: true });
   const addresses = [];

@@ -74,7 +74,7 @@ export class Fleet {
   }
 }
 
-// A learner that steps a pool at random until it is told to stop.
+// A learner that steps a pool at random until stop().
 export class Learner {
   #isStopped = false;
 
@@ -95,7 +95,7 @@ export class Learner {
     this.client.close();
   }
 
-  // Most go right, as one who has learned a little would; now and then all change what they do.
+  // Most go right, as a partly trained policy does; from time to time all change their action.
   async #run(envCount) {
     const actions = new Int32Array(envCount);
     for (let step = 0; !this.#isStopped; step += 1) {

@@ -1,4 +1,4 @@
-// A server that asks who one is.
+// A server with authentication.
 
 import assert from "node:assert/strict";
 import { mkdtemp, rm, writeFile } from "node:fs/promises";
@@ -11,14 +11,14 @@ import { Learner, Server } from "./server.js";
 const TOKEN = "alices-token-0123456789";
 const it = withBrowser();
 
-test("the page asks for the token until it is right, keeps it for the tab, and never shows it in an address", async () => {
+test("the page asks for a valid token, keeps it for the tab, and never puts it into a URL", async () => {
   const folder = await mkdtemp(join(tmpdir(), "procgen-web-"));
   await writeFile(join(folder, "tokens"), `alice ${TOKEN}\nbob bobs-token-0123456789\n`, { mode: 0o600 });
   const server = await Server.start(`--tokens=${join(folder, "tokens")}`);
   const learner = await Learner.start(server, "hers", ["coinrun"], 4, { credentials: { token: TOKEN } });
   const page = await it.open(server.page());
   const addresses = [];
-  // It stays for who wants it away: without a token there is nothing to see.
+  // The dialog cannot be dismissed: without a token there is nothing to show.
   for (let i = 0; i < 3; i += 1) {
     await page.keyboard.press("Escape");
   }

@@ -9,7 +9,7 @@ const VIEWER_COUNT = 20;
 const FIRST = "#mosaic li:first-child canvas";
 const it = withBrowser();
 
-test("20 viewers see the frames of one learner change, and the learner goes on", async () => {
+test("20 viewers receive the frames of one learner, and the learner continues", async () => {
   const server = await Server.start();
   const learner = await Learner.start(server, "watched", ["coinrun"], 16);
   const context = await it.browser.newContext({ viewport: { width: 500, height: 400 }, reducedMotion: "reduce" });

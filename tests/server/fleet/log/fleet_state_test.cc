@@ -28,7 +28,7 @@ std::vector<std::string> NamesOf(const std::vector<FleetState::Left>& left) {
   return names;
 }
 
-TEST(FleetStateTest, ADamagedPoolIsPutAsideAndTheOthersAreTaken) {
+TEST(FleetStateTest, DamagedPoolIsQuarantinedAndOthersAreLoaded) {
   const TemporaryFolder folder;
   Metrics metrics("1");
   {
@@ -53,7 +53,7 @@ TEST(FleetStateTest, ADamagedPoolIsPutAsideAndTheOthersAreTaken) {
   EXPECT_EQ((*state)->NextPath(), folder.At("pool-4"));
 }
 
-TEST(FleetStateTest, TheNumberOfADamagedPoolIsNotUsedAgain) {
+TEST(FleetStateTest, NumberOfADamagedPoolIsNotReused) {
   const TemporaryFolder folder;
   std::ofstream(folder.At("pool-3.damaged")) << "of an earlier start";
   std::ofstream(folder.At("pool-x")) << "no pool's";
@@ -63,7 +63,7 @@ TEST(FleetStateTest, TheNumberOfADamagedPoolIsNotUsedAgain) {
   EXPECT_EQ((*state)->NextPath(), folder.At("pool-4"));
 }
 
-TEST(FleetStateTest, ATextJournalThatIsCutIsPutAside) {
+TEST(FleetStateTest, TruncatedTextJournalIsQuarantined) {
   for (const char* text : {"", "procgen-pool ", "procgen-pool 1"}) {
     const TemporaryFolder folder;
     std::ofstream(folder.At("pool-1")) << text;
@@ -74,7 +74,7 @@ TEST(FleetStateTest, ATextJournalThatIsCutIsPutAside) {
   }
 }
 
-TEST(FleetStateTest, APoolOfAnotherVersionStaysForTheServerThatWroteIt) {
+TEST(FleetStateTest, PoolOfAnotherVersionIsKept) {
   const TemporaryFolder folder;
   std::ofstream(folder.At("pool-7")) << "procgen-pool 1\n";
   const auto state = FleetState::Open(folder.path());
@@ -87,14 +87,14 @@ TEST(FleetStateTest, APoolOfAnotherVersionStaysForTheServerThatWroteIt) {
   EXPECT_EQ((*state)->NextPath(), folder.At("pool-8")) << "which overwrites nothing";
 }
 
-TEST(FleetStateTest, TheNameStays) {
+TEST(FleetStateTest, FleetNameIsPersistent) {
   const TemporaryFolder folder;
   const std::string name = (*FleetState::Open(folder.path()))->fleet_name();
   EXPECT_FALSE(name.empty());
   EXPECT_EQ((*FleetState::Open(folder.path()))->fleet_name(), name);
 }
 
-TEST(FleetStateTest, OneProcessAtATimeHasTheFolder) {
+TEST(FleetStateTest, FolderIsLockedByOneProcess) {
   const TemporaryFolder folder;
   const auto state = FleetState::Open(folder.path());
   ASSERT_THAT(state, IsOk());
@@ -102,7 +102,7 @@ TEST(FleetStateTest, OneProcessAtATimeHasTheFolder) {
                                                         HasSubstr("used by another process")));
 }
 
-TEST(FleetStateTest, AFileIsNoFolder) {
+TEST(FleetStateTest, FileIsRejectedAsFolder) {
   const TemporaryFolder folder;
   std::ofstream(folder.At("file")) << "x";
   EXPECT_THAT(FleetState::Open(folder.At("file")),

@@ -20,7 +20,7 @@ TEST(FrameStackWarmupTest, SingleFramesNeedNoSteps) {
   EXPECT_TRUE(warmup.IsComplete({0, 4}, 1));
 }
 
-TEST(FrameStackWarmupTest, EachEnvironmentOfTheRangeIsSteppedOnceLessThanTheStackIsDeep) {
+TEST(FrameStackWarmupTest, WarmupStepsEachEnvironmentStackDepthMinusOneTimes) {
   FrameStackWarmup warmup(8, 3);
   warmup.Add(1, StepOf({0, 8}));
   EXPECT_FALSE(warmup.IsComplete({2, 2}, 1));
@@ -34,7 +34,7 @@ TEST(FrameStackWarmupTest, EachEnvironmentOfTheRangeIsSteppedOnceLessThanTheStac
   EXPECT_FALSE(warmup.IsComplete({2, 2}, 2)) << "states of later";
 }
 
-TEST(FrameStackWarmupTest, AnEnvironmentThatWasNeverSteppedNeedsNoSteps) {
+TEST(FrameStackWarmupTest, UnsteppedEnvironmentNeedsNoSteps) {
   FrameStackWarmup warmup(2, 4);
   for (int64_t number = 1; number < 9; ++number) {
     warmup.Add(number, StepOf({1, 1}));
@@ -43,7 +43,7 @@ TEST(FrameStackWarmupTest, AnEnvironmentThatWasNeverSteppedNeedsNoSteps) {
   EXPECT_FALSE(warmup.IsComplete({0, 2}, 6));
 }
 
-TEST(FrameStackWarmupTest, AnEpisodeThatBeginsNeedsNoSteps) {
+TEST(FrameStackWarmupTest, NewEpisodeNeedsNoSteps) {
   FrameStackWarmup warmup(3, 4);
   warmup.Add(1, StepOf({0, 3}));
   LoggedRequest reset;
@@ -62,7 +62,7 @@ TEST(FrameStackWarmupTest, AnEpisodeThatBeginsNeedsNoSteps) {
   EXPECT_FALSE(warmup.IsComplete({0, 1}, 5));
 }
 
-TEST(FrameStackWarmupTest, OfEnvironmentsThatNothingIsKnownOfStepsAreNeeded) {
+TEST(FrameStackWarmupTest, UnknownEnvironmentsNeedSteps) {
   FrameStackWarmup warmup(1, 2);
   warmup.Forget();
   EXPECT_FALSE(warmup.IsComplete({0, 1}, 7));

@@ -60,7 +60,7 @@ class JournalDamageTest : public testing::Test {
   Metrics metrics_ = Metrics("1");
 };
 
-TEST_F(JournalDamageTest, APowerCutAtAnyPointLeavesAnEarlierMoment) {
+TEST_F(JournalDamageTest, PowerCutLeavesAnEarlierCommit) {
   const auto journal = Journal::Create(path_, SomePool(), &metrics_);
   ASSERT_THAT(journal, IsOk());
   const std::string file = BytesOf(path_);
@@ -93,7 +93,7 @@ TEST_F(JournalDamageTest, APowerCutAtAnyPointLeavesAnEarlierMoment) {
   }
 }
 
-TEST_F(JournalDamageTest, AFileThatIsCutIsRefused) {
+TEST_F(JournalDamageTest, TruncatedFileIsRejected) {
   ASSERT_THAT(Journal::Create(path_, SomePool(), &metrics_), IsOk());
   const std::string whole = BytesOf(path_);
   ASSERT_EQ(whole.size() % kPageBytes, 0);
@@ -104,7 +104,7 @@ TEST_F(JournalDamageTest, AFileThatIsCutIsRefused) {
   }
 }
 
-TEST_F(JournalDamageTest, AByteThatChangedIsFoundOrChangesNothing) {
+TEST_F(JournalDamageTest, ChangedByteIsDetectedOrHarmless) {
   ASSERT_THAT(Journal::Create(path_, SomePool(), &metrics_), IsOk());
   const std::string whole = BytesOf(path_);
   const std::string expected = TextOf(Journal::Read(path_).value());
@@ -135,7 +135,7 @@ TEST_F(JournalDamageTest, AnotherVersionIsNamed) {
                        HasSubstr("copy is a journal of version 1, allowed: 2;")));
 }
 
-TEST_F(JournalDamageTest, WhatIsNoJournalIsReported) {
+TEST_F(JournalDamageTest, NonJournalIsReported) {
   for (const char* bytes : {"", "something else", "procgen-pool 1"}) {
     EXPECT_THAT(Read(bytes), StatusIs(absl::StatusCode::kDataLoss, HasSubstr("copy is damaged: ")))
         << bytes;

@@ -48,7 +48,7 @@ class JournalTest : public testing::Test {
   Metrics metrics_ = Metrics("1");
 };
 
-TEST_F(JournalTest, APoolIsReadAsItWasWritten) {
+TEST_F(JournalTest, PoolRoundTrips) {
   JournaledPool written = SomePool();
   ShardCheckpoint sampled = *written.checkpoints[2].second;
   auto sampler = std::make_shared<v1::LevelSampler>();
@@ -78,7 +78,7 @@ TEST_F(JournalTest, APoolIsReadAsItWasWritten) {
   EXPECT_EQ(pool.checkpoints.at(0).second->sampler, nullptr);
 }
 
-TEST_F(JournalTest, WhatIsAskedIsAddedAndTakenBack) {
+TEST_F(JournalTest, RequestsAreAddedAndRemoved) {
   const auto journal = Create();
   journal->Append(EntryOf(SomeStep(7)));
   journal->Append(EntryOf(SomeStep(8)));
@@ -106,7 +106,7 @@ TEST_F(JournalTest, TheLatestCheckpointsAreRead) {
   EXPECT_EQ(pool.checkpoints.at(0).first.count, 4);
 }
 
-TEST_F(JournalTest, EntriesThatNoCheckpointNeedsAreForgotten) {
+TEST_F(JournalTest, EntriesBeforeAllCheckpointsAreDropped) {
   const auto journal = Create();
   journal->Append(EntryOf(SomeStep(7)));
   journal->SetCheckpoint({2, 2}, SomeCheckpoint(9, "right"));
@@ -137,7 +137,7 @@ TEST_F(JournalTest, TheFileDoesNotGrowWithTheNumberOfRequests) {
   EXPECT_LT(std::filesystem::file_size(path_ + "-wal"), size_t{20} << 20);
 }
 
-TEST_F(JournalTest, APoolThatIsResumedIsContinued) {
+TEST_F(JournalTest, ResumedPoolContinues) {
   Create();
   const auto journal = Journal::Resume(path_, Journal::Read(path_).value(), &metrics_);
   journal->Append(EntryOf(SomeStep(7)));
@@ -148,7 +148,7 @@ TEST_F(JournalTest, APoolThatIsResumedIsContinued) {
   EXPECT_EQ(pool.checkpoints.at(0).second->number, 10);
 }
 
-TEST_F(JournalTest, AFullDiskLosesNothing) {
+TEST_F(JournalTest, FullDiskLosesNothing) {
   const auto journal = Create();
   journal->Append(EntryOf(SomeStep(7)));
   testing::internal::CaptureStderr();
@@ -174,7 +174,7 @@ TEST_F(JournalTest, AFullDiskLosesNothing) {
   EXPECT_EQ(pool.log.size(), 1);
 }
 
-TEST_F(JournalTest, RequestsBringDurabilityBackWhenThereIsRoomAgain) {
+TEST_F(JournalTest, RequestsRestoreDurabilityAfterAFullDisk) {
   const auto journal = Create();
   {
     const FullDisk full;
@@ -199,7 +199,7 @@ TEST_F(JournalTest, RoomInTheWriteAheadLogIsUsedBeforeAWriteFails) {
   EXPECT_EQ(NotDurable(), "procgen_fleet_pools_not_durable 0");
 }
 
-TEST_F(JournalTest, TheLastWriteIsTriedAgainWhenTheServerStops) {
+TEST_F(JournalTest, LastWriteIsRetriedAtShutdown) {
   auto journal = Create();
   {
     const FullDisk full;
@@ -209,21 +209,21 @@ TEST_F(JournalTest, TheLastWriteIsTriedAgainWhenTheServerStops) {
   EXPECT_EQ(Read().next_sequence_number(), 8);
 }
 
-TEST_F(JournalTest, WhatCannotBeMadeLeavesNoFile) {
+TEST_F(JournalTest, FailedCreationLeavesNoFile) {
   const FullDisk full;
   EXPECT_THAT(Journal::Create(path_, SomePool(), &metrics_),
               StatusIs(absl::StatusCode::kUnavailable, HasSubstr("cannot use ")));
   EXPECT_FALSE(std::filesystem::exists(path_));
 }
 
-TEST_F(JournalTest, AFileThatExistsIsNotReplaced) {
+TEST_F(JournalTest, ExistingFileIsNotReplaced) {
   Create();
   EXPECT_THAT(Journal::Create(path_, SomePool("pools/8"), &metrics_),
               StatusIs(absl::StatusCode::kUnavailable, HasSubstr("exists already")));
   EXPECT_EQ(Read().pool.name(), "pools/7");
 }
 
-TEST_F(JournalTest, APoolThatIsRemovedStaysRemoved) {
+TEST_F(JournalTest, RemovedPoolStaysRemoved) {
   const auto journal = Create();
   journal->Remove();
   journal->Append(EntryOf(SomeStep(7)));
@@ -231,7 +231,7 @@ TEST_F(JournalTest, APoolThatIsRemovedStaysRemoved) {
   EXPECT_FALSE(std::filesystem::exists(path_ + "-wal"));
 }
 
-TEST_F(JournalTest, AFolderThatIsGoneIsReported) {
+TEST_F(JournalTest, RemovedFolderIsReported) {
   EXPECT_THAT(Journal::Create(folder_.At("none/pool-1"), SomePool(), &metrics_),
               StatusIs(absl::StatusCode::kUnavailable, HasSubstr("none/pool-1")));
 }

@@ -16,7 +16,7 @@ TEST(RequestLogTest, NumbersCountFromOne) {
   EXPECT_EQ(log.Find(2)->request.sequence_number(), 42);
 }
 
-TEST(RequestLogTest, ItGoesOnAfterANumber) {
+TEST(RequestLogTest, ContinuesAfterANumber) {
   RequestLog log;
   log.BeginAfter(7);
   EXPECT_EQ(log.end(), 7);
@@ -24,7 +24,7 @@ TEST(RequestLogTest, ItGoesOnAfterANumber) {
   EXPECT_EQ(log.Find(8)->request.sequence_number(), 1);
 }
 
-TEST(RequestLogTest, TheLastIsTakenBackAndItsNumberGivenAgain) {
+TEST(RequestLogTest, LastEntryIsRemovedAndItsNumberReused) {
   RequestLog log;
   log.Append(SomeStep(1));
   log.Append(SomeStep(2));
@@ -36,7 +36,7 @@ TEST(RequestLogTest, TheLastIsTakenBackAndItsNumberGivenAgain) {
   EXPECT_EQ(log.Find(2)->request.sequence_number(), 3);
 }
 
-TEST(RequestLogTest, WhatIsForgottenLeavesTheNumbersOfTheOthers) {
+TEST(RequestLogTest, DroppedEntriesKeepTheNumbersOfOthers) {
   RequestLog log;
   for (int64_t i = 1; i <= 5; ++i) {
     log.Append(SomeStep(i));
@@ -53,7 +53,7 @@ TEST(RequestLogTest, WhatIsForgottenLeavesTheNumbersOfTheOthers) {
   EXPECT_EQ(log.Append(SomeStep(6)), 6);
 }
 
-TEST(RequestLogTest, BytesAreThoseOfWhatComesAfter) {
+TEST(RequestLogTest, BytesCountLaterEntries) {
   RequestLog log;
   EXPECT_EQ(log.BytesAfter(0), 0);
   for (int64_t i = 1; i <= 4; ++i) {

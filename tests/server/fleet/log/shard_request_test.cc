@@ -64,12 +64,12 @@ TEST(CutRequestTest, AStepIsCutWithItsActionsLevelsAndResets) {
                                            })pb"));
 }
 
-TEST(CutRequestTest, WhoHasNoneOfTheSliceIsLeftAlone) {
+TEST(CutRequestTest, ShardOutsideTheSliceGetsNoRequest) {
   EXPECT_EQ(Cut(kStep, {0, 2}), "nothing");
   EXPECT_EQ(Cut(kStep, {8, 4}), "nothing");
 }
 
-TEST(CutRequestTest, AResetOfOthersIsAnObserve) {
+TEST(CutRequestTest, ResetOfOtherShardsBecomesAnObserve) {
   const std::string reset = R"pb(
     reset {
       slice { first_env: 1 env_count: 6 }
@@ -97,12 +97,12 @@ TEST(CutRequestTest, AnObserveIsCut) {
             Text("observe { slice { env_count: 2 } observation: OBSERVATION_NONE }"));
 }
 
-TEST(CutRequestTest, ALevelSamplerIsForAll) {
+TEST(CutRequestTest, LevelSamplerGoesToAllShards) {
   const std::string sampler = "level_sampler { level_seeds: [ 1, 2 ] rand_seed: 3 }";
   EXPECT_EQ(Cut("sequence_number: 4 " + sampler, {6, 2}), Text(sampler));
 }
 
-TEST(SliceOfTest, EachKindHasOne) {
+TEST(SliceOfTest, EveryRequestKindHasASlice) {
   const auto slice = [](const std::string& text) {
     const Part part = SliceOf(Parse(text), 24);
     return std::pair(part.first, part.count);
@@ -113,7 +113,7 @@ TEST(SliceOfTest, EachKindHasOne) {
   EXPECT_EQ(slice("level_sampler {}"), std::pair(0, 24));
 }
 
-TEST(AskForNoPicturesTest, NoneOfAnyKindIsLeft) {
+TEST(AskForNoPicturesTest, RemovesObservationsOfEveryRequestKind) {
   v1::StepPoolRequest step = Parse(kStep);
   AskForNoPictures(&step);
   EXPECT_EQ(step.step().observation(), v1::OBSERVATION_NONE);

@@ -54,22 +54,22 @@ TEST(PlanShardsTest, EqualNodesHaveEqualShares) {
               ElementsAre(Pair("a", 8), Pair("b", 8), Pair("c", 8)));
 }
 
-TEST(PlanShardsTest, WhatDoesNotDivideGoesToTheFirst) {
+TEST(PlanShardsTest, RemainderGoesToTheFirstNodes) {
   EXPECT_THAT(Plan({Node("a", 100), Node("b", 100), Node("c", 100)}, 26),
               ElementsAre(Pair("a", 9), Pair("b", 9), Pair("c", 8)));
 }
 
-TEST(PlanShardsTest, SharesAreByTheRoomThatIsLeft) {
+TEST(PlanShardsTest, SharesFollowTheFreeCapacity) {
   EXPECT_THAT(Plan({Node("a", 100, 50), Node("b", 200, 50), Node("c", 400, 400)}, 80),
               ElementsAre(Pair("b", 60), Pair("a", 20)));
 }
 
-TEST(PlanShardsTest, NoNodeHasMoreThanItHasRoomFor) {
+TEST(PlanShardsTest, NoNodeExceedsItsCapacity) {
   EXPECT_THAT(Plan({Node("a", 7), Node("b", 5), Node("c", 1)}, 13),
               ElementsAre(Pair("a", 7), Pair("b", 5), Pair("c", 1)));
 }
 
-TEST(PlanShardsTest, NoMoreNodesThanAllowedHaveAny) {
+TEST(PlanShardsTest, NodeCountIsLimited) {
   const FleetNodes nodes(OptionsOf({Node("a", 30), Node("b", 20), Node("c", 10)}));
   EXPECT_THAT(CountsOf(nodes.PlanShards(24, 2)), ElementsAre(Pair("a", 15), Pair("b", 9)));
   EXPECT_THAT(nodes.PlanShards(40, 1).status(),
@@ -77,7 +77,7 @@ TEST(PlanShardsTest, NoMoreNodesThanAllowedHaveAny) {
                        HasSubstr("threads left for 1 shards, whose nodes have room for 30")));
 }
 
-TEST(PlanShardsTest, NodesThatDrainAreUnwellOrTakeNoneHaveNone) {
+TEST(PlanShardsTest, DrainingUnhealthyAndFullNodesGetNoShard) {
   NodeStatus draining = Node("a", 100);
   draining.draining = true;
   NodeStatus unwell = Node("b", 100);
@@ -93,12 +93,12 @@ TEST(PlanShardsTest, FewEnvironmentsStayTogether) {
   EXPECT_THAT(Plan(nodes, 8), ElementsAre(Pair("a", 4), Pair("b", 4)));
 }
 
-TEST(PlanShardsTest, FewEnvironmentsPartWhereThereIsNoRoomOtherwise) {
+TEST(PlanShardsTest, FewEnvironmentsAreSplitIfCapacityRequires) {
   EXPECT_THAT(Plan({Node("a", 3), Node("b", 3), Node("c", 3)}, 8),
               ElementsAre(Pair("a", 3), Pair("b", 3), Pair("c", 2)));
 }
 
-TEST(PlanShardsTest, ErrorsTellWhatThereIs) {
+TEST(PlanShardsTest, ErrorsNameTheCapacity) {
   EXPECT_THAT(FleetNodes(OptionsOf({})).PlanShards(8),
               StatusIs(absl::StatusCode::kUnavailable, HasSubstr("no node at the moment")));
   EXPECT_THAT(FleetNodes(OptionsOf({Node("a", 10, 4), Node("b", 3, 9)})).PlanShards(8),
@@ -106,7 +106,7 @@ TEST(PlanShardsTest, ErrorsTellWhatThereIs) {
                        "spec.env_count is 8 and the fleet's nodes have room for 6 environments"));
 }
 
-TEST(FleetNodesTest, CapacityIsReservedUntilTheReservationGoes) {
+TEST(FleetNodesTest, CapacityIsReservedUntilTheReservationIsDestroyed) {
   FleetNodes nodes(OptionsOf({Node("a", 10), Node("b", 10)}));
   {
     auto reserved = nodes.Reserve(8, "b");
@@ -124,7 +124,7 @@ TEST(FleetNodesTest, CapacityIsReservedUntilTheReservationGoes) {
   EXPECT_THAT(CountsOf(nodes.PlanShards(20)), ElementsAre(Pair("a", 10), Pair("b", 10)));
 }
 
-TEST(FleetNodesTest, SuspectsAreUsedWhereThereIsNobodyElse) {
+TEST(FleetNodesTest, SuspectsAreUsedAsTheLastResort) {
   FleetNodes nodes(OptionsOf({Node("a", 100), Node("b", 10)}));
   nodes.Suspect("a");
   EXPECT_EQ(nodes.Reserve(4, "a")->node_id(), "b");
@@ -132,7 +132,7 @@ TEST(FleetNodesTest, SuspectsAreUsedWhereThereIsNobodyElse) {
   EXPECT_EQ(nodes.Reserve(4, "a")->node_id(), "a");
 }
 
-TEST(FleetNodesTest, NodesThatAnswerWronglyAreExcludedTwiceAsLongEachTime) {
+TEST(FleetNodesTest, WrongResponsesExcludeANodeWithDoublingBackoff) {
   absl::Time now = absl::UnixEpoch();
   FleetOptions options = OptionsOf({Node("a", 100)});
   options.clock = [&now] { return now; };
@@ -152,7 +152,7 @@ TEST(FleetNodesTest, NodesThatAnswerWronglyAreExcludedTwiceAsLongEachTime) {
   EXPECT_THAT(nodes.Reserve(4, "a"), IsOk()) << "what was long ago is forgotten";
 }
 
-TEST(FleetNodesTest, NodesOfLongAgoAreForgotten) {
+TEST(FleetNodesTest, OldNodesAreForgotten) {
   absl::Time now = absl::UnixEpoch();
   std::string node_id;
   FleetOptions options;
@@ -175,7 +175,7 @@ class SetClockTest : public testing::TestWithParam<absl::Duration> {
   ~SetClockTest() override { SetWallClockOffset(0); }
 };
 
-TEST_P(SetClockTest, WaitsForNodesEndAtTheirTime) {
+TEST_P(SetClockTest, WaitsForNodesEndAtTheirTimeout) {
   const FleetNodes nodes(OptionsOf({}));
   std::thread operator_thread([] { SetWallClockOffset(absl::ToInt64Nanoseconds(GetParam())); });
   const absl::Time begin = SteadyNow();
@@ -187,7 +187,7 @@ TEST_P(SetClockTest, WaitsForNodesEndAtTheirTime) {
 INSTANTIATE_TEST_SUITE_P(BackAndForth, SetClockTest,
                          testing::Values(-absl::Hours(1), absl::Hours(1)));
 
-TEST(FleetNodesTest, OnlyThoseThatServeAreUsable) {
+TEST(FleetNodesTest, OnlyServingNodesAreUsable) {
   NodeStatus draining = Node("b", 100);
   draining.draining = true;
   const FleetNodes nodes(OptionsOf({Node("a", 100), draining, Node("fleet", 0)}));

@@ -24,21 +24,21 @@ class RequestProgressTest : public testing::Test {
   RequestProgress progress_;
 };
 
-TEST_F(RequestProgressTest, APartWaitsForTheShardsThatItTouches) {
+TEST_F(RequestProgressTest, PartWaitsForItsShards) {
   Start();
   EXPECT_FALSE(AddPart({3, 2}));
   EXPECT_FALSE(Finish(kLeft));
   EXPECT_TRUE(Finish(kRight));
 }
 
-TEST_F(RequestProgressTest, APartIsAnsweredWhileOtherShardsRun) {
+TEST_F(RequestProgressTest, PartIsAnsweredWhileOtherShardsRun) {
   Start();
   EXPECT_FALSE(AddPart({0, 2}));
   EXPECT_TRUE(Finish(kLeft));
   EXPECT_TRUE(AddPart({2, 2})) << "its shard is done already";
 }
 
-TEST_F(RequestProgressTest, TheLastPartWaitsForAllShards) {
+TEST_F(RequestProgressTest, LastPartWaitsForAllShards) {
   Start();
   EXPECT_FALSE(AddPart({6, 2}));
   EXPECT_FALSE(Finish(kRight));
@@ -51,7 +51,7 @@ TEST_F(RequestProgressTest, NoPartIsAnsweredBeforeTheShardsStart) {
   EXPECT_TRUE(Finish(kLeft));
 }
 
-TEST_F(RequestProgressTest, AnErrorIsAnsweredWhenAllShardsAreDone) {
+TEST_F(RequestProgressTest, ErrorIsReturnedWhenAllShardsAreDone) {
   Start();
   EXPECT_FALSE(AddPart({0, 2}));
   EXPECT_FALSE(progress_.OnShardDone(kLeft, absl::DataLossError("first")).has_value());
@@ -60,7 +60,7 @@ TEST_F(RequestProgressTest, AnErrorIsAnsweredWhenAllShardsAreDone) {
   EXPECT_THAT(answer->status, StatusIs(absl::StatusCode::kDataLoss, "first"));
 }
 
-TEST_F(RequestProgressTest, ARequestThatNoShardRunsEndsWithItsStatus) {
+TEST_F(RequestProgressTest, RequestWithoutShardsEndsWithItsStatus) {
   progress_.Start({}, absl::ResourceExhaustedError("full"));
   const auto answer = progress_.AddPart({0, 2}, {}, [](auto) {});
   ASSERT_TRUE(answer.has_value());

@@ -7,7 +7,7 @@
 namespace procgen {
 namespace {
 
-TEST(ShardThreadBudgetTest, NoMoreAreReservedThanAreLeft) {
+TEST(ShardThreadBudgetTest, ReservationsAreBoundedByTheFreeThreads) {
   ShardThreadBudget budget(3);
   const auto first = budget.Reserve(2);
   ASSERT_THAT(first, IsOk());
@@ -20,7 +20,7 @@ TEST(ShardThreadBudgetTest, NoMoreAreReservedThanAreLeft) {
                                           testing::HasSubstr("runs 3 shards, limit 3")));
 }
 
-TEST(ShardThreadBudgetTest, AReservationCountsUntilItIsDestroyed) {
+TEST(ShardThreadBudgetTest, ReservationCountsUntilItIsDestroyed) {
   ShardThreadBudget budget(2);
   auto reserved = budget.Reserve(2);
   ASSERT_THAT(reserved, IsOk());

@@ -23,7 +23,7 @@ using testing::Not;
 constexpr char kAlice[] = "alice-0123456789abcdef";
 constexpr char kBob[] = "bob+0123456789abcdef==";
 
-TEST(ParseTokensTest, LinesWithOwnersAndTokensAreReadAndCommentsAreNot) {
+TEST(ParseTokensTest, OwnersAndTokensAreParsedAndCommentsSkipped) {
   const auto digests = ParseTokens(std::string("# who\n\n  alice\t") + kAlice +
                                    "  # her first\r\nbob " + kBob + "\nalice " + kBob + "2");
   ASSERT_THAT(digests, IsOk());
@@ -33,7 +33,7 @@ TEST(ParseTokensTest, LinesWithOwnersAndTokensAreReadAndCommentsAreNot) {
   EXPECT_EQ((*digests)[2].owner, "alice");
 }
 
-TEST(ParseTokensTest, BrokenLinesAreNamedAndNeverRepeated) {
+TEST(ParseTokensTest, InvalidLinesAreNumberedAndNeverEchoed) {
   for (const auto& [line, reason] :
        {std::pair<std::string, std::string>{"secretsecretsecret", "line 2 has 1 words"},
         {"alice secret-secret-secret x", "line 2 has 3 words"},
@@ -48,13 +48,13 @@ TEST(ParseTokensTest, BrokenLinesAreNamedAndNeverRepeated) {
   }
 }
 
-TEST(ParseTokensTest, ATokenOfTwoLinesIsRefused) {
+TEST(ParseTokensTest, DuplicateTokenIsRejected) {
   EXPECT_THAT(ParseTokens(std::string("alice ") + kBob + "\nbob " + kBob),
               StatusIs(absl::StatusCode::kInvalidArgument,
                        "line 2 has the token of line 1, allowed: each once"));
 }
 
-TEST(ParseTokensTest, AFileWithoutTokensIsRefused) {
+TEST(ParseTokensTest, FileWithoutTokensIsRejected) {
   EXPECT_THAT(ParseTokens("# nobody\n"),
               StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr("has no token")));
 }
@@ -75,7 +75,7 @@ class TokenFileTest : public testing::Test {
   const std::string path_ = folder_.At("tokens");
 };
 
-TEST_F(TokenFileTest, TokensTellTheirOwner) {
+TEST_F(TokenFileTest, TokensIdentifyTheirOwner) {
   const auto tokens = TokenFile::Open(path_);
   ASSERT_THAT(tokens, IsOk());
   EXPECT_EQ((*tokens)->OwnerOf(kAlice), "alice");
@@ -93,7 +93,7 @@ TEST_F(TokenFileTest, AReplacedFileIsReadAtOnce) {
   EXPECT_EQ((*tokens)->OwnerOf(kAlice), std::nullopt);
 }
 
-TEST_F(TokenFileTest, WhoeverAsksAfterAReplacementIsAnsweredByTheNewFile) {
+TEST_F(TokenFileTest, LookupAfterAReplacementUsesTheNewFile) {
   const auto tokens = TokenFile::Open(path_);
   ASSERT_THAT(tokens, IsOk());
   std::atomic<bool> is_replaced = false;
@@ -119,7 +119,7 @@ TEST_F(TokenFileTest, WhoeverAsksAfterAReplacementIsAnsweredByTheNewFile) {
   }
 }
 
-TEST_F(TokenFileTest, ABrokenOrMissingFileLeavesWhatWasReadBefore) {
+TEST_F(TokenFileTest, BrokenOrMissingFileKeepsThePreviousTokens) {
   const auto tokens = TokenFile::Open(path_);
   ASSERT_THAT(tokens, IsOk());
   for (const char* broken : {"", "alice", "alice short"}) {
@@ -132,7 +132,7 @@ TEST_F(TokenFileTest, ABrokenOrMissingFileLeavesWhatWasReadBefore) {
   EXPECT_EQ((*tokens)->OwnerOf(kBob), "bob");
 }
 
-TEST_F(TokenFileTest, ABrokenFileIsToldOnceAndAWideOpenOneToo) {
+TEST_F(TokenFileTest, BrokenOrWorldReadableFileIsLoggedOnce) {
   const auto tokens = TokenFile::Open(path_);
   ASSERT_THAT(tokens, IsOk());
   testing::internal::CaptureStderr();
@@ -151,7 +151,7 @@ TEST_F(TokenFileTest, ABrokenFileIsToldOnceAndAWideOpenOneToo) {
   EXPECT_THAT(log, Not(HasSubstr(kBob)));
 }
 
-TEST_F(TokenFileTest, WhatIsNoFileIsRefusedByName) {
+TEST_F(TokenFileTest, NonFileIsRejectedByName) {
   EXPECT_THAT(TokenFile::Open(path_ + "-none"),
               StatusIs(absl::StatusCode::kNotFound, HasSubstr(path_ + "-none")));
   EXPECT_THAT(TokenFile::Open(testing::TempDir()),

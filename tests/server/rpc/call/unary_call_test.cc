@@ -36,7 +36,7 @@ TEST(ParseMessageTest, PiecesAreReadAsOne) {
   }
 }
 
-TEST(ParseMessageTest, GarbageIsToldWithItsSize) {
+TEST(ParseMessageTest, InvalidMessageErrorNamesItsSize) {
   v1::GetPoolRequest message;
   const absl::Status status = ParseMessage(BytesOf("\xff\xff"), &message);
   EXPECT_EQ(status.code(), absl::StatusCode::kInvalidArgument);

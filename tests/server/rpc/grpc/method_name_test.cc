@@ -10,7 +10,7 @@
 namespace procgen {
 namespace {
 
-TEST(MethodNameTest, IsThatOfTheMethodThatTakesTheRequest) {
+TEST(MethodNameTest, IsTheMethodOfTheRequestType) {
   EXPECT_EQ(MethodNameOf<v1::GetLoadRequest>(), "CatalogService/GetLoad");
   EXPECT_EQ(MethodNameOf<v1::WatchNodesRequest>(), "ClusterService/WatchNodes");
   EXPECT_EQ(MethodNameOf<v1::DeletePoolRequest>(), "PoolService/DeletePool");

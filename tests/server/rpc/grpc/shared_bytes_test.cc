@@ -20,7 +20,7 @@ std::string TextOf(const grpc::ByteBuffer& buffer) {
   return {reinterpret_cast<const char*>(slice.begin()), slice.size()};
 }
 
-TEST(SharedBytesTest, BytesAreTheSameThereAndBack) {
+TEST(SharedBytesTest, BytesRoundTrip) {
   const std::string large(100'000, 'x');
   for (const std::vector<std::string>& pieces :
        {std::vector<std::string>{"short"}, std::vector<std::string>{large, "", "short", large}}) {
@@ -34,7 +34,7 @@ TEST(SharedBytesTest, BytesAreTheSameThereAndBack) {
   }
 }
 
-TEST(SharedBytesTest, NothingOfAnySizeIsCopied) {
+TEST(SharedBytesTest, NoSizeIsCopied) {
   const grpc::ByteBuffer buffer = BufferOf({std::string(100'000, 'x')});
   std::vector<grpc::Slice> slices;
   ASSERT_TRUE(buffer.Dump(&slices).ok());
@@ -45,7 +45,7 @@ TEST(SharedBytesTest, NothingOfAnySizeIsCopied) {
   EXPECT_EQ(reinterpret_cast<const char*>(slices.front().begin()), memory);
 }
 
-TEST(SharedBytesTest, BytesOutliveWhoGaveThem) {
+TEST(SharedBytesTest, BytesOutliveTheirSource) {
   absl::Cord cord = CordOf(BufferOf({std::string(1000, 'x')}));
   const grpc::ByteBuffer buffer = ByteBufferOf(cord);
   cord.Clear();
@@ -53,7 +53,7 @@ TEST(SharedBytesTest, BytesOutliveWhoGaveThem) {
 }
 
 // A short Cord holds its bytes in itself.
-TEST(SharedBytesTest, FewBytesOutliveWhoGaveThem) {
+TEST(SharedBytesTest, FewBytesOutliveTheirSource) {
   absl::Cord cord("short");
   const grpc::ByteBuffer buffer = ByteBufferOf(cord);
   cord = absl::Cord("other");

@@ -16,7 +16,7 @@ bool Allows(const std::string& list, const std::string& address) {
   return allowlist->Allows(*ParseAddress(address));
 }
 
-TEST(CloneSourceAllowlistTest, NoneIsNone) {
+TEST(CloneSourceAllowlistTest, NoneAllowsNothing) {
   for (const char* address : {"127.0.0.1:1", "unix:/x", "host:1"}) {
     EXPECT_FALSE(Allows("none", address));
     EXPECT_FALSE(CloneSourceAllowlist().Allows(*ParseAddress(address)));
@@ -43,7 +43,7 @@ TEST(CloneSourceAllowlistTest, AHostHasAnyPortAndAnAddressOne) {
   EXPECT_FALSE(Allows(list, "127.0.0.1:7"));
 }
 
-TEST(CloneSourceAllowlistTest, WhatIsNoSourceIsNamed) {
+TEST(CloneSourceAllowlistTest, InvalidSourceIsNamed) {
   for (const char* list : {"a b", "local,,", "*", "dns:///x:1", "local,http://x"}) {
     EXPECT_THAT(CloneSourceAllowlist::Parse(list),
                 StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr("allowed: HOST, ")))

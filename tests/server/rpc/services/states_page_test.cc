@@ -41,13 +41,13 @@ class StatesPageTest : public testing::Test {
   v1::SaveStatesResponse response_;
 };
 
-TEST_F(StatesPageTest, NoneNamedIsAll) {
+TEST_F(StatesPageTest, NoNamesMeanAll) {
   EXPECT_THAT((*Begin())->rest(), ElementsAre(0, 1, 2, 3));
   request_.add_environments(2);
   EXPECT_THAT((*Begin())->rest(), ElementsAre(2));
 }
 
-TEST_F(StatesPageTest, AFullPageFitsToTheLastBytesAndTheNextGoesOn) {
+TEST_F(StatesPageTest, FullPageFitsExactlyAndTheNextContinues) {
   const auto page = Begin();
   ASSERT_THAT(page, IsOk());
   ASSERT_THAT((*page)->Open(5), IsOk());
@@ -75,7 +75,7 @@ TEST_F(StatesPageTest, TheLastPageHasNoToken) {
   EXPECT_EQ(response_.next_page_token(), "");
 }
 
-TEST_F(StatesPageTest, ASnapshotThatNoPageHasRoomForIsAnError) {
+TEST_F(StatesPageTest, SnapshotBeyondAPageIsAnError) {
   const auto page = Begin();
   ASSERT_THAT((*page)->Open(5), IsOk());
   EXPECT_FALSE((*page)->Add(0, std::string(kBytesMax, 'x'), &response_));
@@ -85,7 +85,7 @@ TEST_F(StatesPageTest, ASnapshotThatNoPageHasRoomForIsAnError) {
                        "response_bytes_max is 65536"));
 }
 
-TEST_F(StatesPageTest, ATokenOfAnEarlierPoolOfTheSameNameIsRefused) {
+TEST_F(StatesPageTest, PageTokenOfAnEarlierPoolIsRejected) {
   const auto page = Begin();
   ASSERT_THAT((*page)->Open(0), IsOk());
   ASSERT_TRUE((*page)->Add(0, "x", &response_));

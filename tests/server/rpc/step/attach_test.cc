@@ -8,7 +8,7 @@ namespace {
 
 using testing::HasSubstr;
 
-TEST(AttachTest, WhatIsLeftOutHasDefaults) {
+TEST(AttachTest, UnsetFieldsHaveDefaults) {
   v1::StepPoolRequest request;
   request.mutable_attach();
   const auto stream_options = ReadAttach(request, Limits());
@@ -19,7 +19,7 @@ TEST(AttachTest, WhatIsLeftOutHasDefaults) {
   EXPECT_EQ(stream_options->response_bytes_max, 4 << 20);
 }
 
-TEST(AttachTest, WhatIsAskedForIsGiven) {
+TEST(AttachTest, SetFieldsAreUsed) {
   v1::StepPoolRequest request;
   request.mutable_attach()->set_requests_in_flight_max(3);
   request.mutable_attach()->set_resumable(true);
@@ -33,7 +33,7 @@ TEST(AttachTest, WhatIsAskedForIsGiven) {
   EXPECT_EQ(stream_options->response_bytes_max, 100'000);
 }
 
-TEST(AttachTest, HeldBatchesAreTakenOverAndReleasedOnesRefused) {
+TEST(AttachTest, HeldBatchesAreAcceptedAndReleasedOnesRejected) {
   v1::StepPoolRequest request;
   request.mutable_attach()->set_held_batches_max(5);
   request.mutable_attach()->add_held_batches(3);
@@ -53,7 +53,7 @@ TEST(AttachTest, HeldBatchesAreTakenOverAndReleasedOnesRefused) {
               StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr("released_batches has 1")));
 }
 
-TEST(AttachTest, SomethingElseIsRefused) {
+TEST(AttachTest, OtherMessagesAreRejected) {
   v1::StepPoolRequest request;
   request.mutable_observe();
   EXPECT_THAT(ReadAttach(request, Limits()),

@@ -8,7 +8,7 @@
 namespace procgen {
 namespace {
 
-TEST(FrameRingTest, WhatIsWrittenIsInTheSlice) {
+TEST(FrameRingTest, SliceContainsTheWrittenBytes) {
   FrameRing ring;
   const Frames frames = ring.Take(100000);
   ASSERT_EQ(frames.slice.size(), 100000U);
@@ -18,9 +18,9 @@ TEST(FrameRingTest, WhatIsWrittenIsInTheSlice) {
   EXPECT_EQ(*(frames.slice.end() - 1), 7);
 }
 
-TEST(FrameRingTest, NoneIsTakenForNothing) { EXPECT_EQ(FrameRing().Take(0).slice.size(), 0U); }
+TEST(FrameRingTest, ZeroBytesGiveAnEmptySlice) { EXPECT_EQ(FrameRing().Take(0).slice.size(), 0U); }
 
-TEST(FrameRingTest, MemoryIsTakenAgainOnceAllCopiesOfItsSliceAreGone) {
+TEST(FrameRingTest, MemoryIsReusedAfterTheLastSliceCopy) {
   FrameRing ring;
   Frames frames = ring.Take(1000);
   const uint8_t* const memory = frames.bytes.data();

@@ -13,7 +13,7 @@ StreamRequest* Read(RequestWindow* window) {
   return request;
 }
 
-TEST(RequestWindowTest, NothingIsReadWhileAllAreUnanswered) {
+TEST(RequestWindowTest, FullWindowReadsNothing) {
   RequestWindow window;
   window.Grow(2);
   StreamRequest* first = Read(&window);
@@ -38,7 +38,7 @@ TEST(RequestWindowTest, OneIsReadAtATime) {
   EXPECT_TRUE(window.CanRead());
 }
 
-TEST(RequestWindowTest, IsOverWhenWhatWasReadIsCarriedOut) {
+TEST(RequestWindowTest, EndsWhenAllReadRequestsAreExecuted) {
   RequestWindow window;
   window.Grow(2);
   Read(&window);
@@ -50,7 +50,7 @@ TEST(RequestWindowTest, IsOverWhenWhatWasReadIsCarriedOut) {
   EXPECT_TRUE(window.IsOver());
 }
 
-TEST(RequestWindowTest, StoppingForgetsWhatWaits) {
+TEST(RequestWindowTest, StoppingDropsQueuedRequests) {
   RequestWindow window;
   window.Grow(3);
   Read(&window);

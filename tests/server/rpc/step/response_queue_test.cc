@@ -5,7 +5,7 @@
 namespace procgen {
 namespace {
 
-TEST(ResponseQueueTest, ResponsesAreTwoUnlessMoreAreAskedFor) {
+TEST(ResponseQueueTest, DefaultCapacityIsTwoResponses) {
   ResponseQueue queue;
   Response* first = queue.Take();
   queue.Take();
@@ -15,7 +15,7 @@ TEST(ResponseQueueTest, ResponsesAreTwoUnlessMoreAreAskedFor) {
   EXPECT_EQ(queue.Take(), first) << "memory is used again";
 }
 
-TEST(ResponseQueueTest, WhatIsGivenBackLetsGoOfItsObservations) {
+TEST(ResponseQueueTest, ReturnedResponseReleasesItsObservations) {
   ResponseQueue queue;
   Response* response = queue.Take();
   bool let_go = false;

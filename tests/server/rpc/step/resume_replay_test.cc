@@ -184,7 +184,7 @@ INSTANTIATE_TEST_SUITE_P(
                     absl::StatusCode::kFailedPrecondition, absl::StatusCode::kUnimplemented,
                     absl::StatusCode::kInternal, absl::StatusCode::kOutOfRange));
 
-TEST_F(ResumeReplayTest, OtherErrorsAreTriedAgainLaterAndLater) {
+TEST_F(ResumeReplayTest, OtherErrorsAreRetriedWithBackoff) {
   std::atomic<int> failures_left = 3;
   const auto session = Make(2, [&]() -> absl::Status {
     return failures_left-- > 0 ? absl::UnavailableError("there is no node") : absl::OkStatus();
@@ -197,7 +197,7 @@ TEST_F(ResumeReplayTest, OtherErrorsAreTriedAgainLaterAndLater) {
   EXPECT_EQ(session->oldest_kept_sequence_number(), 1);
 }
 
-TEST_F(ResumeReplayTest, AClosedPoolIsLetGoOfAtOnce) {
+TEST_F(ResumeReplayTest, ClosedPoolIsReleasedAtOnce) {
   absl::Notification failed;
   std::atomic<int> failure_count = 0;
   auto session = Make(2, [&]() -> absl::Status {
@@ -215,7 +215,7 @@ TEST_F(ResumeReplayTest, AClosedPoolIsLetGoOfAtOnce) {
   EXPECT_EQ(failure_count, count);
 }
 
-TEST_F(ResumeReplayTest, AServerThatDrainsDoesNotWaitForIt) {
+TEST_F(ResumeReplayTest, DrainDoesNotWaitForReplay) {
   absl::Notification failed;
   std::atomic<int> failure_count = 0;
   const auto session = Make(2, [&]() -> absl::Status {

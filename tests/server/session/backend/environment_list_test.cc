@@ -9,18 +9,18 @@
 namespace procgen {
 namespace {
 
-TEST(EnvironmentListTest, EachInRangeOnceIsRight) {
+TEST(EnvironmentListTest, DistinctEntriesInRangeAreValid) {
   EXPECT_THAT(CheckEnvironmentList({.list = "states", .environments = {3, 0, 2}}, "pools/7", 4),
               IsOk());
 }
 
-TEST(EnvironmentListTest, NoneAtAllIsRefused) {
+TEST(EnvironmentListTest, EmptyListIsRejected) {
   EXPECT_THAT(
       CheckEnvironmentList({.list = "states"}, "pools/7", 4),
       StatusIs(absl::StatusCode::kInvalidArgument, "states is empty, allowed: at least one"));
 }
 
-TEST(EnvironmentListTest, TheEntryOutOfRangeIsNamed) {
+TEST(EnvironmentListTest, EntryOutOfRangeIsNamed) {
   for (const int32_t wrong : {-1, 4, INT32_MIN, INT32_MAX}) {
     EXPECT_THAT(
         CheckEnvironmentList(
@@ -31,7 +31,7 @@ TEST(EnvironmentListTest, TheEntryOutOfRangeIsNamed) {
   }
 }
 
-TEST(EnvironmentListTest, RepeatsAreRefusedUnlessTheyAreAllowed) {
+TEST(EnvironmentListTest, RepeatsAreRejectedUnlessAllowed) {
   const std::vector<int32_t> environments = {1, 2, 1};
   EnvironmentList list = {.list = "environments", .environments = environments};
   EXPECT_THAT(CheckEnvironmentList(list, "pools/7", 4),

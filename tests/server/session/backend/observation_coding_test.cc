@@ -5,14 +5,14 @@
 namespace procgen {
 namespace {
 
-TEST(ObservationCodingTest, RawIsSentAsItIsDrawn) {
+TEST(ObservationCodingTest, RawObservationsAreSentUnchanged) {
   const ObservationCoding coding{ObservationFormat()};
   EXPECT_EQ(coding.drawn_bytes(), kObservationBytes);
   EXPECT_EQ(coding.sent_bytes_max(), kObservationBytes);
   EXPECT_EQ(coding.MakeEncoder(4), nullptr);
 }
 
-TEST(ObservationCodingTest, WhatIsEncodedMayTakeHalfAsMuchAgainAtMost) {
+TEST(ObservationCodingTest, EncodedSizeBoundIsOneAndAHalfTimesRaw) {
   for (const Layout layout : {Layout::kHwc, Layout::kChw}) {
     for (const Color color : {Color::kRgb, Color::kGrayscale}) {
       for (int32_t size_px = 16; size_px <= 512; ++size_px) {
@@ -21,7 +21,7 @@ TEST(ObservationCodingTest, WhatIsEncodedMayTakeHalfAsMuchAgainAtMost) {
         const ObservationCoding coding(format, Encoding::kDeltaZstd);
         ASSERT_EQ(coding.drawn_bytes(), static_cast<int64_t>(format.bytes()));
         ASSERT_GT(coding.sent_bytes_max(), coding.drawn_bytes()) << size_px;
-        // The contract promises as much to those who reckon with it (Attach.resumable).
+        // The bound that the proto documents (Attach.resumable).
         ASSERT_LE(coding.sent_bytes_max(), coding.drawn_bytes() * 3 / 2 + 128) << size_px;
         ASSERT_EQ(ShapeOf(format).bytes(), format.bytes());
       }

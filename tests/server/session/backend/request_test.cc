@@ -21,14 +21,14 @@ Request StepOf(const std::vector<int32_t>& actions) {
   return request;
 }
 
-TEST(RequestTest, CountIsFilledInToThePoolsEnd) {
+TEST(RequestTest, UnsetCountExtendsToTheEndOfThePool) {
   Request request;
   request.first = 1;
   EXPECT_THAT(CheckRequest("pools/7", kEnvCount, &request), IsOk());
   EXPECT_EQ(request.count, 3);
 }
 
-TEST(RequestTest, SliceThatBeginsBehindThePoolIsRefused) {
+TEST(RequestTest, SliceStartBeyondThePoolIsRejected) {
   Request request;
   request.first = 4;
   EXPECT_THAT(Check(request),
@@ -36,7 +36,7 @@ TEST(RequestTest, SliceThatBeginsBehindThePoolIsRefused) {
                        "slice.first_env is 4, pool pools/7 has environments 0 to 3"));
 }
 
-TEST(RequestTest, SliceThatEndsBehindThePoolIsRefused) {
+TEST(RequestTest, SliceEndBeyondThePoolIsRejected) {
   Request request;
   request.first = 2;
   request.count = 3;
@@ -45,7 +45,7 @@ TEST(RequestTest, SliceThatEndsBehindThePoolIsRefused) {
                        "slice.env_count is 3, from environment 2 on pool pools/7 has 2"));
 }
 
-TEST(RequestTest, CountsThatWouldOverflowAreRefused) {
+TEST(RequestTest, OverflowingCountsAreRejected) {
   Request request;
   request.first = 3;
   request.count = INT32_MAX;
@@ -53,7 +53,7 @@ TEST(RequestTest, CountsThatWouldOverflowAreRefused) {
               StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr("2147483647")));
 }
 
-TEST(RequestTest, WrongNumberOfActionsIsRefused) {
+TEST(RequestTest, WrongNumberOfActionsIsRejected) {
   const std::vector<int32_t> actions = {4, 4, 4};
   EXPECT_THAT(Check(StepOf(actions)),
               StatusIs(absl::StatusCode::kInvalidArgument,
@@ -65,7 +65,7 @@ TEST(RequestTest, ActionsFromMinusOneTo14AreAllowed) {
   EXPECT_THAT(Check(StepOf(actions)), IsOk());
 }
 
-TEST(RequestTest, ActionOutOfRangeIsRefused) {
+TEST(RequestTest, ActionOutOfRangeIsRejected) {
   for (const int32_t action : {-2, 15, INT32_MIN, INT32_MAX}) {
     const std::vector<int32_t> actions = {4, 4, action, 4};
     EXPECT_THAT(Check(StepOf(actions)),
@@ -74,7 +74,7 @@ TEST(RequestTest, ActionOutOfRangeIsRefused) {
   }
 }
 
-TEST(RequestTest, RepeatOutOfRangeIsRefused) {
+TEST(RequestTest, RepeatOutOfRangeIsRejected) {
   const std::vector<int32_t> actions(kEnvCount, 4);
   for (const int32_t repeat : {-1, 0, 1001}) {
     Request request = StepOf(actions);
@@ -85,7 +85,7 @@ TEST(RequestTest, RepeatOutOfRangeIsRefused) {
   }
 }
 
-TEST(RequestTest, NextLevelOutsideOfTheSliceIsRefused) {
+TEST(RequestTest, NextLevelOutsideTheSliceIsRejected) {
   const std::vector<int32_t> actions(2, 4);
   const std::vector<NextLevel> next_levels = {{1, 5}, {3, 5}};
   Request request = StepOf(actions);
@@ -96,7 +96,7 @@ TEST(RequestTest, NextLevelOutsideOfTheSliceIsRefused) {
                                        "next_levels[1].environment is 3, the slice is 1 to 2"));
 }
 
-TEST(RequestTest, EnvironmentThatIsResetTwiceIsRefused) {
+TEST(RequestTest, DuplicateResetIsRejected) {
   const std::vector<Reset> resets = {{2, {}, {}}, {0, {}, {}}, {2, {}, {}}};
   Request request;
   request.kind = Request::Kind::kReset;
@@ -106,7 +106,7 @@ TEST(RequestTest, EnvironmentThatIsResetTwiceIsRefused) {
                        "resets[2].environment is 2 again, allowed: each at most once"));
 }
 
-TEST(RequestTest, ResetOfNothingIsRefused) {
+TEST(RequestTest, EmptyResetIsRejected) {
   Request request;
   request.kind = Request::Kind::kReset;
   EXPECT_THAT(Check(request), StatusIs(absl::StatusCode::kInvalidArgument,

@@ -20,8 +20,7 @@ using testing::SizeIs;
 
 constexpr int64_t kPlenty = int64_t{1} << 30;
 
-// Environments whose steps are made up: each takes action 4 and goes on, unless it is told
-// otherwise.
+// A fake pool: by default each environment takes action 4 and its episode continues.
 class MadeUpPool {
  public:
   MadeUpPool(int32_t env_count, EpisodeLog* log) : env_count_(env_count), log_(log) {}
@@ -67,7 +66,7 @@ Episode EpisodeOf(const EpisodeLog* log, int32_t environment, bool under_way) {
   return recording.ok() ? recording->Decode() : Episode();
 }
 
-TEST(EpisodeLogTest, TellsActionsRewardsAndHowItEnded) {
+TEST(EpisodeLogTest, ReturnsActionsRewardsAndTheEnd) {
   ByteBudget bytes(kPlenty);
   EpisodeLog log(2, &bytes);
   MadeUpPool pool(2, &log);
@@ -90,7 +89,7 @@ TEST(EpisodeLogTest, TellsActionsRewardsAndHowItEnded) {
                                            HasSubstr("environment 0 has ended no episode yet")));
 }
 
-TEST(EpisodeLogTest, WhatIsReadStaysAsItWas) {
+TEST(EpisodeLogTest, ReturnedEpisodesDoNotChange) {
   ByteBudget bytes(kPlenty);
   EpisodeLog log(1, &bytes);
   MadeUpPool pool(1, &log);
@@ -102,7 +101,7 @@ TEST(EpisodeLogTest, WhatIsReadStaysAsItWas) {
   EXPECT_EQ(EpisodeOf(&log, 0, true).actions, std::string("\x07\x08"));
 }
 
-TEST(EpisodeLogTest, StepsThatNoEpisodeNeedsAreForgotten) {
+TEST(EpisodeLogTest, UnneededStepsAreDropped) {
   ByteBudget bytes(kPlenty);
   EpisodeLog log(100, &bytes);
   MadeUpPool pool(100, &log);
@@ -122,7 +121,7 @@ TEST(EpisodeLogTest, StepsThatNoEpisodeNeedsAreForgotten) {
   EXPECT_EQ(EpisodeOf(&log, 50, false).incomplete_reason, IncompleteReason::kNone);
 }
 
-TEST(EpisodeLogTest, WhereThereIsNoRoomTheOldestIsForgottenAndSaysSo) {
+TEST(EpisodeLogTest, FullLogDropsTheOldestStepsAndReportsIt) {
   ByteBudget bytes(300'000);
   EpisodeLog log(1000, &bytes);
   MadeUpPool pool(1000, &log);
@@ -143,7 +142,7 @@ TEST(EpisodeLogTest, WhereThereIsNoRoomTheOldestIsForgottenAndSaysSo) {
   EXPECT_EQ(EpisodeOf(&log, 8, true).actions, std::string("\x02"));
 }
 
-TEST(EpisodeLogTest, TheLatestStepIsKeptWhereSlicesTakeTurnsInASmallMemory) {
+TEST(EpisodeLogTest, AlternatingSlicesKeepTheLatestStepInSmallMemory) {
   ByteBudget bytes(200'000);
   EpisodeLog log(64, &bytes);
   MadeUpPool pool(64, &log);
@@ -167,7 +166,7 @@ TEST(EpisodeLogTest, TheLatestStepIsKeptWhereSlicesTakeTurnsInASmallMemory) {
   EXPECT_GE(checked, 12);
 }
 
-TEST(EpisodeLogTest, MemoryIsGivenBack) {
+TEST(EpisodeLogTest, MemoryIsReturned) {
   ByteBudget bytes(kPlenty);
   {
     EpisodeLog log(10, &bytes);
@@ -178,7 +177,7 @@ TEST(EpisodeLogTest, MemoryIsGivenBack) {
   EXPECT_EQ(bytes.reserved_bytes(), 0);
 }
 
-TEST(EpisodeLogTest, WithoutAnyRoomNothingIsRemembered) {
+TEST(EpisodeLogTest, LogWithoutMemoryStoresNothing) {
   ByteBudget bytes(50);
   EpisodeLog log(10, &bytes);
   MadeUpPool pool(10, &log);

@@ -8,7 +8,7 @@ namespace {
 
 using testing::ElementsAre;
 
-TEST(KeptAnswersTest, WhatIsKeptIsFoundWithAllItsResponses) {
+TEST(KeptAnswersTest, KeptAnswerHasAllItsResponses) {
   KeptAnswers kept;
   kept.Keep(7, {absl::Cord("a"), absl::Cord("b")});
   ASSERT_NE(kept.Find(7), nullptr);
@@ -17,7 +17,7 @@ TEST(KeptAnswersTest, WhatIsKeptIsFoundWithAllItsResponses) {
   EXPECT_EQ(kept.Find(8), nullptr);
 }
 
-TEST(KeptAnswersTest, ForgettingTakesAllUpToANumber) {
+TEST(KeptAnswersTest, DropRemovesAllUpToANumber) {
   KeptAnswers kept;
   for (const int64_t number : {3, 4, 5}) {
     kept.Keep(number, {absl::Cord("x")});

@@ -34,7 +34,7 @@ std::string Episode(const std::string& what, const std::string& game, int64_t va
                       "\n");
 }
 
-TEST(PoolCountsTest, StepsBelongToTheGamesThatAreDealtInTurn) {
+TEST(PoolCountsTest, StepsAreCountedByRoundRobinGame) {
   Metrics metrics("test");
   BatchNumbers memory;
   PoolCounts counts(OptionsOf({"maze", "heist", "ninja"}, /*first_env=*/1), &metrics);
@@ -48,7 +48,7 @@ TEST(PoolCountsTest, StepsBelongToTheGamesThatAreDealtInTurn) {
   EXPECT_THAT(metrics.Text(), HasSubstr(Steps("ninja", 1)));
 }
 
-TEST(PoolCountsTest, AnEnvironmentThatIsResetIsNotStepped) {
+TEST(PoolCountsTest, ResetIsNotCountedAsAStep) {
   Metrics metrics("test");
   BatchNumbers memory;
   PoolCounts counts(OptionsOf({"maze", "heist"}, 0), &metrics);
@@ -59,7 +59,7 @@ TEST(PoolCountsTest, AnEnvironmentThatIsResetIsNotStepped) {
   EXPECT_THAT(metrics.Text(), HasSubstr(Steps("heist", 3)));
 }
 
-TEST(PoolCountsTest, EpisodesCountWhereTheyEnd) {
+TEST(PoolCountsTest, EpisodesAreCountedWhenTheyEnd) {
   Metrics metrics("test");
   BatchNumbers memory;
   PoolCounts counts(OptionsOf({"maze", "heist"}, 0), &metrics);

@@ -86,7 +86,7 @@ class PoolSessionTest : public testing::Test {
   TestPoolContext context_;
 };
 
-TEST_F(PoolSessionTest, SecondStreamIsRefusedUntilTheFirstDetaches) {
+TEST_F(PoolSessionTest, SecondStreamIsRejectedUntilTheFirstDetaches) {
   const std::unique_ptr<PoolSession> session = Make();
   ASSERT_THAT(Attach(session.get()), IsOk());
   EXPECT_THAT(Attach(session.get()),
@@ -97,7 +97,7 @@ TEST_F(PoolSessionTest, SecondStreamIsRefusedUntilTheFirstDetaches) {
   EXPECT_THAT(Attach(session.get()), IsOk());
 }
 
-TEST_F(PoolSessionTest, ClosingTellsTheStreamAndThoseWhoWait) {
+TEST_F(PoolSessionTest, CloseNotifiesTheStreamAndWaiters) {
   const std::unique_ptr<PoolSession> session = Make();
   absl::Status ended;
   absl::Status waited;
@@ -117,7 +117,7 @@ TEST_F(PoolSessionTest, ClosingTellsTheStreamAndThoseWhoWait) {
   session->EndTurn();
 }
 
-TEST_F(PoolSessionTest, AcceptedRequestTakesItsNumberAndRefusedOnesDoNot) {
+TEST_F(PoolSessionTest, OnlyAcceptedRequestsTakeASequenceNumber) {
   const std::unique_ptr<PoolSession> session = Make();
   const std::vector<int32_t> actions(kEnvCount, 4);
   const std::vector<int32_t> wrong_actions(kEnvCount, 15);
@@ -129,7 +129,7 @@ TEST_F(PoolSessionTest, AcceptedRequestTakesItsNumberAndRefusedOnesDoNot) {
   EXPECT_EQ(context_.step_count, kEnvCount);
 }
 
-TEST_F(PoolSessionTest, SequenceNumbersMustFollowOneAnother) {
+TEST_F(PoolSessionTest, SequenceNumbersMustBeConsecutive) {
   const std::unique_ptr<PoolSession> session = Make();
   const std::vector<int32_t> actions(kEnvCount, 4);
   for (const int64_t number : {int64_t{-1}, int64_t{0}, int64_t{2}, INT64_MAX}) {
@@ -140,7 +140,7 @@ TEST_F(PoolSessionTest, SequenceNumbersMustFollowOneAnother) {
   }
 }
 
-TEST_F(PoolSessionTest, EndedEnvironmentMustBeResetWhereNothingElseDoes) {
+TEST_F(PoolSessionTest, EndedEnvironmentNeedsAResetWithoutAutoreset) {
   const std::unique_ptr<PoolSession> session = Make(AutoresetMode::kDisabled);
   const std::vector<int32_t> actions(kEnvCount, 4);
   const std::vector<int32_t> ending = {4, -1, 4, 4};
@@ -156,7 +156,7 @@ TEST_F(PoolSessionTest, EndedEnvironmentMustBeResetWhereNothingElseDoes) {
   EXPECT_THAT(Execute(session.get(), StepOf(3, actions)), IsOk());
 }
 
-TEST_F(PoolSessionTest, SavingStopsWhenNoMoreIsWanted) {
+TEST_F(PoolSessionTest, SavingStopsOnRequest) {
   const std::unique_ptr<PoolSession> session = Make();
   std::vector<int32_t> taken;
   const std::vector<int32_t> environments = {3, 1, 0};
@@ -179,7 +179,7 @@ TEST_F(PoolSessionTest, SavingStopsWhenNoMoreIsWanted) {
   EXPECT_THAT(taken, ElementsAre(3, 1));
 }
 
-TEST_F(PoolSessionTest, OnlyWhatChangesEnvironmentsChangesTheNumber) {
+TEST_F(PoolSessionTest, OnlyChangesOfEnvironmentsChangeTheNumber) {
   const std::unique_ptr<PoolSession> session = Make();
   const std::vector<int32_t> actions(kEnvCount, 4);
   const int64_t made = session->change_number();
@@ -194,7 +194,7 @@ TEST_F(PoolSessionTest, OnlyWhatChangesEnvironmentsChangesTheNumber) {
   EXPECT_NE(session->change_number(), stepped);
 }
 
-TEST_F(PoolSessionTest, WhatMustBeResetComesWithTheState) {
+TEST_F(PoolSessionTest, StateIncludesThePendingReset) {
   const std::unique_ptr<PoolSession> session = Make(AutoresetMode::kDisabled);
   const std::vector<int32_t> actions(kEnvCount, 4);
   const std::vector<int32_t> ending = {4, -1, 4, 4};
@@ -208,7 +208,7 @@ TEST_F(PoolSessionTest, WhatMustBeResetComesWithTheState) {
               StatusIs(absl::StatusCode::kFailedPrecondition, HasSubstr("environment 3")));
 }
 
-TEST_F(PoolSessionTest, ResetLeavesOthersAlone) {
+TEST_F(PoolSessionTest, ResetAffectsOnlyItsEnvironments) {
   const std::unique_ptr<PoolSession> session = Make();
   const std::vector<int32_t> actions(kEnvCount, 4);
   ASSERT_THAT(Execute(session.get(), StepOf(1, actions)), IsOk());

@@ -72,7 +72,7 @@ class RequestExecutorTest : public testing::Test {
   TestPoolContext context_;
 };
 
-TEST_F(RequestExecutorTest, ARequestIsExecutedInAsManyPartsAsItAsksForAtLeast) {
+TEST_F(RequestExecutorTest, RequestHasAtLeastTheRequestedChunks) {
   const auto session = Make(kEnvCount);
   Request request;
   request.sequence_number = 1;
@@ -83,7 +83,7 @@ TEST_F(RequestExecutorTest, ARequestIsExecutedInAsManyPartsAsItAsksForAtLeast) {
   EXPECT_THAT(PartsOf(sink->parts()), ElementsAre(3, 2, 2));
 }
 
-TEST_F(RequestExecutorTest, NoPartHasMoreRowsThanOneResponseHasRoomFor) {
+TEST_F(RequestExecutorTest, NoPartExceedsOneResponse) {
   const auto session = Make(kEnvCount);
   Request request;
   request.sequence_number = 1;
@@ -125,7 +125,7 @@ TEST_F(RequestExecutorTest, TheTurnEndsWithTheRequest) {
   session->EndTurn();
 }
 
-TEST_F(RequestExecutorTest, ARequestThatIsNotWantedWhenItsTurnComesIsNotExecuted) {
+TEST_F(RequestExecutorTest, CancelledRequestIsNotExecutedOnItsTurn) {
   class Unwanted final : public ResponseSink {
    public:
     bool IsWanted() override { return false; }
@@ -145,7 +145,7 @@ TEST_F(RequestExecutorTest, ARequestThatIsNotWantedWhenItsTurnComesIsNotExecuted
   EXPECT_EQ(session->next_sequence_number(), 1);
 }
 
-TEST_F(RequestExecutorTest, AnAnswerIsKeptThoughItsRequestIsGoneAfterTheLastPart) {
+TEST_F(RequestExecutorTest, ResponseIsKeptAfterItsRequestIsDestroyed) {
   class Forgetful final : public ResponseSink {
    public:
     absl::StatusOr<std::optional<Batch>> PreparePart(Part /*part*/) override { return Batch(); }
@@ -206,7 +206,7 @@ class Series final : public ResponseSink, public std::enable_shared_from_this<Se
   int left_;
 };
 
-TEST_F(RequestExecutorTest, RequestsThatFollowOneAnotherInATurnDoNotNestOnTheStack) {
+TEST_F(RequestExecutorTest, ConsecutiveRequestsDoNotNestOnTheStack) {
   const auto session = Make(1);  // whose single environment is observed on this very thread
   const auto series = std::make_shared<Series>(session, 50000);
   session->TakeTurn([&](const absl::Status& turn) {

@@ -79,7 +79,7 @@ class ResumedSessionTest : public testing::Test {
   std::unique_ptr<PoolSession> session_ = Make();
 };
 
-TEST_F(ResumedSessionTest, RequestThatIsRepeatedIsAnsweredFromMemory) {
+TEST_F(ResumedSessionTest, RepeatedRequestIsAnsweredFromTheBuffer) {
   Attach(kResumable);
   ASSERT_THAT(Ask(1), IsOk());
   session_->Detach();
@@ -92,7 +92,7 @@ TEST_F(ResumedSessionTest, RequestThatIsRepeatedIsAnsweredFromMemory) {
   EXPECT_EQ(session_->next_sequence_number(), 2);
 }
 
-TEST_F(ResumedSessionTest, NoMoreAreKeptThanMayBeUnanswered) {
+TEST_F(ResumedSessionTest, KeptResponsesAreBoundedByTheWindow) {
   Attach(kResumable);
   for (const int64_t number : {1, 2, 3, 4}) {
     ASSERT_THAT(Ask(number), IsOk());
@@ -105,7 +105,7 @@ TEST_F(ResumedSessionTest, NoMoreAreKeptThanMayBeUnanswered) {
   EXPECT_THAT(Ask(3), IsOk());
 }
 
-TEST_F(ResumedSessionTest, WhatIsAcknowledgedIsForgotten) {
+TEST_F(ResumedSessionTest, AcknowledgedResponsesAreDropped) {
   Attach(kResumable);
   ASSERT_THAT(Ask(1), IsOk());
   ASSERT_THAT(Ask(2, /*acknowledged=*/1), IsOk());
@@ -122,7 +122,7 @@ TEST_F(ResumedSessionTest, OnlyEarlierRequestsCanBeAcknowledged) {
   EXPECT_EQ(session_->next_sequence_number(), 1);
 }
 
-TEST_F(ResumedSessionTest, StreamThatIsNotResumableForgetsAll) {
+TEST_F(ResumedSessionTest, NonResumableStreamDropsAll) {
   Attach(kResumable);
   ASSERT_THAT(Ask(1), IsOk());
   EXPECT_GT(context_.resume_buffer_bytes.reserved_bytes(), 0);
@@ -133,7 +133,7 @@ TEST_F(ResumedSessionTest, StreamThatIsNotResumableForgetsAll) {
   EXPECT_THAT(Ask(1), StatusIs(absl::StatusCode::kFailedPrecondition, HasSubstr("kept: none")));
 }
 
-TEST_F(ResumedSessionTest, MemoryForAnswersIsReservedOnceAndGivenBack) {
+TEST_F(ResumedSessionTest, ResumeBufferIsReservedOnceAndReturned) {
   Attach(kResumable);
   const int64_t bytes = context_.resume_buffer_bytes.reserved_bytes();
   EXPECT_EQ(bytes, 2 * kEnvCount * (2 * 12288 + 512));
@@ -144,7 +144,7 @@ TEST_F(ResumedSessionTest, MemoryForAnswersIsReservedOnceAndGivenBack) {
   EXPECT_EQ(context_.resume_buffer_bytes.reserved_bytes(), 0);
 }
 
-TEST_F(ResumedSessionTest, MemoryForAnswersFollowsTheWindowOfThePresentStream) {
+TEST_F(ResumedSessionTest, ResumeBufferFollowsTheWindowOfTheStream) {
   constexpr int64_t kAnswerBytes = kEnvCount * (2 * 12288 + 512);
   const ByteBudget& bytes = context_.resume_buffer_bytes;
   Attach({.requests_in_flight_max = 8, .resumable = true});
@@ -176,14 +176,14 @@ TEST_F(ResumedSessionTest, MemoryForAnswersFollowsTheWindowOfThePresentStream) {
   EXPECT_EQ(bytes.reserved_bytes(), kAnswerBytes);
 }
 
-TEST_F(ResumedSessionTest, MemoryIsReservedForObservationsThatCannotBeCompressed) {
+TEST_F(ResumedSessionTest, ResumeBufferCoversIncompressibleObservations) {
   session_ = Make(&context_, absl::InfiniteDuration(), Encoding::kDeltaZstd);
   Attach(kResumable);
   EXPECT_EQ(context_.resume_buffer_bytes.reserved_bytes(),
             2 * kEnvCount * (session_->coding().sent_bytes_max() + 12288 + 512));
 }
 
-TEST_F(ResumedSessionTest, StreamWhoseAnswersHaveNoRoomIsRefused) {
+TEST_F(ResumedSessionTest, StreamWithoutResumeBufferSpaceIsRejected) {
   ASSERT_TRUE(context_.resume_buffer_bytes.Change(0, (1 << 30) - 100'000));
   Stream stream;
   stream.Attach(session_.get(), kResumable);
@@ -196,7 +196,7 @@ TEST_F(ResumedSessionTest, StreamWhoseAnswersHaveNoRoomIsRefused) {
   Attach({});
 }
 
-TEST_F(ResumedSessionTest, WhoTakesOverWaitsUntilTheOtherLetsGo) {
+TEST_F(ResumedSessionTest, TakeoverWaitsForTheOldStreamToDetach) {
   Stream first;
   Stream second;
   first.Attach(session_.get(), {});
@@ -211,7 +211,7 @@ TEST_F(ResumedSessionTest, WhoTakesOverWaitsUntilTheOtherLetsGo) {
   EXPECT_FALSE(second.ended.has_value());
 }
 
-TEST_F(ResumedSessionTest, OfSeveralThatTakeOverTheLastDoes) {
+TEST_F(ResumedSessionTest, LastTakeoverWins) {
   Stream first;
   Stream second;
   Stream third;
@@ -224,7 +224,7 @@ TEST_F(ResumedSessionTest, OfSeveralThatTakeOverTheLastDoes) {
   EXPECT_FALSE(second.ended.has_value());
 }
 
-TEST_F(ResumedSessionTest, TakingOverTakesTheReservationOfTheOwnersStream) {
+TEST_F(ResumedSessionTest, TakeoverInheritsTheReservation) {
   Limits limits;
   limits.owner_stream_count_max = 1;
   TestPoolContext context(limits);
@@ -246,9 +246,9 @@ TEST_F(ResumedSessionTest, TakingOverTakesTheReservationOfTheOwnersStream) {
   other->Detach();
 }
 
-TEST_F(ResumedSessionTest, TakingOverNobodyIsAttaching) { Attach({.take_over = true}); }
+TEST_F(ResumedSessionTest, TakeoverOfAFreePoolIsAnAttach) { Attach({.take_over = true}); }
 
-TEST_F(ResumedSessionTest, WhoWaitsToTakeOverIsToldThatThePoolIsClosed) {
+TEST_F(ResumedSessionTest, WaitingTakeoverEndsWhenThePoolCloses) {
   Stream first;
   Stream second;
   first.Attach(session_.get(), {});
@@ -274,7 +274,7 @@ TEST_F(ResumedSessionTest, LeaseRunsWhileNoStreamIsAttached) {
   EXPECT_TRUE(session_->CloseIfExpired(clock.Now()));
 }
 
-TEST_F(ResumedSessionTest, TakingOverDoesNotBeginTheLease) {
+TEST_F(ResumedSessionTest, TakeoverDoesNotStartTheLease) {
   session_ = Make(absl::Seconds(10));
   Stream first;
   Stream second;
@@ -284,7 +284,7 @@ TEST_F(ResumedSessionTest, TakingOverDoesNotBeginTheLease) {
   EXPECT_EQ(session_->expire_time(), absl::InfiniteFuture());
 }
 
-TEST_F(ResumedSessionTest, RenewingBeginsTheLeaseAnew) {
+TEST_F(ResumedSessionTest, RenewalRestartsTheLease) {
   session_ = Make(absl::Seconds(10));
   TestClock& clock = context_.clock;
   clock.Advance(absl::Seconds(9));
@@ -295,7 +295,7 @@ TEST_F(ResumedSessionTest, RenewingBeginsTheLeaseAnew) {
   EXPECT_EQ(session_->lease_duration(), absl::Seconds(60));
 }
 
-TEST_F(ResumedSessionTest, RenewingWhileAttachedChangesOnlyTheLength) {
+TEST_F(ResumedSessionTest, RenewalWhileAttachedChangesOnlyTheDuration) {
   session_ = Make(absl::Seconds(10));
   Attach({});
   ASSERT_THAT(session_->Renew(absl::Seconds(60)), IsOk());

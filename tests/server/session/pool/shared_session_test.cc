@@ -73,7 +73,7 @@ class SharedSessionTest : public testing::Test {
   std::unique_ptr<PoolSession> session_ = Make();
 };
 
-TEST_F(SharedSessionTest, RequestsAreGivenBatchesThatNobodyNeeds) {
+TEST_F(SharedSessionTest, RequestsGetFreeBatches) {
   ASSERT_THAT(Attach(kResumable), IsOk());
   EXPECT_EQ(session_->shared_batch_slots()->batch_count(), 3);
   EXPECT_THAT(Ask(1), IsOkAndHolds(0));
@@ -85,7 +85,7 @@ TEST_F(SharedSessionTest, RequestsAreGivenBatchesThatNobodyNeeds) {
   EXPECT_THAT(Ask(5, {1}), IsOkAndHolds(1));
 }
 
-TEST_F(SharedSessionTest, WhoAttachesAgainHoldsWhatIsToldAndWhatIsAskedForAgain) {
+TEST_F(SharedSessionTest, ResumedStreamHoldsListedAndRepeatedBatches) {
   ASSERT_THAT(Attach(kResumable), IsOk());
   ASSERT_THAT(Ask(1), IsOkAndHolds(0));
   ASSERT_THAT(Ask(2), IsOkAndHolds(1));
@@ -98,7 +98,7 @@ TEST_F(SharedSessionTest, WhoAttachesAgainHoldsWhatIsToldAndWhatIsAskedForAgain)
   EXPECT_THAT(Ask(4), StatusIs(absl::StatusCode::kFailedPrecondition, HasSubstr("holds 3")));
 }
 
-TEST_F(SharedSessionTest, WhoDoesNotResumeHasAllBatches) {
+TEST_F(SharedSessionTest, NonResumingStreamHasAllBatches) {
   ASSERT_THAT(Attach(kResumable), IsOk());
   ASSERT_THAT(Ask(1), IsOkAndHolds(0));
   ASSERT_THAT(Ask(2), IsOkAndHolds(1));
@@ -109,7 +109,7 @@ TEST_F(SharedSessionTest, WhoDoesNotResumeHasAllBatches) {
   }
 }
 
-TEST_F(SharedSessionTest, WhatDoesNotFitTheLimitIsRefusedAndTakesNothing) {
+TEST_F(SharedSessionTest, AttachBeyondTheLimitIsRejectedAndTakesNothing) {
   const int64_t others = context_.shared_memory_bytes.bytes_max() - 4096;
   ASSERT_TRUE(context_.shared_memory_bytes.Change(0, others));
   EXPECT_THAT(Attach(kResumable), StatusIs(absl::StatusCode::kResourceExhausted,
@@ -127,7 +127,7 @@ TEST_F(SharedSessionTest, WhatDoesNotFitTheLimitIsRefusedAndTakesNothing) {
   EXPECT_TRUE(std::filesystem::is_empty(folder_.path()));
 }
 
-TEST_F(SharedSessionTest, AnswersThatAreKeptTakeNoMemoryForPictures) {
+TEST_F(SharedSessionTest, KeptResponsesTakeNoObservationMemory) {
   ASSERT_THAT(Attach(kResumable), IsOk());
   EXPECT_LT(context_.resume_buffer_bytes.reserved_bytes(), 12288);
 }

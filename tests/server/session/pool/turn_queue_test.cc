@@ -12,7 +12,7 @@ namespace {
 
 using testing::ElementsAre;
 
-TEST(TurnQueueTest, TurnsBeginInTheOrderInWhichTheyWereAskedForOneAtATime) {
+TEST(TurnQueueTest, TurnsRunInOrderOneAtATime) {
   TurnQueue turns("pools/7");
   std::vector<int> order;
   for (const int number : {1, 2, 3}) {
@@ -29,7 +29,7 @@ TEST(TurnQueueTest, TurnsBeginInTheOrderInWhichTheyWereAskedForOneAtATime) {
   turns.End();
 }
 
-TEST(TurnQueueTest, CallersBeyondTheLimitAreRefused) {
+TEST(TurnQueueTest, CallersBeyondTheLimitAreRejected) {
   TurnQueue turns("pools/7");
   int begun = 0;
   const auto count = [&](const absl::Status& status) { begun += status.ok() ? 1 : 0; };
@@ -43,7 +43,7 @@ TEST(TurnQueueTest, CallersBeyondTheLimitAreRefused) {
   EXPECT_EQ(begun, 1);
 }
 
-TEST(TurnQueueTest, AClosedQueueReturnsWhatWaitsAndGivesNoTurns) {
+TEST(TurnQueueTest, ClosedQueueReturnsWaitersAndGivesNoTurns) {
   TurnQueue turns("pools/7");
   turns.Take([](const absl::Status&) {});
   absl::Status waiting;

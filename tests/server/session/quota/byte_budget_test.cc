@@ -5,7 +5,7 @@
 namespace procgen {
 namespace {
 
-TEST(ByteBudgetTest, MoreThanThereIsIsRefusedAndChangesNothing) {
+TEST(ByteBudgetTest, ExcessReservationIsRejectedAndChangesNothing) {
   ByteBudget budget(100);
   EXPECT_TRUE(budget.Change(0, 60));
   EXPECT_FALSE(budget.Change(0, 41));
@@ -15,7 +15,7 @@ TEST(ByteBudgetTest, MoreThanThereIsIsRefusedAndChangesNothing) {
   EXPECT_TRUE(budget.Change(0, 40));
 }
 
-TEST(ByteBudgetTest, WhatIsGivenBackIsFree) {
+TEST(ByteBudgetTest, ReturnedBytesAreFree) {
   ByteBudget budget(100);
   EXPECT_TRUE(budget.Change(0, 100));
   EXPECT_TRUE(budget.Change(100, 0));

@@ -42,7 +42,7 @@ TEST(QuotasTest, EachQuotaIsNamedWithItsOwnerAndValues) {
                        "owner_call_count_max is 3"));
 }
 
-TEST(QuotasTest, OwnersHaveQuotasOfTheirOwn) {
+TEST(QuotasTest, QuotasArePerOwner) {
   Quotas quotas(SmallQuotas());
   const auto alice = quotas.Reserve("alice", {.stream_count = 1});
   EXPECT_THAT(quotas.Reserve("bob", {.stream_count = 1}), IsOk());
@@ -50,7 +50,7 @@ TEST(QuotasTest, OwnersHaveQuotasOfTheirOwn) {
   EXPECT_FALSE(quotas.Reserve("alice", {.stream_count = 1}).ok());
 }
 
-TEST(QuotasTest, WhatIsGivenBackCanBeTakenAgain) {
+TEST(QuotasTest, ReturnedQuotaIsAvailable) {
   Quotas quotas(SmallQuotas());
   for (int round = 0; round < 100; ++round) {
     auto reservation = quotas.Reserve("alice", {.env_count = 10});
@@ -62,19 +62,19 @@ TEST(QuotasTest, WhatIsGivenBackCanBeTakenAgain) {
   }
 }
 
-TEST(QuotasTest, RefusedPartsTakeNothing) {
+TEST(QuotasTest, RejectedReservationsTakeNothing) {
   Quotas quotas(SmallQuotas());
   EXPECT_FALSE(quotas.Reserve("alice", {.pool_count = 1, .env_count = 11}).ok());
   EXPECT_THAT(quotas.Reserve("alice", {.pool_count = 2, .env_count = 10}), IsOk());
 }
 
-TEST(QuotasTest, NumbersThatOverflowAreRefused) {
+TEST(QuotasTest, OverflowingNumbersAreRejected) {
   Quotas quotas(SmallQuotas());
   const auto held = quotas.Reserve("alice", {.env_count = 5});
   EXPECT_FALSE(quotas.Reserve("alice", {.env_count = INT32_MAX}).ok());
 }
 
-TEST(QuotasTest, AHeldValueCountsUntilItsLastReferenceGoes) {
+TEST(QuotasTest, ValueCountsUntilItsLastReferenceIsReleased) {
   Limits limits;
   limits.owner_buffer_bytes_max = 100;
   Quotas quotas(limits);

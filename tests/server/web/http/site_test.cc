@@ -34,7 +34,7 @@ class SiteTest : public testing::Test {
                     {"style/page.css", "style"}}};
 };
 
-TEST_F(SiteTest, PagesStandAtTheirNamesAndAllElseUnderAssets) {
+TEST_F(SiteTest, PagesHaveTheirPathsAndOtherFilesAreUnderAssets) {
   EXPECT_EQ(site_.ReplyToPage(RequestTo("/")).contents, "<live>");
   EXPECT_EQ(site_.ReplyToPage(RequestTo("/play?game=maze&level_seed=1")).contents, "<play>");
   EXPECT_EQ(site_.ReplyToPage(RequestTo("/assets/a/b.js")).contents, "script");
@@ -47,7 +47,7 @@ TEST_F(SiteTest, PagesStandAtTheirNamesAndAllElseUnderAssets) {
   }
 }
 
-TEST_F(SiteTest, AnEtagIsThatOfTheContents) {
+TEST_F(SiteTest, EtagIdentifiesTheContents) {
   HttpRequestInfo request = RequestTo("/");
   const std::string etag = site_.ReplyToPage(request).etag;
   EXPECT_NE(etag, site_.ReplyToPage(RequestTo("/play")).etag);
@@ -56,7 +56,7 @@ TEST_F(SiteTest, AnEtagIsThatOfTheContents) {
   EXPECT_EQ(site_.ReplyToPage(request).contents, "");
 }
 
-TEST_F(SiteTest, OurNamesAreOursWhateverThePort) {
+TEST_F(SiteTest, AllowedHostsMatchAnyPort) {
   for (const char* host :
        {"localhost", "LocalHost:1", "127.0.0.1", "lab.example", "LAB.example:443"}) {
     EXPECT_EQ(site_.ReplyToPage(RequestTo("/", host)).status, 200) << host;
@@ -74,7 +74,7 @@ TEST_F(SiteTest, OurNamesAreOursWhateverThePort) {
   EXPECT_EQ(site_.ReplyToPage(request).status, 421);
 }
 
-TEST_F(SiteTest, OnlyPagesOfTheSameAddressGetASocket) {
+TEST_F(SiteTest, OnlySameOriginPagesGetASocket) {
   EXPECT_EQ(Socket("127.0.0.1:8080", "http://127.0.0.1:8080").status, 101);
   EXPECT_EQ(Socket("Lab.example", "http://lab.EXAMPLE").status, 101);
   EXPECT_EQ(Socket("lab.example", "https://lab.example", /*is_secure=*/true).status, 101);
@@ -86,7 +86,7 @@ TEST_F(SiteTest, OnlyPagesOfTheSameAddressGetASocket) {
   EXPECT_EQ(Socket("evil.example", "http://evil.example").status, 421);
 }
 
-TEST_F(SiteTest, ANameThatIsNoneIsNotRepeatedInAHeader) {
+TEST_F(SiteTest, InvalidHostIsNotEchoedInAHeader) {
   HttpRequestInfo request = RequestTo("/", "a;script-src evil.example");
   for (const auto& [name, value] : Site::SafetyHeaders(request)) {
     EXPECT_EQ(value.find("evil"), std::string::npos) << name;

@@ -45,7 +45,7 @@ TEST(ParseRequestTest, BinaryHasPartsInTheirOrder) {
   EXPECT_EQ(request->members, Json::object());
 }
 
-TEST(ParseRequestTest, WhatIsNoneIsToldWhy) {
+TEST(ParseRequestTest, InvalidMessagesAreExplained) {
   EXPECT_EQ(Refusal("[]", false), "the message is no JSON object");
   EXPECT_EQ(Refusal("\xff", false), "the message is no JSON object");
   EXPECT_THAT(Refusal(R"({"id": -1, "method": ""})", false), HasSubstr("id is no integer"));
@@ -59,7 +59,7 @@ TEST(ParseRequestTest, WhatIsNoneIsToldWhy) {
               HasSubstr("parts is no list"));
 }
 
-TEST(ParseRequestTest, DeepNestingIsAsHarmlessAsAnyOther) {
+TEST(ParseRequestTest, DeepNestingIsHarmless) {
   const std::string depth(30000, '[');
   EXPECT_THAT(Refusal(depth, false), HasSubstr("no JSON object"));
   const std::string object =
@@ -85,13 +85,13 @@ TEST(WireMessageTest, AnswersAreTextUnlessTheyHaveParts) {
   EXPECT_EQ(binary.bytes.substr(4 + length), "xyz");
 }
 
-TEST(WireMessageTest, ErrorsHaveTheirCodeAndTextThatIsCutWithinACharacterIsMended) {
+TEST(WireMessageTest, ErrorsHaveCodesAndValidUtf8Text) {
   const WireMessage message = EncodeAnswer(7, absl::NotFoundError("no pool \xc3"));
   EXPECT_EQ(Json::parse(message.bytes)["error"]["code"], "NOT_FOUND");
   EXPECT_EQ(Json::parse(message.bytes)["error"]["message"], "no pool \xef\xbf\xbd");
 }
 
-TEST(RequestParamsTest, TheFirstThatIsWrongIsTold) {
+TEST(RequestParamsTest, FirstInvalidParameterIsReported) {
   const Json members = {{"a", 1}, {"b", "x"}, {"c", 3}};
   RequestParams params(members);
   EXPECT_EQ(params.Integer("a", 0, 9), 1);
@@ -100,14 +100,14 @@ TEST(RequestParamsTest, TheFirstThatIsWrongIsTold) {
   EXPECT_EQ(params.CheckAll().message(), "b is 'x', allowed: integers from 0 to 9");
 }
 
-TEST(RequestParamsTest, WhatNobodyAskedForIsRefused) {
+TEST(RequestParamsTest, UnknownParametersAreRejected) {
   const Json members = {{"a", 1}, {"b", 2}};
   RequestParams params(members);
   params.Integer("a", 0, 9);
   EXPECT_EQ(params.CheckAll().message(), "'b' is no member of this request; its members: a");
 }
 
-TEST(RequestParamsTest, NumbersOfAnySizeAreCheckedBeforeTheyAreTaken) {
+TEST(RequestParamsTest, NumbersAreRangeCheckedBeforeConversion) {
   const Json members = {{"a", UINT64_MAX}, {"b", INT64_MIN}, {"c", 1e300}, {"d", {1, UINT64_MAX}}};
   for (const char* name : {"a", "b", "c"}) {
     RequestParams params(members);

@@ -17,7 +17,7 @@ v1::Pool PoolOf(const std::string& owner, int64_t create_time, int64_t step_coun
   return pool;
 }
 
-TEST(PoolHistoryTest, RatesAreOfTheTimeBetweenTwoMoments) {
+TEST(PoolHistoryTest, RatesCoverTheIntervalBetweenSamples) {
   PoolHistory history;
   history.Add(100, {PoolOf("alice", 1, 50)});
   EXPECT_EQ(history.StepsPerSecond(PoolOf("alice", 1, 0)), 0);
@@ -30,7 +30,7 @@ TEST(PoolHistoryTest, RatesAreOfTheTimeBetweenTwoMoments) {
   EXPECT_TRUE(rows[1][3].is_null());  // no episode has ended
 }
 
-TEST(PoolHistoryTest, PoolsOfOneNameAreToldApart) {
+TEST(PoolHistoryTest, PoolsWithTheSameNameAreDistinguished) {
   PoolHistory history;
   history.Add(1, {PoolOf("alice", 1, 0), PoolOf("bob", 1, 0)});
   history.Add(2, {PoolOf("alice", 1, 7), PoolOf("bob", 1, 9)});

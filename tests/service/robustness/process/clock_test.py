@@ -20,7 +20,7 @@ _jumps = pytest.mark.parametrize("jump_s", [-_HOUR_S, _HOUR_S], ids=["back", "fo
 
 
 @_jumps
-def test_a_drain_takes_as_long_as_it_may(jump_s: int, tmp_path: Path) -> None:
+def test_drain_timeout_ignores_the_wall_clock(jump_s: int, tmp_path: Path) -> None:
     clock = WallClock(tmp_path)
     flags = ["--workers=1", "--drain_timeout=5s"]
     with run(*flags, log_path=tmp_path / "log", environment=clock.environment) as server:
@@ -37,7 +37,7 @@ def test_a_drain_takes_as_long_as_it_may(jump_s: int, tmp_path: Path) -> None:
 
 
 @_jumps
-def test_pages_are_answered_and_told_of_pools(jump_s: int, tmp_path: Path) -> None:
+def test_pages_work_after_a_clock_change(jump_s: int, tmp_path: Path) -> None:
     async def look(url: str, clock: WallClock) -> None:
         async with open_page(url) as page:
             await page.call("pools.follow")
@@ -59,7 +59,7 @@ def test_pages_are_answered_and_told_of_pools(jump_s: int, tmp_path: Path) -> No
 
 
 @_jumps
-def test_a_node_stays_in_its_cluster(jump_s: int, tmp_path: Path) -> None:
+def test_nodes_stay_in_the_cluster_after_a_clock_change(jump_s: int, tmp_path: Path) -> None:
     clock = WallClock(tmp_path)
     cluster = [f"--cluster=clock-{os.getpid()}", f"--cluster_domain={100 + os.getpid() % 100}"]
     flags = [*cluster, "--workers=1"]

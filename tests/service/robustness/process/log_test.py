@@ -31,7 +31,7 @@ def _pipe() -> tuple[int, int]:
     return read, write
 
 
-def test_a_log_that_nobody_reads_holds_up_neither_calls_nor_the_end() -> None:
+def test_a_blocked_log_delays_neither_calls_nor_shutdown() -> None:
     read, write = _pipe()
     with run("--workers=1", "--log_level=debug", log=write) as server:
         os.close(write)
@@ -40,7 +40,7 @@ def test_a_log_that_nobody_reads_holds_up_neither_calls_nor_the_end() -> None:
     os.close(read)
 
 
-def test_lines_that_were_dropped_are_counted_in_the_log() -> None:
+def test_dropped_lines_are_counted_in_the_log() -> None:
     read, write = _pipe()
     with run("--workers=1", "--log_level=debug", log=write) as server, os.fdopen(read) as log:
         os.close(write)
@@ -56,7 +56,7 @@ def test_lines_that_were_dropped_are_counted_in_the_log() -> None:
     assert "event=stopped" in lines[-1]
 
 
-def test_a_reader_of_the_log_that_goes_ends_nothing() -> None:
+def test_a_closed_log_pipe_is_harmless() -> None:
     read, write = _pipe()
     with run("--workers=1", "--log_level=debug", log=write) as server:
         os.close(write)
@@ -74,7 +74,7 @@ def certificate(tmp_path: Path) -> list[str]:
     return [f"--tls_certificate={tmp_path}/cert", f"--tls_key={tmp_path}/key"]
 
 
-def test_strangers_who_fail_to_shake_hands_do_not_fill_the_log_until_it_blocks(
+def test_failed_handshakes_do_not_block_on_the_log(
     certificate: list[str],
 ) -> None:
     read, write = _pipe()

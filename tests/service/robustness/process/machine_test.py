@@ -1,4 +1,4 @@
-"""Cores, folders and files of the machine, and who holds the metrics page."""
+"""Cores, folders and files of the machine, and incomplete requests to the metrics page."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ from testbed import run, shared_pool
 from procgen_client import Client
 
 
-def test_there_is_a_worker_for_each_core_that_the_process_may_use(tmp_path: Path) -> None:
+def test_workers_follow_the_cpu_affinity(tmp_path: Path) -> None:
     core = min(os.sched_getaffinity(0))
     prefix = ["taskset", "-c", str(core)]
     with run(log_path=tmp_path / "log", prefix=prefix) as server:
         assert server.told("workers") == "1"
 
 
-def test_a_folder_that_takes_no_file_is_refused_at_the_start(tmp_path: Path) -> None:
+def test_unwritable_folders_are_rejected_at_startup(tmp_path: Path) -> None:
     flags = ["--workers=1", "--shared_memory_dir=/proc"]
     with run(*flags, log_path=tmp_path / "log") as server:
         assert server.process.wait(20) == 2
@@ -29,7 +29,7 @@ def test_a_folder_that_takes_no_file_is_refused_at_the_start(tmp_path: Path) -> 
         assert "allowed: a folder to make files in" in server.log()
 
 
-def test_a_learner_that_truncates_the_shared_file_harms_itself_alone(tmp_path: Path) -> None:
+def test_truncating_the_shared_file_harms_only_its_learner(tmp_path: Path) -> None:
     flags = ["--workers=2", "--drain_timeout=0s"]
     with run(*flags, log_path=tmp_path / "log") as server, shared_pool(
         server
@@ -48,7 +48,7 @@ def test_a_learner_that_truncates_the_shared_file_harms_itself_alone(tmp_path: P
 
 
 @pytest.mark.parametrize("half", [b"", b"GET /metr", b"GET /metrics HTTP/1.1\r\nHost: x\r\n"])
-def test_half_requests_do_not_keep_the_metrics_page_from_others(
+def test_incomplete_requests_do_not_block_the_metrics_page(
     half: bytes, tmp_path: Path
 ) -> None:
     flags = ["--workers=1", "--metrics_address=127.0.0.1:0"]

@@ -21,7 +21,7 @@ from procgen_client._proto import pools_pb2, pools_pb2_grpc, step_pb2, step_pb2_
 
 # No wait of these tests is longer, on the slowest machine and under the sanitizers.
 TIMEOUT_S = 60.0
-# What a server may take to end besides its --drain_timeout, as server/README.md promises.
+# What a server may take to end besides its --drain_timeout, as server/README.md documents.
 STOP_GRACE_S = 10.0
 # As many processes as a user may have, as prlimit takes it.
 _HARD_LIMIT = resource.getrlimit(resource.RLIMIT_NPROC)[1]
@@ -75,7 +75,7 @@ class Server:
     def allow_threads(self, more: int | None) -> None:
         """Lets it have so many threads more than it has; None: as many as it wants."""
         most = _PROCESS_COUNT_MAX if more is None else str(self.thread_count() + more)
-        user = self._prefix  # who may change it
+        user = self._prefix  # may change the limit
         command = [*user, "prlimit", f"--pid={self.process.pid}", f"--nproc={most}:"]
         subprocess.run(command, check=True)
 

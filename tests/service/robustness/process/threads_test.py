@@ -1,4 +1,4 @@
-"""No thread can be started: that is an error for whoever asked, never the end of the server."""
+"""No thread can be started: the call fails and the server continues."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ def _as_user() -> Iterator[None]:
         os.setegid(0)
 
 
-def test_a_page_for_which_there_is_no_thread_is_told_to_come_again(tmp_path: Path) -> None:
+def test_without_threads_a_page_gets_a_retry_error(tmp_path: Path) -> None:
     async def look(url: str, server: Server) -> None:
         async with open_page(url):
             server.allow_threads(0)
@@ -59,7 +59,7 @@ def test_a_page_for_which_there_is_no_thread_is_told_to_come_again(tmp_path: Pat
         assert server.stop() == 0
 
 
-def test_a_pipe_transport_for_which_there_is_no_thread_is_closed_and_the_stream_goes_on(
+def test_without_threads_the_pipes_close_and_the_stream_continues(
     tmp_path: Path,
 ) -> None:
     with run("--workers=1", log_path=tmp_path / "log", prefix=_AS_USER) as server:
@@ -77,7 +77,7 @@ def test_a_pipe_transport_for_which_there_is_no_thread_is_closed_and_the_stream_
         assert server.stop() == 0
 
 
-def test_a_pool_of_a_fleet_for_which_there_is_no_thread_is_refused(tmp_path: Path) -> None:
+def test_without_threads_a_fleet_rejects_a_pool(tmp_path: Path) -> None:
     cluster = [f"--cluster=threads-{os.getpid()}", f"--cluster_domain={100 + os.getpid() % 100}"]
     flags = [*cluster, "--workers=1"]
     with run(*flags, "--node_id=node", log_path=tmp_path / "log-node"), run(
@@ -100,7 +100,7 @@ def _learn(address: str) -> None:
         client.create_pool("coinrun", 4).step([4] * 4)
 
 
-def test_a_server_without_a_thread_to_spare_ends_when_it_is_asked_to(tmp_path: Path) -> None:
+def test_without_threads_a_server_stops_on_request(tmp_path: Path) -> None:
     flags = ["--workers=1", "--drain_timeout=0s"]
     with run(*flags, log_path=tmp_path / "log", prefix=_AS_USER) as server:
         server.allow_threads(0)
@@ -116,7 +116,7 @@ def test_a_server_without_a_thread_to_spare_ends_when_it_is_asked_to(tmp_path: P
 
 
 @pytest.mark.parametrize("thread_count", [1, 2, 4, 8, 12, 16, 32])
-def test_a_server_that_cannot_start_its_threads_says_so(thread_count: int, tmp_path: Path) -> None:
+def test_without_threads_startup_fails_with_a_message(thread_count: int, tmp_path: Path) -> None:
     limit = ["prlimit", f"--nproc={thread_count}"]
     with run("--workers=4", log_path=tmp_path / "log", prefix=[*_AS_USER, *limit]) as server:
         assert server.process.wait(30) == 1

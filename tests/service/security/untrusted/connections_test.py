@@ -66,7 +66,7 @@ def test_known_callers_of_one_address_leave_room_for_others(tmp_path: Path) -> N
             connection.socket.close()
 
 
-def test_a_preface_that_arrives_byte_by_byte_is_not_waited_for(tmp_path: Path) -> None:
+def test_a_slow_preface_times_out(tmp_path: Path) -> None:
     settings = frame(SETTINGS, 0, 0, b"")
     with serve(tmp_path, "--attach_timeout=1s") as server, victim(server) as learner:
         slow = [connect(server, _ATTACKER) for _ in range(20)]
@@ -83,7 +83,7 @@ def test_a_preface_that_arrives_byte_by_byte_is_not_waited_for(tmp_path: Path) -
         assert learner.stop()[0] < 1.0
 
 
-def test_connections_that_show_no_token_are_closed(tmp_path: Path) -> None:
+def test_connections_without_a_token_are_closed(tmp_path: Path) -> None:
     with serve(tmp_path, "--attach_timeout=1s") as server:
         silent = connect(server, _ATTACKER)
         with Http2Connection(server.address) as idle, Http2Connection(server.address) as watching:

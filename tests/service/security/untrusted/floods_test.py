@@ -70,7 +70,7 @@ def send_control_frames(connection: Http2Connection, kind: str, count: int) -> N
 
 
 @pytest.mark.parametrize("method", [GET_POOL, STEP_POOL, HEALTH_CHECK, REFLECTION, "x.y/z"])
-def test_calls_without_a_token_that_are_reset_close_the_connection(
+def test_reset_calls_without_a_token_close_the_connection(
     tmp_path: Path, method: str
 ) -> None:
     with serve(tmp_path) as server, victim(server) as learner:
@@ -82,7 +82,7 @@ def test_calls_without_a_token_that_are_reset_close_the_connection(
         assert learner.stop()[0] < 1.0
 
 
-def test_calls_of_another_owner_that_are_reset_leave_little(tmp_path: Path) -> None:
+def test_reset_calls_of_another_owner_use_bounded_memory(tmp_path: Path) -> None:
     with serve(tmp_path) as server, victim(server) as learner:
         before_mb = server.memory_mb()
         with Http2Connection(server.address) as connection:
@@ -95,7 +95,7 @@ def test_calls_of_another_owner_that_are_reset_leave_little(tmp_path: Path) -> N
     ("listens", "host"),
     [("127.0.0.1:0", "127.0.0.1"), ("[::1]:0", "[::1]"), ("[::]:0", "127.0.0.1")],
 )
-def test_calls_that_are_refused_close_the_connection(
+def test_rejected_calls_close_the_connection(
     tmp_path: Path, listens: str, host: str
 ) -> None:
     with serve(tmp_path, "--allow_insecure", address=listens) as server:
@@ -153,7 +153,7 @@ def test_control_frames_without_a_token_close_the_connection(tmp_path: Path, kin
 
 
 @pytest.mark.parametrize("kind", _CONTROL_FRAMES)
-def test_control_frames_of_a_known_caller_hold_up_nobody(tmp_path: Path, kind: str) -> None:
+def test_control_frames_of_a_known_caller_delay_nothing(tmp_path: Path, kind: str) -> None:
     with serve(tmp_path) as server, victim(server) as learner:
         with Http2Connection(server.address) as connection:
             identify(connection)
@@ -168,7 +168,7 @@ def test_control_frames_of_a_known_caller_hold_up_nobody(tmp_path: Path, kind: s
 
 @pytest.mark.parametrize("metadata", [(), METADATA])
 @pytest.mark.parametrize("value_bytes", [127 + 30, 127 + 3750])
-def test_headers_that_refer_to_a_large_one_close_the_connection(
+def test_headers_that_expand_close_the_connection(
     tmp_path: Path, value_bytes: int, metadata: list[tuple[str, str]]
 ) -> None:
     # One byte each names an entry of the dynamic table of HPACK: 16 KiB become 47 MB.

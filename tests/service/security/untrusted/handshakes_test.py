@@ -74,7 +74,7 @@ def test_handshakes_that_stall_leave_room_for_others(
             connection.close()
 
 
-def test_handshakes_one_after_another_leave_a_learner_its_steps(
+def test_successive_handshakes_do_not_block_a_learner(
     tmp_path: Path, tls: list[str]
 ) -> None:
     context = context_of(tmp_path)

@@ -47,7 +47,7 @@ def test_a_call_without_a_token_ends_at_its_headers(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("method", [GET_POOL, WATCH_POOL])
-def test_a_request_that_does_not_arrive_ends_its_call(tmp_path: Path, method: str) -> None:
+def test_an_unfinished_request_times_out(tmp_path: Path, method: str) -> None:
     with serve(tmp_path, "--attach_timeout=1s") as server:
         with Http2Connection(server.address) as connection:
             stream = connection.begin(method, METADATA)

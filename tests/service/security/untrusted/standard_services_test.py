@@ -99,7 +99,7 @@ def test_a_silent_reflection_stream_ends(tmp_path: Path) -> None:
     assert trailers["grpc-message"] == "the stream has not ended within 1s, limit attach_timeout"
 
 
-def test_reflection_that_is_not_read_ends(tmp_path: Path) -> None:
+def test_unread_reflection_streams_end(tmp_path: Path) -> None:
     with serve(tmp_path, "--attach_timeout=1s") as server:
         with Http2Connection(server.address) as connection:
             connection.waiting = connection.waiting.replace(
@@ -124,13 +124,13 @@ def test_reflection_describes_all_services_that_it_lists(tmp_path: Path, method:
 
 
 @pytest.mark.parametrize("symbol", ["nothing", "procgen.v1.Nothing", "procgen", ""])
-def test_reflection_says_what_it_does_not_know(tmp_path: Path, symbol: str) -> None:
+def test_reflection_reports_unknown_names(tmp_path: Path, symbol: str) -> None:
     with serve(tmp_path) as server, channel_to(server) as channel:
         (answer,) = reflect(channel, REFLECTION, field(_FILE_CONTAINING_SYMBOL, symbol))
     assert b"this server describes no such thing" in answer
 
 
-def test_names_that_reflection_does_not_know_are_not_kept(tmp_path: Path) -> None:
+def test_reflection_does_not_store_unknown_names(tmp_path: Path) -> None:
     # Requests of a million characters each, by a known caller: others may not send so much.
     requests = [
         b"\x22\xc0\x84\x3d" + (f"{number:06d}".encode() * 166_667)[:1_000_000]
@@ -153,7 +153,7 @@ def test_generic_clients_can_ask_for_the_health_of_all_services(tmp_path: Path) 
         assert error.value.code() == grpc.StatusCode.NOT_FOUND
 
 
-def test_watches_of_health_are_few_and_end_with_the_server(tmp_path: Path) -> None:
+def test_health_watches_are_limited_and_end_with_the_server(tmp_path: Path) -> None:
     with serve(tmp_path) as server, channel_to(server) as channel:
         watch = channel.unary_stream(f"/{HEALTH_WATCH}", lambda it: it, lambda it: it)
         calls = [watch(b"", timeout=60) for _ in range(8)]
@@ -170,7 +170,7 @@ def test_watches_of_health_are_few_and_end_with_the_server(tmp_path: Path) -> No
         assert error.value.details() == "the server stops"
 
 
-def test_health_is_asked_for_services_that_there_are_not(tmp_path: Path) -> None:
+def test_health_reports_unknown_services(tmp_path: Path) -> None:
     with serve(tmp_path) as server, channel_to(server) as channel:
         watch = channel.unary_stream(f"/{HEALTH_WATCH}", lambda it: it, lambda it: it)
         call = watch(field(1, "procgen.v1.Nothing"), timeout=60)
