@@ -38,7 +38,7 @@ class PipeTransportTest : public SharedMemoryTest {
     ASSERT_TRUE(stream_->Read(&response));
     pipes_ = procgen_client::PipeTransport::Open(
         response.attached().shared_memory().pipe_transport(), 4 << 20,
-        std::make_shared<procgen_client::Cancellation>());
+        std::make_shared<procgen_client::Cancellation>(nullptr));
     ASSERT_NE(pipes_, nullptr);
     // Answered, so the pipes are known to be open.
     ASSERT_TRUE(pipes_->Send(Observe(1)));
