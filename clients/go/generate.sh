@@ -1,5 +1,5 @@
-# !/usr/bin/env bash Generates procgenv1/ from the protos. Needs protobuf-compiler, protoc-gen-go
-# and protoc-gen-go-grpc.
+#!/usr/bin/env bash
+# Generates procgenv1/ from the protos. Needs protobuf-compiler, protoc-gen-go and protoc-gen-go-grpc.
 set -euo pipefail
 here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
 protos=${PROCGEN_PROTOS:-$here/../../proto}
