@@ -197,7 +197,7 @@ absl::Status PoolSupervisor::Draining() const {
   return absl::UnavailableError(keeps_pools()
                                     ? "the server is stopping and keeps its pools; attach again "
                                       "until it is back"
-                                    : "the server is draining and will stop; use another server");
+                                    : "the server drains and will stop; use another server");
 }
 
 void PoolSupervisor::Drain() {

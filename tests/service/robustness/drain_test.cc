@@ -23,7 +23,7 @@ TEST_F(DrainTest, DrainRejectsCallsAndEndsStreams) {
               testing::ElementsAre("\x08\x02"));  // NOT_SERVING
   EXPECT_THAT(client_->CreatePool(MazeSpec(1)),
               StatusIs(absl::StatusCode::kUnavailable,
-                       "the server is draining and will stop; use another server"));
+                       "the server drains and will stop; use another server"));
   EXPECT_THAT(client_->Attach(name), StatusIs(absl::StatusCode::kUnavailable, HasSubstr("drains")));
   EXPECT_THAT(CallStatus(stream.get(), StepRequest({4})),
               StatusIs(absl::StatusCode::kUnavailable, HasSubstr("drains")));
