@@ -1,0 +1,125 @@
+#!/usr/bin/env python3
+"""Prints the table of environment steps per second that the root's README.md shows.
+
+Usage: throughput_report.py BIN [--games GAME...] [--seconds S]
+
+BIN is the folder of programs of a release build, such as build/release/bin. Rows are the ways in:
+the engine in its own process, and the Python client over shared memory and over TCP. Columns are
+games and modes, on one core and on two. Server and learner share the cores. Each figure is the best
+of several rounds, with 64 environments, random actions, and every observation received.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import subprocess
+import time
+from pathlib import Path
+
+import numpy as np
+
+from procgen_client import Client, ServerProcess
+
+_ENV_COUNT = 64
+_MODES = ("easy", "hard")
+_CORES = (1, 2)
+_ROUNDS = 5
+_WARM_UP_STEPS = 100
+_TRANSPORTS = {"Python, shared memory": "shared_memory", "Python, TCP": "stream"}
+
+Case = tuple[str, str, int]  # Game, mode, cores.
+
+
+def engine_rates(programs: Path, games: list[str], seconds: float) -> dict[Case, float]:
+    """Returns the engine's environment steps per second."""
+    rates = {}
+    for cores in _CORES:
+        pattern = f"step/({'|'.join(games)})/({'|'.join(_MODES)})/workers:{cores}/drawn:1"
+        output = subprocess.run(
+            [
+                *_pinned(cores),
+                programs / "procgen-benchmark-engine",
+                f"--benchmark_filter={pattern}",
+                f"--benchmark_min_time={seconds * _ROUNDS}",
+                "--benchmark_format=json",
+            ],
+            stdout=subprocess.PIPE,
+            check=True,
+        ).stdout
+        for run in json.loads(output)["benchmarks"]:
+            _, game, mode, *_ = run["name"].split("/")
+            rates[game, mode, cores] = run["items_per_second"]
+    return rates
+
+
+def client_rate(server: Path, transport: str, case: Case, seconds: float) -> float:
+    """Returns the environment steps per second of a learner that sends one half ahead."""
+    game, mode, cores = case
+    os.sched_setaffinity(0, range(cores))
+    with (
+        ServerProcess(server, flags=[f"--workers={cores}"]) as process,
+        Client(process.address) as client,
+        client.create_pool(
+            game, _ENV_COUNT, distribution_mode=mode, rand_seed=0, transport=transport
+        ) as pool,
+    ):
+        halves = (0, _ENV_COUNT // 2)
+        actions = np.random.default_rng(0).integers(0, 15, _ENV_COUNT // 2, dtype=np.int32)
+        for half in halves:
+            pool.send_step(actions, first_env=half)
+
+        def step() -> None:
+            for half in halves:
+                pool.receive()
+                pool.send_step(actions, first_env=half)
+
+        for _ in range(_WARM_UP_STEPS):
+            step()
+        return max(_round_rate(step, seconds) for _ in range(_ROUNDS))
+
+
+def _round_rate(step, seconds: float) -> float:
+    begin, count = time.perf_counter(), 0
+    while (elapsed := time.perf_counter() - begin) < seconds:
+        step()
+        count += 1
+    return count * _ENV_COUNT / elapsed
+
+
+def _pinned(cores: int) -> list[str]:
+    return ["taskset", "--cpu-list", ",".join(map(str, range(cores)))]
+
+
+def table(rates: dict[str, dict[Case, float]], games: list[str]) -> str:
+    """Returns the rates as a table in Markdown, in thousands of steps per second."""
+    cases = [(game, mode, cores) for game in games for mode in _MODES for cores in _CORES]
+    plural = {1: "1 core", 2: "2 cores"}
+    head = [f"{game} {mode}, {plural[cores]}" for game, mode, cores in cases]
+    lines = [["thousand steps a second", *head], ["---"] * (len(head) + 1)]
+    for name, by_case in rates.items():
+        lines.append([name, *(f"{by_case[case] / 1000:.0f}" for case in cases)])
+    return "\n".join(f"| {' | '.join(line)} |" for line in lines)
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("programs", type=Path, metavar="BIN")
+    parser.add_argument("--games", nargs=2, default=["bigfish", "ninja"])
+    parser.add_argument("--seconds", type=float, default=0.3, help="length of a round")
+    arguments = parser.parse_args()
+    games, seconds = arguments.games, arguments.seconds
+    rates = {"engine": engine_rates(arguments.programs, games, seconds)}
+    all_cores = os.sched_getaffinity(0)
+    for name, transport in _TRANSPORTS.items():
+        rates[name] = {}
+        for case in rates["engine"]:
+            server = arguments.programs / "procgen-server"
+            rates[name][case] = client_rate(server, transport, case, seconds)
+            os.sched_setaffinity(0, all_cores)
+    print(table(rates, games))
+
+
+if __name__ == "__main__":
+    main()
