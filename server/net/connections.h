@@ -70,7 +70,7 @@ class Connections {
     int open_call_count = 0;
     int call_count = 0;
     int refused_call_count = 0;
-    absl::Time last_activity;  // end of its last call, or its start
+    absl::Time last_activity;  // of its last call, or when it was accepted
   };
   struct Counts {
     size_t all = 0;
@@ -84,7 +84,7 @@ class Connections {
   bool IsWithin(const std::string& address) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   void SetIdentified(Connection* connection) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   Table::iterator Remove(Table::iterator it) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
-  // Removes closed connections, at most once per interval.
+  // Removes closed connections, unless the last removal was very recent.
   void RemoveClosed() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   // The limit that it exceeds; empty: none.
   absl::string_view ExcessOf(int descriptor, const Connection& connection, absl::Time now)
