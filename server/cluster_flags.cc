@@ -10,31 +10,31 @@
 #include "absl/strings/str_split.h"
 
 ABSL_FLAG(std::string, cluster, "",
-          "name of the cluster that this server is a node of: servers of one name and domain find "
-          "each other. Empty: none");
-ABSL_FLAG(int32_t, cluster_domain, 0, "number of the DDS domain, which tells the ports: 0 to 230");
+          "name of this server's cluster: servers with the same name and domain find each other. "
+          "Empty: none");
+ABSL_FLAG(int32_t, cluster_domain, 0, "DDS domain number, which determines the ports: 0 to 230");
 ABSL_FLAG(std::vector<std::string>, cluster_peers, {},
-          "hosts of the other nodes, with commas, for networks without multicast: names or IPv4 "
-          "addresses; a name may have several. Empty: whoever hears a multicast");
+          "hosts of the other nodes, comma-separated, for networks without multicast: names or "
+          "IPv4 addresses; a name may have several addresses. Empty: multicast");
 ABSL_FLAG(std::string, node_id, "",
-          "what this server is called in its cluster, where no other may be called so; empty: a "
-          "random name, for as long as it runs, or as long as it has the same --state_dir");
+          "name of this server, unique in its cluster. Empty: a random name, which persists only "
+          "with --state_dir");
 ABSL_FLAG(std::string, advertised_address, "",
-          "where clients and nodes reach this server, as its cluster tells them: HOST:PORT (port "
-          "0: the one that it listens on) or unix:PATH. Empty: as --address");
+          "address where clients and nodes reach this server: HOST:PORT (port 0: the listening "
+          "port) or unix:PATH. Empty: --address");
 ABSL_FLAG(std::string, cluster_identity_ca, "",
-          "PEM file of the certificate that vouches for nodes of the cluster; with the five flags "
-          "below DDS Security is on. Empty: off");
+          "PEM file of the authority that signs the nodes' certificates; enables DDS Security "
+          "together with the five other --cluster_ files. Empty: off");
 ABSL_FLAG(std::string, cluster_identity_certificate, "",
-          "PEM file of the certificate that this node shows to the others");
+          "PEM file of the certificate that this node presents to the others");
 ABSL_FLAG(std::string, cluster_identity_key, "",
           "PEM file of the key of --cluster_identity_certificate");
 ABSL_FLAG(std::string, cluster_permissions_ca, "",
-          "PEM file of the certificate that vouches for the two files below");
+          "PEM file of the authority that signs --cluster_governance and --cluster_permissions");
 ABSL_FLAG(std::string, cluster_governance, "",
-          "S/MIME file of the domain's governance: what is encrypted and signed");
+          "S/MIME file of the domain's governance: what DDS encrypts and signs");
 ABSL_FLAG(std::string, cluster_permissions, "",
-          "S/MIME file of this node's permissions: in which clusters it may be");
+          "S/MIME file of this node's permissions: the clusters that it may join");
 
 namespace procgen {
 namespace {

@@ -5,8 +5,7 @@
 
 namespace procgen {
 
-// Puts into `config` what the flags say of the cluster, and of where this server is in it. Its
-// address must be in it already.
+// Reads the cluster flags into `config`. REQUIRES: config->server.address is set.
 void ReadClusterFlags(Config* config);
 
 }  // namespace procgen

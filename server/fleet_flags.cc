@@ -6,18 +6,19 @@
 #include "absl/time/time.h"
 
 ABSL_FLAG(bool, fleet, false,
-          "spread pools over the nodes of --cluster, in place of stepping them here");
+          "spread pools over the nodes of --cluster instead of stepping them here");
 ABSL_FLAG(std::string, state_dir, "",
-          "folder where a --fleet keeps its pools, so that it goes on with them when it is started "
-          "again; one process at a time. Empty: they end with it");
+          "folder where a --fleet keeps its pools across restarts; one process at a time. Empty: "
+          "pools end with the process");
 ABSL_FLAG(absl::Duration, fleet_failover_timeout, procgen::FleetOptions().failover_timeout,
-          "how long a request waits for nodes that can carry it out; then its stream ends");
+          "how long a request waits for nodes that can execute it; then its stream ends");
 ABSL_FLAG(std::string, fleet_ca, "",
-          "PEM file of the certificates that vouch for the nodes, which are spoken to in TLS. "
-          "Empty: in plain text");
-ABSL_FLAG(std::string, fleet_certificate, "", "PEM file of the certificate that nodes are shown");
+          "PEM file of the authorities that sign the nodes' certificates. Empty: plain text to the "
+          "nodes");
+ABSL_FLAG(std::string, fleet_certificate, "",
+          "PEM file of the client certificate presented to nodes");
 ABSL_FLAG(std::string, fleet_key, "", "PEM file of the key of --fleet_certificate");
-ABSL_FLAG(std::string, fleet_token, "", "file with the token that nodes are shown. Empty: none");
+ABSL_FLAG(std::string, fleet_token, "", "file with the token sent to nodes. Empty: none");
 
 namespace procgen {
 

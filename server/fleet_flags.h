@@ -5,7 +5,7 @@
 
 namespace procgen {
 
-// Puts into `config` what the flags say of a fleet.
+// Reads the fleet flags into `config`.
 void ReadFleetFlags(Config* config);
 
 }  // namespace procgen

@@ -1,5 +1,5 @@
-// procgen-server: hosts pools of Procgen environments behind gRPC. `procgen-server --help` lists
-// the flags, server/README.md explains them.
+// procgen-server: hosts pools of Procgen environments behind a gRPC API. `procgen-server --help`
+// lists the flags; server/README.md explains them.
 
 #include <unistd.h>
 
@@ -37,53 +37,49 @@
 #include "server/web_flags.h"
 
 ABSL_FLAG(std::string, address, "127.0.0.1:50051",
-          "where to listen: HOST:PORT (port 0: any that is free; it is printed), or unix:PATH");
+          "address to listen on: HOST:PORT (port 0: any free port, which is printed) or unix:PATH");
 ABSL_FLAG(int32_t, workers, 0,
-          "threads that step environments; 0: one for each core that the process may use, by its "
-          "affinity and the CPU quota of its cgroup");
+          "threads that step environments; 0: one per core available to the process (CPU affinity, "
+          "cgroup quota)");
 ABSL_FLAG(int32_t, pool_count_max, procgen::Limits().pool_count_max, "pools at a time");
 ABSL_FLAG(int32_t, pool_env_count_max, procgen::Limits().pool_env_count_max,
           "environments of one pool");
-ABSL_FLAG(int32_t, env_count_max, procgen::Limits().env_count_max,
-          "environments of all pools together");
+ABSL_FLAG(int32_t, env_count_max, procgen::Limits().env_count_max, "environments of all pools");
 ABSL_FLAG(int64_t, observation_bytes_max, procgen::Limits().observation_bytes_max,
-          "bytes of one observation of each environment of all pools together");
+          "bytes of one observation of every environment of all pools");
 ABSL_FLAG(int64_t, request_bytes_max, procgen::Limits().request_bytes_max,
-          "bytes of one request message");
+          "size of a request message in bytes");
 ABSL_FLAG(int64_t, response_bytes_max, procgen::Limits().response_bytes_max,
-          "bytes of one response message that a client may ask for");
+          "size of a response message in bytes that a client may ask for");
 ABSL_FLAG(int32_t, requests_in_flight_max, procgen::Limits().requests_in_flight_max,
-          "unanswered requests of one stream that a client may ask for");
+          "unanswered requests of a stream that a client may ask for");
 ABSL_FLAG(int64_t, resume_buffer_bytes_max, procgen::Limits().resume_buffer_bytes_max,
-          "bytes of the answers that are kept for streams that may be resumed, of all pools "
-          "together");
+          "bytes of answers kept for resumable streams, of all pools");
 ABSL_FLAG(int64_t, episode_history_bytes_max, procgen::Limits().episode_history_bytes_max,
-          "bytes that pools remember their last episodes in, of all together; 0: they do not");
+          "bytes of the history of the last episodes, of all pools; 0: no history");
 ABSL_FLAG(int64_t, shared_memory_bytes_max, procgen::Limits().shared_memory_bytes_max,
-          "bytes of memory that pools share with learners, of all pools together");
+          "bytes of memory shared with learners, of all pools");
 ABSL_FLAG(absl::Duration, lease_duration_max, procgen::Limits().lease_duration_max,
-          "how long a pool may ask to live without a stream");
+          "longest lease of a pool without a stream");
 ABSL_FLAG(absl::Duration, keepalive_time, procgen::ServerOptions().keepalive_time,
-          "a connection that is silent for this long is asked for a sign of life");
+          "idle time after which the server sends a keepalive ping");
 ABSL_FLAG(absl::Duration, keepalive_timeout, procgen::ServerOptions().keepalive_timeout,
-          "and ended if it gives none for this long");
+          "time without a reply to the ping after which the connection is closed");
 ABSL_FLAG(
     absl::Duration, drain_timeout, absl::Seconds(10),
-    "after SIGTERM or SIGINT, running requests have this long to be answered, and learners to "
-    "save states");
+    "time after SIGTERM or SIGINT for running requests to be answered and learners to save states");
 ABSL_FLAG(
     std::string, art_dir, "",
-    "folder of art in the layout of Procgen 0.10.7, which all pools draw with; empty: the built-in "
-    "art");
-ABSL_FLAG(std::string, shared_memory_dir, "/dev/shm",
-          "folder of the files by which pools share memory with learners on this machine; empty: "
-          "they share none");
+    "folder of art in the layout of Procgen 0.10.7 that all pools draw with; empty: built-in art");
+ABSL_FLAG(
+    std::string, shared_memory_dir, "/dev/shm",
+    "folder of the shared memory files for learners on this machine; empty: no shared memory");
 ABSL_FLAG(
     std::string, metrics_address, "",
-    "where to serve metrics over HTTP, at /metrics for Prometheus: HOST:PORT (port 0: any that "
-    "is free; it is logged). Empty: nowhere");
+    "address that serves metrics for Prometheus over HTTP at /metrics: HOST:PORT (port 0: any free "
+    "port, which is logged); empty: none");
 ABSL_FLAG(std::string, log_level, "info",
-          "least level of log lines: debug, info, warning or error");
+          "minimum level of log lines: debug, info, warning or error");
 
 namespace procgen {
 namespace {
@@ -91,10 +87,9 @@ namespace {
 constexpr int kExitFailedToStart = 1;
 constexpr int kExitUsage = 2;
 constexpr int kExitStopTimedOut = 3;
-// What stopping may take besides --drain_timeout: pages and the metrics page end, calls are
-// cancelled.
+// Time to stop after --drain_timeout: closes the web pages and the metrics page, and cancels calls.
 constexpr absl::Duration kStopGrace = absl::Seconds(10);
-// How long a process that ends waits for whoever reads its log.
+// How long a process that exits waits for its log lines to be written.
 constexpr absl::Duration kLogTimeout = absl::Seconds(1);
 
 absl::StatusOr<LogLevel> FindLogLevel(const std::string& name) {
@@ -165,8 +160,8 @@ absl::StatusOr<Config> ReadConfig() {
   return config;
 }
 
-// The signals that ask to stop. Blocked in all threads, so that Serve waits for them and no
-// handler has to.
+// The signals that stop the server. Blocked in all threads; Serve waits for them, without a
+// handler.
 sigset_t StopSignals() {
   sigset_t signals;
   sigemptyset(&signals);
@@ -175,7 +170,7 @@ sigset_t StopSignals() {
   return signals;
 }
 
-// How the log tells who may call.
+// The access control as text for the log.
 std::string AccessText(const Config& config) {
   return absl::StrCat(config.server.tls == nullptr        ? "plain text"
                       : config.server.tls->asks_clients() ? "mutual TLS"
@@ -183,7 +178,7 @@ std::string AccessText(const Config& config) {
                       config.server.tokens == nullptr ? "" : ", tokens");
 }
 
-// Null: nobody asked for one.
+// Returns null if no metrics address is configured.
 absl::StatusOr<std::unique_ptr<MetricsPage>> StartMetricsPage(const Config& config,
                                                               const Server& server) {
   if (config.metrics_address.empty()) {
@@ -192,7 +187,7 @@ absl::StatusOr<std::unique_ptr<MetricsPage>> StartMetricsPage(const Config& conf
   return MetricsPage::Start(config.metrics_address, server.metrics());
 }
 
-// Null: nobody asked for pages.
+// Returns null if no web address is configured.
 absl::StatusOr<std::unique_ptr<web::WebServer>> StartWebServer(const Config& config,
                                                                const Server& server) {
   if (config.web_address.empty()) {
@@ -213,8 +208,8 @@ int FailToStart(const absl::Status& status) {
   return kExitFailedToStart;
 }
 
-// A thread that the server needs from its start on cannot be started: std::thread throws, and
-// nobody catches it.
+// Terminate handler during the start: std::thread throws if a required thread cannot be started,
+// and nothing catches the exception.
 [[noreturn]] void EndBeforeStart() {
   std::string why = "an exception that nobody caught";
   try {
@@ -230,11 +225,11 @@ int FailToStart(const absl::Status& status) {
   _exit(status);
 }
 
-// Ends a process that does not stop when it is asked to: where threads or descriptors have run out,
-// gRPC may wait for ever. Its thread is there before anything can run out.
+// Ends a process that does not stop in time: without threads or descriptors gRPC may wait
+// indefinitely. Its own thread is started before either can run out.
 class StopWatchdog {
  public:
-  // From now on the process has `timeout` to end.
+  // Ends the process after `timeout`.
   void Start(absl::Duration timeout) { timer_.ArmBy(SteadyNow() + timeout); }
 
  private:
@@ -286,9 +281,9 @@ int Serve(const Config& config, const sigset_t& stop_signals,
             {"metrics", *metrics_page == nullptr ? "none" : (*metrics_page)->address()},
             {"web", *web_server == nullptr ? "none" : (*web_server)->url()},
             {"art", config.server.art == nullptr ? "built-in" : absl::GetFlag(FLAGS_art_dir)}});
-  FlushLog(kLogTimeout);  // whoever reads the line below may look into the log
+  FlushLog(kLogTimeout);  // readers of the line below may look into the log
   std::set_terminate(usual_terminate);
-  // For programs that start this one: the address on standard output, when clients can connect.
+  // The address for programs that start this one, printed once clients can connect.
   std::printf("listening on %s\n", (*server)->address().c_str());
   std::fflush(stdout);
 
@@ -298,9 +293,9 @@ int Serve(const Config& config, const sigset_t& stop_signals,
            {{"signal", signal == SIGTERM ? "SIGTERM" : "SIGINT"},
             {"timeout", absl::FormatDuration(config.drain_timeout)}});
   watchdog.Start(config.drain_timeout + kStopGrace);
-  web_server->reset();  // first: its pages are told, and call the server until they have ended
+  web_server->reset();  // first: its pages call the server until they end
   (*server)->Stop(config.drain_timeout);
-  metrics_page->reset();  // it reads of the server's until here, so that a drain can be watched
+  metrics_page->reset();  // last: it reads the server's metrics, also during a drain
   LogEvent(LogLevel::kInfo, "stopped", {});
   return 0;
 }
@@ -308,13 +303,13 @@ int Serve(const Config& config, const sigset_t& stop_signals,
 int Main(int argc, char** argv) {
   const sigset_t stop_signals = StopSignals();
   pthread_sigmask(SIG_BLOCK, &stop_signals, nullptr);
-  // A file that may not grow any further is an error where it grows, not the end.
+  // A write beyond the file size limit returns an error instead of ending the process.
   std::signal(SIGXFSZ, SIG_IGN);
-  // Whoever reads the log, or standard output, may go.
+  // The readers of the log and of standard output may exit.
   std::signal(SIGPIPE, SIG_IGN);
   const std::terminate_handler usual_terminate = std::set_terminate(EndBeforeStart);
-  // Abseil, as Debian builds it, looks for deadlocks wherever a mutex is locked, here and in gRPC.
-  // The tests have it do so; here it would cost some of a hundred of the time.
+  // Debian's Abseil checks for deadlocks at every lock of a mutex, here and in gRPC. The tests keep
+  // the check; here it would cost some percent of the time.
   absl::SetMutexDeadlockDetectionMode(absl::OnDeadlockCycle::kIgnore);
 
   const auto is_ours = [](absl::string_view file) {

@@ -7,36 +7,36 @@
 #include "absl/time/time.h"
 
 ABSL_FLAG(std::string, tls_certificate, "",
-          "PEM file of the server's certificate, with those of who vouches for it behind; read "
-          "again when it changes. Empty: plain text");
+          "PEM file of the server's certificate chain, its own first; read again when it changes. "
+          "Empty: plain text");
 ABSL_FLAG(std::string, tls_key, "", "PEM file of the key of --tls_certificate");
 ABSL_FLAG(std::string, tls_client_ca, "",
-          "PEM file of certificates; clients must show one that one of these vouches for. Empty: "
-          "clients need none");
+          "PEM file of authorities; clients must present a certificate signed by one of them. "
+          "Empty: clients need no certificate");
 ABSL_FLAG(std::string, tokens, "",
-          "file of lines 'OWNER TOKEN'; every call must bear one; read again when it changes. "
-          "Empty: none are asked for");
+          "file of lines 'OWNER TOKEN'; every call must carry one; read again when it changes. "
+          "Empty: calls need no token");
 ABSL_FLAG(
     bool, allow_insecure, false,
-    "listen where other machines can reach, though without TLS or without asking who calls; and "
-    "serve metrics there");
+    "allow addresses that other machines can reach without TLS or without authentication, also for "
+    "metrics and pages");
 ABSL_FLAG(std::string, clone_source_allowlist, "",
-          "servers that CloneStates may be asked to read from, with commas: HOST, HOST:PORT, "
-          "unix:PATH, 'local', or 'none'. Empty: local where this server listens on loopback or a "
-          "unix socket, else none");
+          "servers that CloneStates may read from, comma-separated: HOST, HOST:PORT, unix:PATH, "
+          "'local', or 'none'. Empty: local if this server listens on loopback or a unix socket, "
+          "otherwise none");
 ABSL_FLAG(int32_t, owner_pool_count_max, 0, "pools of one owner; 0: --pool_count_max");
 ABSL_FLAG(int32_t, owner_env_count_max, 0, "environments of one owner; 0: --env_count_max");
 ABSL_FLAG(int32_t, owner_stream_count_max, 0, "attached streams of one owner; 0: --pool_count_max");
 ABSL_FLAG(int32_t, owner_watch_count_max, procgen::Limits().owner_watch_count_max,
-          "pools that one owner watches at a time");
+          "WatchPool streams of one owner");
 ABSL_FLAG(int32_t, owner_call_count_max, procgen::Limits().owner_call_count_max,
-          "calls of one owner under way, with streams that have not attached");
+          "calls of one owner in progress, including streams that have not attached");
 ABSL_FLAG(int64_t, owner_buffer_bytes_max, procgen::Limits().owner_buffer_bytes_max,
-          "bytes of requests, responses and level samplers that are held for one owner");
+          "bytes of requests, responses and level samplers held for one owner");
 ABSL_FLAG(int32_t, connection_count_max, procgen::Limits().connection_count_max,
-          "connections of all callers together");
+          "connections of all callers");
 ABSL_FLAG(absl::Duration, attach_timeout, procgen::Limits().attach_timeout,
-          "a stream that has not attached by then ends");
+          "time for a stream to attach and for the request of a call to arrive");
 
 namespace procgen {
 

@@ -5,8 +5,8 @@
 
 namespace procgen {
 
-// Puts into `config` what the flags say of who may call, and how much each caller may have. The
-// limits of the whole server must be in it already.
+// Reads the flags of access control and of the owners' quotas into `config`. REQUIRES: the limits
+// of the whole server are set, which are the defaults of the quotas.
 void ReadSecurityFlags(Config* config);
 
 }  // namespace procgen

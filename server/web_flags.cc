@@ -8,13 +8,12 @@
 
 ABSL_FLAG(
     std::string, web_address, "",
-    "where to serve the live view, play, replays and the gallery to browsers: HOST:PORT (port "
-    "0: any that is free; it is logged). Empty: nowhere");
+    "address that serves the live view, play, replays and the gallery to browsers: HOST:PORT (port "
+    "0: any free port, which is logged); empty: none");
 ABSL_FLAG(std::vector<std::string>, web_allowed_hosts, {},
-          "names, with commas, by which browsers may ask for the pages, besides localhost and the "
-          "addresses that --web_address stands for");
-ABSL_FLAG(int32_t, web_viewers_max, procgen::Config().web_viewers_max,
-          "pages that are open at a time");
+          "host names by which browsers may request the pages, comma-separated, besides localhost "
+          "and the addresses of --web_address");
+ABSL_FLAG(int32_t, web_viewers_max, procgen::Config().web_viewers_max, "open pages");
 
 namespace procgen {
 

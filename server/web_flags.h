@@ -5,7 +5,7 @@
 
 namespace procgen {
 
-// Puts into `config` what the flags say of the pages that the server serves.
+// Reads the flags of the web pages into `config`.
 void ReadWebFlags(Config* config);
 
 }  // namespace procgen

@@ -9,28 +9,29 @@
 
 namespace procgen {
 
-// Where a server listens: a host and a port, or a socket in the file system. gRPC takes many other
-// things for an address (names of resolvers, lists); these two are what we take.
+// Address of a server: a host and a port, or a unix socket. Other gRPC targets (resolver names,
+// lists) are not supported.
 struct Address {
-  std::string host;       // a name, or an address of IPv4 or IPv6, without brackets
+  std::string host;       // a name, or an IPv4 or IPv6 address without brackets
   uint16_t port = 0;      // with a host
-  std::string unix_path;  // not empty: a socket, and no host
+  std::string unix_path;  // not empty: a unix socket; host is empty
 };
 
-// Reads "HOST:PORT", "[IPV6]:PORT" or "unix:PATH". Errors: INVALID_ARGUMENT, without a name for it.
+// Reads "HOST:PORT", "[IPV6]:PORT" or "unix:PATH". Errors: INVALID_ARGUMENT; the message does not
+// name the flag or field.
 absl::StatusOr<Address> ParseAddress(absl::string_view text);
 
-// Nobody but this very machine can reach it.
+// Whether only this machine can reach the address.
 bool IsLocal(const Address& address);
 
-// Stands for all addresses of this machine, and is none that anybody could connect to.
+// Whether the address is a wildcard, which listens on all interfaces and cannot be connected to.
 bool IsWildcard(const Address& address);
 
-// Whether a connection comes from this very machine. `peer`: as gRPC tells it, e.g.
+// Whether a connection comes from this machine. `peer`: in gRPC's format, e.g.
 // "ipv4:127.0.0.1:40000".
 bool IsOnThisMachine(absl::string_view peer);
 
-// As gRPC takes the address of a server to connect to, and cannot take for anything else.
+// The address as an unambiguous gRPC target.
 std::string GrpcTargetOf(const Address& address);
 
 }  // namespace procgen

@@ -17,62 +17,60 @@
 
 namespace procgen {
 
-// The open connections of a listener: how many there may be, and what those may do whose callers
-// have not been identified yet. gRPC bounds none of this, so the sockets are watched from outside:
-// a connection that exceeds a bound is shut down.
+// Limits the open connections of a listener, in total and while their callers are unidentified.
+// gRPC has no such limits, so the sockets are inspected from outside: a connection that exceeds a
+// limit is shut down.
 //
-// A connection is identified once a call on it was (CallAccounting); then only the total counts.
-// Before that it may be silent, refused, and send bytes only within the bounds below, and hold a
-// quarter of the connections together with its like. One address has at most as many connections as
-// are left, identified or not, so whatever it does there is room for another address. Sockets of
-// the file system have no address: their connections count as identified. Threads: any method from
-// any thread.
+// A connection is identified once a call on it is (CallAccounting); then only the total counts.
+// Before that the limits below apply to its silence, refused calls and bytes, and unidentified
+// connections hold at most a quarter of the total. One address has at most as many connections as
+// remain free, so there is always room for another address. Unix socket connections have no address
+// and count as identified. Threads: any method from any thread.
 class Connections {
  public:
-  // Calls of one connection that ask for no token (health, reflection) under way, and calls that
-  // were refused or given up by their caller, before it is identified.
+  // Limits of an unidentified connection: calls without a token (health, reflection) in progress,
+  // and calls that were refused or cancelled.
   static constexpr int kOpenCallCountMax = 8;
   static constexpr int kRefusedCallCountMax = 100;
-  // Bytes that it may send before it is identified, and more for each of its calls. The first
-  // flight of an HTTP/2 client has up to 64 KiB besides the headers.
+  // Bytes that an unidentified connection may send: in total, and in addition for each call. The
+  // first flight of an HTTP/2 client has up to 64 KiB besides the headers.
   static constexpr int64_t kBytesMax = 80 << 10;
   static constexpr int64_t kBytesPerCallMax = 1 << 10;
-  // How often these are inspected.
+  // Interval of inspections of unidentified connections.
   static constexpr absl::Duration kInspectionInterval = absl::Milliseconds(10);
 
-  // `silence_max`: until a connection without a call is identified. Infinite: nothing is identified
-  // here, and no more than the number of connections is bounded.
+  // `silence_max`: how long an unidentified connection may have no call. Infinite: only the number
+  // of connections is limited.
   Connections(int32_t count_max, absl::Duration silence_max);
 
   size_t count_max() const { return count_max_; }
 
-  // Takes in an accepted connection. False: there is no room; the caller closes it.
+  // Registers an accepted connection. False: the limit is reached; the caller closes it.
   bool Add(int connection, const sockaddr* address) ABSL_LOCKS_EXCLUDED(mutex_);
 
-  // What calls tell of their connection. `peer`: as gRPC names it; one that is not known here, as
-  // of a socket in the file system, is ignored.
+  // Reports from calls. `peer`: in gRPC's format; an unknown one, as of a unix socket, is ignored.
   void Identify(const std::string& peer) ABSL_LOCKS_EXCLUDED(mutex_);
   void CountRefused(const std::string& peer) ABSL_LOCKS_EXCLUDED(mutex_);
-  // A call that asks for no token. False: there are too many, and it counts as refused.
+  // Begins a call without a token. False: too many are in progress, and it counts as refused.
   bool BeginCall(const std::string& peer) ABSL_LOCKS_EXCLUDED(mutex_);
-  // `is_answered`: else it counts as refused.
+  // Ends it. Not `is_answered`: it counts as refused.
   void EndCall(const std::string& peer, bool is_answered) ABSL_LOCKS_EXCLUDED(mutex_);
 
-  // Shuts down unidentified connections that exceed a bound. Whether there are any left.
+  // Shuts down unidentified connections that exceed a limit. Returns whether any remain.
   bool Inspect() ABSL_LOCKS_EXCLUDED(mutex_);
-  // Shuts down all.
+  // Shuts down all connections.
   void ShutDownAll() ABSL_LOCKS_EXCLUDED(mutex_);
 
  private:
   struct Connection {
-    uint64_t inode = 0;   // of its socket; another one: the descriptor is another file's by now
-    std::string peer;     // as gRPC names it; empty: a socket of the file system
-    std::string address;  // that it shares a bound with: of IPv6, the network of 64 bits
+    uint64_t inode = 0;   // of its socket; if it differs, the descriptor has been reused
+    std::string peer;     // in gRPC's format; empty: a unix socket
+    std::string address;  // that the limit applies to; IPv6: its /64 network
     bool is_identified = false;
     int open_call_count = 0;
     int call_count = 0;
     int refused_call_count = 0;
-    absl::Time last_activity;  // since then it has had no call
+    absl::Time last_activity;  // of its last call, or when it was accepted
   };
   struct Counts {
     size_t all = 0;
@@ -80,15 +78,15 @@ class Connections {
   };
   using Table = std::unordered_map<int, Connection>;
 
-  // Null: none.
+  // Returns null if there is none.
   Connection* Find(const std::string& peer) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   bool HasRoom(const std::string& address) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   bool IsWithin(const std::string& address) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   void SetIdentified(Connection* connection) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   Table::iterator Remove(Table::iterator it) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
-  // Removes those that were closed, unless it was done a moment ago.
+  // Removes closed connections, unless the last removal was very recent.
   void RemoveClosed() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
-  // What it exceeds; empty: nothing.
+  // The limit that it exceeds; empty: none.
   absl::string_view ExcessOf(int descriptor, const Connection& connection, absl::Time now)
       ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
 

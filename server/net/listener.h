@@ -15,39 +15,38 @@
 
 namespace procgen {
 
-// The sockets that a server listens on, the thread that accepts connections there, and one that has
-// them inspected. gRPC's own listener stops for good once the process has run out of file
-// descriptors, so any caller that opens enough connections would silence it. This one continues as
-// soon as there are descriptors, and admits and inspects connections as Connections says.
-// Threads: one at a time.
+// The listening sockets of a server, a thread that accepts connections, and one that inspects them.
+// gRPC's own listener stops permanently once the process runs out of file descriptors, so a caller
+// could disable it. This one continues when descriptors are available, within the limits of
+// Connections. Threads: one at a time.
 class Listener {
  public:
-  // A connection that was accepted, and the socket by which it came; the connection is the taker's.
+  // Takes ownership of an accepted `connection`. `listening`: the socket that accepted it.
   using Take = std::function<void(int listening, int connection)>;
 
-  // Listens, and accepts nothing yet. Port 0: any that is free. A file that is in the way of a
-  // socket is removed if it is a socket that nobody listens on. Errors: UNAVAILABLE.
-  // `connections`: takes in each, and says how many there may be.
+  // Listens without accepting yet. Port 0: any free port. An existing socket file is removed if
+  // no process listens on it. `connections` limits the connections. Errors: UNAVAILABLE.
   static absl::StatusOr<std::unique_ptr<Listener>> Listen(const Address& address,
                                                           std::shared_ptr<Connections> connections);
-  // Listens where only this process can connect to; others are turned away. Errors: UNAVAILABLE.
+  // Listens for connections of this process; those of other processes are closed. Errors:
+  // UNAVAILABLE.
   static absl::StatusOr<std::unique_ptr<Listener>> ListenWithin(
       std::shared_ptr<Connections> connections);
-  // Listens no more. Connections that were taken stay.
+  // Stops listening. Accepted connections stay open.
   ~Listener();
   Listener(const Listener&) = delete;
   Listener& operator=(const Listener&) = delete;
 
-  // The port that was bound; 0 for a socket in the file system.
+  // The bound port; 0 for a unix socket.
   uint16_t port() const { return port_; }
-  // What connects to one that listens within the process, as gRPC takes it; of others "".
+  // The gRPC target of a listener made by ListenWithin; otherwise "".
   const std::string& target_within() const { return target_within_; }
 
-  // Begins to accept, in a thread of its own, and hands over to `take` there.
+  // Begins to accept in a separate thread, which calls `take`.
   void Start(Take take);
 
-  // Accepts no more, and breaks the connections that were taken: at their other ends the network
-  // has failed, or the process was killed.
+  // Stops accepting and breaks all accepted connections, as a failed network or a killed process
+  // does.
   void HangUp();
 
  private:
@@ -58,22 +57,21 @@ class Listener {
   absl::Status ListenOnNewName();
   absl::Status MakeStop();
   void AcceptUntilStopped();
-  // Apart from accepting: the thread that hands a connection to gRPC may have to parse what has
-  // arrived on it.
+  // In a separate thread, because the accepting thread may parse received bytes in gRPC.
   void InspectUntilStopped();
   void StopAccepting();
-  // Accepts what waits at a socket, or some of it. False: there are no file descriptors.
+  // Accepts waiting connections, or some of them. False: no file descriptors are available.
   bool AcceptFrom(int listening);
-  // Whether who connected may.
+  // Whether the peer may connect.
   bool IsWelcome(int connection) const;
 
   const std::shared_ptr<Connections> connections_;
   std::vector<int> sockets_;
   uint16_t port_ = 0;
-  std::string path_;                        // of the socket's file, if it has one
-  std::pair<dev_t, ino_t> path_file_ = {};  // the file: another server's may stand there later
+  std::string path_;                        // of the unix socket; empty: none
+  std::pair<dev_t, ino_t> path_file_ = {};  // its file, which another server may replace later
   std::string target_within_;
-  int stop_[2] = {-1, -1};  // the ends of a pipe; what can be read there stops the thread
+  int stop_[2] = {-1, -1};  // ends of a pipe; readable: the thread stops
   Take take_;
   std::thread thread_;
   int accepted_ = -1;  // an eventfd: readable after a connection was accepted

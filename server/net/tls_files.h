@@ -14,25 +14,24 @@
 
 namespace procgen {
 
-// Where the server's certificate (a chain, its own first), its key, and the certificates of those
-// who vouch for clients are; all PEM.
+// Paths of PEM files: the server's certificate chain (its own first), its key, and the authorities
+// that sign client certificates.
 struct TlsPaths {
   std::string certificate;
   std::string key;
   std::string client_ca;  // empty: clients are asked for no certificate
 };
 
-// The files that TLS is spoken with. They are checked with each new connection, and read again
-// after they have changed; if they are broken then (also while one of a pair is replaced before the
-// other), that is told in the log and what was read before stays in use.
-// Threads: any method from any thread.
+// The certificate files of TLS. They are checked at each new connection and read again after a
+// change. If they are invalid then (also while a pair is replaced file by file), a warning is
+// logged and the previous contents stay in use. Threads: any method from any thread.
 class TlsFiles {
  public:
-  // Errors: a file cannot be read, or holds no certificate or key, or they are no pair; the message
+  // Errors: a file cannot be read, has no certificate or key, or they do not match; the message
   // names flag and file.
   static absl::StatusOr<std::shared_ptr<TlsFiles>> Open(const TlsPaths& paths);
 
-  // Clients must show a certificate (mutual TLS).
+  // Whether clients must present a certificate (mutual TLS).
   bool asks_clients() const { return asks_clients_; }
 
   struct Contents {
@@ -40,13 +39,12 @@ class TlsFiles {
     std::string key;
     std::string client_ca;  // empty: clients are asked for no certificate
   };
-  // What is to be used at this moment, and a number that is another whenever the contents are; at
-  // least 1.
+  // The current contents and their version, at least 1, which changes with the contents.
   std::pair<Contents, int64_t> Current();
 
  private:
   explicit TlsFiles(const TlsPaths& paths);
-  // Reads again what has changed.
+  // Reads changed files again.
   void Refresh() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   absl::StatusOr<Contents> Read() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
 

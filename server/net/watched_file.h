@@ -13,8 +13,8 @@
 
 namespace procgen {
 
-// A small file that is read again when it was written or replaced. Whoever uses it asks; there is
-// no thread that watches. Threads: compatible (one at a time).
+// A small file that is read again after it was written or replaced. The user polls HasChanged.
+// Threads: compatible (one at a time).
 class WatchedFile {
  public:
   static constexpr size_t kBytesMax = 1 << 20;
@@ -23,14 +23,14 @@ class WatchedFile {
 
   const std::string& path() const { return path_; }
 
-  // What is in it. Errors, which name the file: NOT_FOUND, PERMISSION_DENIED ... it cannot be read;
-  // INVALID_ARGUMENT it is no regular file, or larger than kBytesMax.
+  // Returns its contents. Errors, which name the file: NOT_FOUND, PERMISSION_DENIED ... it cannot
+  // be read; INVALID_ARGUMENT it is not a regular file, or is larger than kBytesMax.
   absl::StatusOr<std::string> Read();
 
-  // Whether it is another file, or was written, since the last Read, whatever that gave.
+  // Whether it was replaced or written since the last Read, successful or not.
   bool HasChanged() const;
 
-  // At the last Read: all users of the machine could read it.
+  // Whether all users of the machine could read it at the last Read.
   bool is_world_readable() const { return is_world_readable_; }
 
  private:

@@ -14,24 +14,25 @@
 
 namespace procgen {
 
-// Tells a cluster how this server is: at once, then each second, and whenever somebody asks for it.
+// Reports the status of this server to the cluster: at once, every second, and by ReportNow.
 // Threads: any method from any thread.
 class NodeReporter {
  public:
-  // How a server stands; steps_per_second is not filled.
+  // The state of a server; status.steps_per_second is not set.
   struct Snapshot {
     NodeStatus status;
     int64_t step_count = 0;  // environment steps since the start
   };
 
-  // Asks `take_snapshot` until this ends; it must not block for long. `cluster` must outlive this.
+  // Calls `take_snapshot`, which must not block for long, until destruction. `cluster` must outlive
+  // this.
   NodeReporter(Cluster* cluster, std::function<Snapshot()> take_snapshot);
-  // No more is told then.
+  // Stops reporting.
   ~NodeReporter();
   NodeReporter(const NodeReporter&) = delete;
   NodeReporter& operator=(const NodeReporter&) = delete;
 
-  // Tells how the server is now. Returns when it is told.
+  // Reports the current status before it returns.
   void ReportNow();
 
  private:
@@ -41,7 +42,7 @@ class NodeReporter {
   Cluster* const cluster_;
   const std::function<Snapshot()> take_snapshot_;
   SteadyNotification stopped_;
-  absl::Mutex mutex_;  // held while it is told, so that the last word is the latest
+  absl::Mutex mutex_;  // held during a report, which keeps reports in order
   int64_t measured_steps_ ABSL_GUARDED_BY(mutex_) = 0;
   absl::Time measured_at_ ABSL_GUARDED_BY(mutex_);
   double steps_per_second_ ABSL_GUARDED_BY(mutex_) = 0;

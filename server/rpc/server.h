@@ -24,24 +24,23 @@
 namespace procgen {
 
 struct ServerOptions {
-  // Where to listen: "host:port", port 0 for any that is free, or "unix:path".
+  // Address to listen on: "host:port" (port 0: any free port) or "unix:path".
   std::string address = "127.0.0.1:50051";
-  // Where clients reach it, as the cluster is told; port 0: the one that was bound. Empty: as
-  // `address`.
+  // Address where clients and nodes reach the server; port 0: the bound port. Empty: `address`.
   std::string advertised_address;
-  std::shared_ptr<Cluster> cluster;  // that it is a node of; null: it is alone
+  std::shared_ptr<Cluster> cluster;  // null: a server without a cluster
   int32_t worker_count = 1;          // threads that step environments, >= 1
   Limits limits;
   std::shared_ptr<const SharedArt> art;  // all pools draw with it; null: the built-in art
   std::shared_ptr<TlsFiles> tls;         // null: plain text
-  std::shared_ptr<TokenFile> tokens;     // null: nobody is asked for one
-  // Where pools share memory with learners on this machine; null: they share none.
+  std::shared_ptr<TokenFile> tokens;     // null: calls need no token
+  // Folder of memory shared with learners on this machine; null: no shared memory.
   std::shared_ptr<const SharedFolder> shared_folder;
-  CloneSourceAllowlist clone_source_allowlist;  // whom CloneStates may be asked to connect to
-  // Makes where pools are made, which counts what it does in `metrics`; null: in this process.
+  CloneSourceAllowlist clone_source_allowlist;  // servers that CloneStates may connect to
+  // Makes the factory of pool backends, which counts in `metrics`; null: pools in this process.
   std::function<std::unique_ptr<PoolBackendFactory>(Metrics* metrics)> make_backend_factory;
-  // A connection on which nothing arrived for `keepalive_time` is asked for a sign of life, and
-  // ended if there is none within `keepalive_timeout`.
+  // Idle time after which the server sends a keepalive ping, and the time without a reply after
+  // which it closes the connection.
   absl::Duration keepalive_time = absl::Seconds(30);
   absl::Duration keepalive_timeout = absl::Seconds(10);
 };
@@ -56,23 +55,22 @@ class Server {
   // Stops at once: what runs is cancelled.
   virtual ~Server() = default;
 
-  // Where it listens, with the port that was bound, as clients connect to it.
+  // The listening address with the bound port, in the form that clients connect to.
   virtual const std::string& address() const = 0;
-  // What it has counted; to be read no longer than there is a server.
+  // The server's metrics, valid while the server exists.
   virtual const Metrics& metrics() const = 0;
 
-  // A way to its services within the process, for which callers are asked who they are as for any
-  // other; to be used no longer than there is a server.
+  // A channel to the services within the process, with the same authentication as any other; valid
+  // while the server exists.
   virtual std::shared_ptr<grpc::Channel> MakeChannel() const = 0;
-  // All pools, whoever owns them: what is told of them is for their owners alone.
+  // All pools of all owners. The caller must show a pool only to its owner.
   virtual std::vector<v1::Pool> ListAllPools() const = 0;
 
-  // Tells the cluster that it drains and the health service NOT_SERVING, makes no more pools and
-  // ends all streams after the request that each is carrying out. Returns at once.
+  // Reports the drain to the cluster and NOT_SERVING to health checks, creates no more pools, and
+  // ends each stream after its current request. Returns at once.
   virtual void BeginDrain() = 0;
-  // BeginDrain; then waits, `timeout` at most, until no call is under way and the pools whose
-  // streams it ended are deleted (their learners may want to save states), and stops; what is left
-  // is cancelled. Blocks.
+  // Calls BeginDrain, waits at most `timeout` until no call is in progress and the pools of ended
+  // streams are deleted (learners may save states first), cancels the rest, and stops. Blocks.
   virtual void Stop(absl::Duration timeout) = 0;
 };
 

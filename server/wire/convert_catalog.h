@@ -8,11 +8,11 @@
 
 namespace procgen {
 
-// What a server offers besides what all do.
+// Server-specific facts of the catalog.
 struct ServerFacts {
   absl::string_view version = "";
-  bool has_own_art = false;    // it draws with art that its operator gave
-  bool shares_memory = false;  // with learners on its machine
+  bool has_own_art = false;    // draws with --art_dir
+  bool shares_memory = false;  // offers shared memory to local learners
 };
 
 v1::Catalog CatalogMessageOf(const ServerFacts& server, const Limits& limits);

@@ -9,7 +9,7 @@ namespace procgen {
 
 v1::Node NodeMessageOf(const NodeStatus& status);
 
-// The nodes of a cluster at this moment, as both methods tell them. Response: theirs.
+// The current nodes of a cluster. Response: that of ListNodes or of WatchNodes.
 template <typename Response>
 Response NodesMessageOf(const Cluster& cluster) {
   Response response;

@@ -10,7 +10,7 @@
 
 namespace procgen {
 
-// Tells clients of the memory that a pool shares. REQUIRES: it has a batch.
+// Fills in the description of a pool's shared memory. REQUIRES: it has a batch.
 void FillSharedMemory(const PoolSession& pool, v1::SharedMemory* message);
 
 // Offers the learner of a stream that was just attached the pipes that `key` opens.

@@ -8,8 +8,8 @@
 
 namespace procgen {
 
-// A call that asks for no token, under way on a connection. It counts as refused unless it is
-// answered. Movable; a moved-from one counts nothing.
+// A call without a token in progress on a connection. It counts as refused unless it is answered.
+// Movable; a moved-from one counts nothing.
 class AnonymousCall {
  public:
   // `connections` must outlive this, and has begun the call.

@@ -10,19 +10,18 @@
 
 namespace procgen {
 
-// Says who calls.
+// Determines the owner of a call.
 //
-// Who calls is told by its token, where there are tokens; else by its certificate, where clients
-// must show one: the first URI of its alternative names, or if it has none its common name. Else
-// nobody is asked, and all are the owner "".
-// Threads: any method from any thread.
+// With a token file, the token determines the owner. Otherwise, if clients must present a
+// certificate, the owner is the first URI of its alternative names, or else its common name.
+// Without both, all callers are the owner "". Threads: any method from any thread.
 class Authenticator {
  public:
-  // `tokens`: null, there are none.
+  // `tokens`: null if there is no token file.
   Authenticator(std::shared_ptr<TokenFile> tokens, bool certificates_tell);
 
-  // Errors: UNAUTHENTICATED its token is missing or nobody's, or its certificate has no name (the
-  // message says what is expected and repeats nothing that was given).
+  // Errors: UNAUTHENTICATED the token is missing or unknown, or the certificate has no name; the
+  // message contains the expected form and nothing that was given.
   absl::StatusOr<std::string> OwnerOf(const grpc::ServerContextBase& context) const;
 
  private:

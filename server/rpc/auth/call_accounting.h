@@ -19,36 +19,35 @@
 
 namespace procgen {
 
-// Somebody who may call.
+// An admitted caller.
 struct Caller {
-  std::string owner;  // of the pools that it makes and sees; empty: callers are not asked
-  Quotas::Reservation reservation;        // of the calls that the owner may have under way
-  std::shared_ptr<const void> under_way;  // counts it, as long as there is one, in CallCount
+  std::string owner;                      // of its pools; empty without authentication
+  Quotas::Reservation reservation;        // one of the owner's calls in progress
+  std::shared_ptr<const void> under_way;  // counted by CallCount while it exists
 };
 
-// The door: lets in who may, counts the calls under way, and counts who leaves with an error. Every
-// call of every service comes by here before its request is read. Health and reflection need
-// no token: they tell what anybody may know (whether the server serves, and the contract), and
-// those who watch servers have none.
+// Admits calls, counts the calls in progress, and counts errors. Every call of every service is
+// admitted before its request is read. Health and reflection need no token: their contents are
+// public, and monitoring has no tokens.
 // Threads: any method from any thread.
 class CallAccounting {
  public:
-  // What is pointed to must outlive this.
+  // The pointers must outlive this object.
   CallAccounting(Authenticator authenticator, absl::Duration request_timeout,
                  Connections* connections, Quotas* quotas, Metrics* metrics);
 
-  // How long the first request of a call may take to arrive.
+  // Timeout for the arrival of a call's first request.
   absl::Duration request_timeout() const { return request_timeout_; }
 
-  // Lets a call in. Errors: those of Authenticator::OwnerOf; RESOURCE_EXHAUSTED the owner has too
-  // many calls under way.
+  // Admits a call. Errors: those of Authenticator::OwnerOf; RESOURCE_EXHAUSTED the owner has too
+  // many calls in progress.
   absl::StatusOr<Caller> Admit(const grpc::ServerContextBase& context) const;
 
-  // Lets a call in that nobody has to show a token for. Errors: RESOURCE_EXHAUSTED its connection
-  // has kOpenCallCountMax of them.
+  // Admits a call that needs no token. Errors: RESOURCE_EXHAUSTED its connection has
+  // kOpenCallCountMax of them.
   absl::StatusOr<AnonymousCall> AdmitAnonymous(const grpc::ServerContextBase& context) const;
 
-  // Counts a call that asks for what there is not.
+  // Counts a call of an unknown method as refused.
   void Refuse(const grpc::ServerContextBase& context) const;
 
   // Counts `bytes` of requests or responses among the buffers of `owner`. Errors:
@@ -57,11 +56,11 @@ class CallAccounting {
     return quotas_->Reserve(owner, {.buffer_bytes = bytes});
   }
 
-  // How a call of `method` ("PoolService/CreatePool") is answered that ended with `status`. Every
-  // call and stream ends by here, let in or not; errors are counted.
+  // Returns the gRPC status of a call of `method` ("PoolService/CreatePool") that ended with
+  // `status`, and counts errors. Called for every call and stream, admitted or not.
   grpc::Status EndCall(absl::string_view method, const absl::Status& status) const;
 
-  // Calls and streams that were let in and whose answers are not on their way yet.
+  // Admitted calls and streams whose answers are not being sent yet.
   int64_t CallCount() const { return counted_.use_count() - 1; }
 
  private:

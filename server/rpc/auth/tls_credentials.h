@@ -13,14 +13,14 @@
 
 namespace procgen {
 
-// gRPC's credentials for a server that speaks TLS with files that may be replaced while it runs.
+// gRPC server credentials for TLS with files that may be replaced at run time.
 // Threads: any method from any thread.
 class TlsCredentials {
  public:
   // `files` must not be null.
   explicit TlsCredentials(std::shared_ptr<TlsFiles> files) : files_(std::move(files)) {}
 
-  // For one server, which this object must outlive.
+  // Returns the credentials of one server, which this object must outlive.
   std::shared_ptr<grpc::ServerCredentials> Make();
 
  private:

@@ -22,30 +22,30 @@ inline constexpr size_t kTokenLengthMin = 16;
 inline constexpr size_t kTokenLengthMax = 512;
 inline constexpr size_t kOwnerLengthMax = 128;
 
-// A token's SHA-256 and whose it is. Tokens themselves are not kept.
+// A token's SHA-256 and its owner. Tokens themselves are not kept.
 struct TokenDigest {
   std::array<uint8_t, 32> sha256;
   std::string owner;
 };
 
-// Reads lines "OWNER TOKEN"; what follows a '#', and empty lines, mean nothing. An owner may have
-// several tokens, so that one can be replaced without a gap.
-// Errors: INVALID_ARGUMENT; the message names the line, never what is in it.
+// Parses lines "OWNER TOKEN". Ignores empty lines and text after '#'. An owner may have several
+// tokens, which allows rotation.
+// Errors: INVALID_ARGUMENT; the message has the line number, never its contents.
 absl::StatusOr<std::vector<TokenDigest>> ParseTokens(absl::string_view text);
 
-// The file that says who may call with which token. Read again by whoever asks first after it has
-// changed; one that is broken then is told in the log, and what was read before stays in force.
+// The file of tokens and their owners. The first look-up after a change reads it again; if it is
+// invalid then, a warning is logged and the previous tokens stay valid.
 // Threads: any method from any thread.
 class TokenFile {
  public:
   // Errors: the file cannot be read, or those of ParseTokens; the message names the file.
   static absl::StatusOr<std::shared_ptr<TokenFile>> Open(const std::string& path);
 
-  // Whose token it is; none: nobody's. Takes as long for each token of the file as for another.
+  // Returns the owner of a token, or nullopt. Takes the same time for every token of the file.
   std::optional<std::string> OwnerOf(absl::string_view token);
 
  private:
-  // The file as it was read, and its tokens. Never changed: callers look into it without a lock.
+  // The file as it was read, and its tokens. Immutable: callers read it without a lock.
   struct Snapshot {
     WatchedFile file;
     std::vector<TokenDigest> digests;
@@ -53,10 +53,9 @@ class TokenFile {
 
   explicit TokenFile(const std::string& path)
       : snapshot_(std::make_shared<const Snapshot>(Snapshot{WatchedFile(path), {}})) {}
-  // Reads the file. On error the tokens stay as they were, and the file is not read again until it
-  // changes.
+  // Reads the file. On error the tokens stay, and the file is not read again until it changes.
   absl::Status Read() ABSL_EXCLUSIVE_LOCKS_REQUIRED(reading_);
-  // Reads the file if it has changed since.
+  // Reads the file if it has changed.
   void ReadAgain() ABSL_LOCKS_EXCLUDED(reading_);
   std::shared_ptr<const Snapshot> Current() const ABSL_LOCKS_EXCLUDED(mutex_);
 

@@ -15,12 +15,12 @@
 
 namespace procgen {
 
-// A call as gRPC sees it here: bytes in both directions, parsed and serialised by this server.
+// A call as a bidirectional stream of raw bytes, which the server parses and serialises.
 using ByteStream = grpc::ServerBidiReactor<grpc::ByteBuffer, grpc::ByteBuffer>;
 
 // A gRPC service whose methods are called when the headers of a call have arrived. gRPC collects
 // the whole request of a unary or server streaming method before it calls the method, so a caller
-// without a token could hold request_bytes_max for each call, for as long as it likes. All methods
+// without a token could hold request_bytes_max for each call indefinitely. All methods
 // are therefore registered as bidirectional streams, which are the same on the wire.
 class ByteService : public grpc::Service {
  public:
@@ -31,7 +31,7 @@ class ByteService : public grpc::Service {
   std::string service_name() const;
 
  protected:
-  // Has `begin` serve a method, "package.Service/Method".
+  // Registers `begin` for a method, "package.Service/Method".
   void AddByteMethod(absl::string_view method, Begin begin);
   // The method that takes `Request`.
   template <typename Request>

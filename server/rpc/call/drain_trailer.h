@@ -7,9 +7,9 @@
 
 namespace procgen {
 
-// Tells a client whose stream ends with `status`, if it is UNAVAILABLE, that this server will not
-// serve it, so that it does not try the same again. Other UNAVAILABLEs are broken connections, and
-// servers that keep their pools: there it is to try until the server is back.
+// Adds the trailing metadata of a drain if `status` is UNAVAILABLE and the server does not keep its
+// pools. Clients then do not retry on this server. Without it, UNAVAILABLE is a broken connection
+// or a server that restarts with its pools, so clients retry.
 inline void AddDrainTrailer(const absl::Status& status, const PoolSupervisor& supervisor,
                             grpc::CallbackServerContext* context) {
   if (absl::IsUnavailable(status) && !supervisor.keeps_pools()) {

@@ -22,8 +22,8 @@ class OneRequestStream : public ByteStream {
   // operation of the stream, and not after Finish.
   void ReadRequest(absl::Duration timeout);
 
-  // The request. Errors: DEADLINE_EXCEEDED it has not arrived within the timeout; CANCELLED the
-  // call ended before it did.
+  // Receives the request. Errors: DEADLINE_EXCEEDED no request within the timeout; CANCELLED the
+  // call ended before it arrived.
   virtual void OnRequest(absl::StatusOr<grpc::ByteBuffer> request) = 0;
 
  private:

@@ -22,16 +22,15 @@ namespace procgen {
 // One call of a unary method. The services take raw bytes and parse them here, because gRPC's own
 // parsing answers garbage with UNIMPLEMENTED and no message.
 //
-// The life of a call: it is let in by its headers (CallAccounting), its request is awaited and
-// handed to the service's function, which calls Finish once, on any thread, and not after; it ends
-// itself when gRPC has done with it, which is when the answer is on its way. Until then it counts
-// as one of its owner's.
+// The life of a call: CallAccounting admits it by its headers, the request arrives, and the
+// service's function receives it and calls Finish once, on any thread. The call deletes itself when
+// gRPC is done with it, as its answer is sent. Until then it counts as one of its owner's calls.
 template <typename Request, typename Response>
 class UnaryCall final : public OneRequestStream {
  public:
   using Serve = std::function<void(UnaryCall*)>;
 
-  // Whose pools it may see.
+  // The owner whose pools the call may access.
   const std::string& owner() const { return caller_.owner; }
   const Request& request() const { return request_; }
   Response* response() { return &response_; }
@@ -50,8 +49,8 @@ class UnaryCall final : public OneRequestStream {
     StartWriteAndFinish(&bytes_, grpc::WriteOptions(), grpc::Status::OK);
   }
 
-  // Makes a call and, if `accounting` (which must outlive it) let it in, has `serve(call)` serve it
-  // when its request is there.
+  // Creates a call. If `accounting` (which must outlive it) admits it, `serve(call)` runs once its
+  // request has arrived.
   static ByteStream* Start(const CallAccounting& accounting,
                            const grpc::CallbackServerContext& context, Serve serve) {
     auto* call = new UnaryCall(accounting, std::move(serve));

@@ -10,7 +10,7 @@
 
 namespace procgen {
 
-// All methods that no service has: they are refused, and count so.
+// Calls of methods that no service has: they fail with UNIMPLEMENTED and count as refused.
 class UnknownMethods final : public grpc::CallbackGenericService {
  public:
   // `accounting` must outlive this.

@@ -6,8 +6,8 @@
 
 namespace procgen {
 
-// The same bytes, held by gRPC and by those who know nothing of it. Nothing is copied (but pieces
-// of a few bytes): both share the memory, and the last to let go frees it.
+// Converts between gRPC buffers and Cords without copying (except pieces of a few bytes). Both
+// share the memory, which the last reference frees.
 absl::Cord CordOf(const grpc::ByteBuffer& bytes);
 grpc::ByteBuffer ByteBufferOf(const absl::Cord& bytes);
 

@@ -8,7 +8,7 @@
 
 namespace procgen {
 
-// CatalogService: tells what there is. The catalog is written once, at the start.
+// CatalogService: returns the catalog, which is built once at the start, and the load.
 class CatalogServiceImpl final : public ByteService {
  public:
   // `supervisor` and `accounting` must outlive this.

@@ -10,14 +10,14 @@
 
 namespace procgen {
 
-// Which servers this one may be asked to connect to, by CloneStates. Threads: immutable.
+// The servers that CloneStates may connect to. Threads: immutable.
 class CloneSourceAllowlist {
  public:
-  // None.
+  // Allows no server.
   CloneSourceAllowlist() = default;
 
   // Reads a list with commas: HOST (any port of it), HOST:PORT, unix:PATH, or "local" (loopback and
-  // all sockets of this machine); or "none". Errors: INVALID_ARGUMENT it is nothing of that.
+  // all sockets of this machine); or "none". Errors: INVALID_ARGUMENT any other text.
   static absl::StatusOr<CloneSourceAllowlist> Parse(absl::string_view list);
 
   bool Allows(const Address& address) const;

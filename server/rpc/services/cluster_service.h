@@ -13,13 +13,13 @@
 
 namespace procgen {
 
-// ClusterService: tells which servers there are.
+// ClusterService: lists and watches the nodes of the cluster.
 class ClusterServiceImpl final : public ByteService {
  public:
   // `cluster` and `accounting` must outlive this.
   ClusterServiceImpl(Cluster* cluster, const CallAccounting* accounting);
 
-  // Ends all streams of WatchNodes, and those to come. Threads: any.
+  // Ends all current and future streams of WatchNodes. Threads: any.
   void EndWatches() ABSL_LOCKS_EXCLUDED(mutex_);
 
  private:

@@ -16,7 +16,7 @@
 namespace procgen {
 
 // grpc.health.v1.Health: whether the server, and each of its services, serves. gRPC's own is not
-// used: its calls hold what they like for as long as they like, and are counted by nobody.
+// used because it does not limit its calls.
 // Threads: any method from any thread.
 class HealthServiceImpl final : public ByteService {
  public:
@@ -26,7 +26,7 @@ class HealthServiceImpl final : public ByteService {
   // must outlive this.
   HealthServiceImpl(const CallAccounting* accounting, std::set<std::string> services);
 
-  // Sets it for all services, and sends it to those who watch.
+  // Sets the status of all services and sends it to all watches.
   void SetServing(bool is_serving) ABSL_LOCKS_EXCLUDED(mutex_);
   // Ends all streams of Watch.
   void EndWatches() ABSL_LOCKS_EXCLUDED(mutex_);

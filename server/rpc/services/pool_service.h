@@ -7,7 +7,7 @@
 
 namespace procgen {
 
-// PoolService: makes, finds and ends pools.
+// PoolService: creates, returns, lists, renews and deletes pools.
 class PoolServiceImpl final : public ByteService {
  public:
   // `supervisor` and `accounting` must outlive this.

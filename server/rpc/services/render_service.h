@@ -7,7 +7,7 @@
 
 namespace procgen {
 
-// RenderService: draws environments for people.
+// RenderService: renders environments, once or as a stream of frames.
 class RenderServiceImpl final : public ByteService {
  public:
   // `supervisor` and `accounting` must outlive this.

@@ -17,9 +17,9 @@
 
 namespace procgen {
 
-// A stream of how something stands, one response at a time: while one is on its way the latest
-// waits, and those before it are left out. So a client that does not read costs two responses.
-// Threads: any method from any thread.
+// A stream of the latest state, one response at a time: while one is being sent the latest waits
+// and replaces earlier ones. So a client that does not read costs two responses. Threads: any
+// method from any thread.
 class LatestStream : public OneRequestStream {
  public:
   // Ends the stream, once what is being sent is on its way, unless it has ended.
@@ -37,12 +37,12 @@ class LatestStream : public OneRequestStream {
   // if somebody else holds it.
   void Begin(std::shared_ptr<LatestStream> self);
 
-  // Sends it, or has it wait in the place of what waits.
+  // Sends a response, or replaces the waiting one.
   void Send(Response response) ABSL_LOCKS_EXCLUDED(mutex_);
-  // Whether what is sent now would be on its way at once.
+  // Whether a response would be sent at once.
   bool IsIdle() ABSL_LOCKS_EXCLUDED(mutex_);
 
-  // Lets go of what the stream has: gRPC has done with it.
+  // Releases the stream's resources after gRPC is done with it.
   virtual void LetGo() = 0;
 
  private:
