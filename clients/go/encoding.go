@@ -181,15 +181,15 @@ func (d *ObservationDecoder) place(block int) (row, column, height, width int) {
 }
 
 func (d *ObservationDecoder) writeBasis(shown []byte, age byte, advance int) {
-	pictureBytes := len(d.basis) / d.stack
+	frameBytes := len(d.basis) / d.stack
 	for place := 0; place < d.stack; place++ {
-		picture := d.basis[place*pictureBytes : (place+1)*pictureBytes]
+		frame := d.basis[place*frameBytes : (place+1)*frameBytes]
 		if age == 0 {
-			zero(picture)
+			zero(frame)
 			continue
 		}
-		from := clamp(place+advance, 0, d.stack-1) * pictureBytes
-		copy(picture, shown[from:from+pictureBytes])
+		from := clamp(place+advance, 0, d.stack-1) * frameBytes
+		copy(frame, shown[from:from+frameBytes])
 	}
 }
 

@@ -62,8 +62,8 @@ type WatchOptions struct {
 
 // Watch calls yield with frames of environments (RGB, top row first) now, and again after each
 // change, at a bounded rate, without slowing the learner. While yield runs, intermediate frames are
-// skipped. Watch returns nil when yield returns false, ABORTED when the pool is deleted or its
-// lease expires, and UNAVAILABLE when the server stops or the connection breaks.
+// skipped. Watch returns nil when yield returns false. It returns ABORTED when the pool is deleted
+// or its lease expires, and UNAVAILABLE when the server stops or the connection breaks.
 func (p *Pool) Watch(ctx context.Context, options WatchOptions, yield func(*pb.WatchPoolResponse) bool) error {
 	environments, sizePx := options.Environments, options.SizePx
 	if len(environments) == 0 {

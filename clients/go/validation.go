@@ -78,12 +78,12 @@ func checkAttached(attached *pb.Attached, attach *pb.Attach, known *pb.Pool) err
 
 // The answer that a request must get.
 type expected struct {
-	first, count      int
-	pictures, finals  bool // Observations, and final observations.
-	ack               bool // An ack in place of values.
-	observationBytes  int
-	isEncoded, shares bool
-	responseBytesMax  int64
+	first, count         int
+	observations, finals bool // Whether they were requested.
+	ack                  bool // An ack in place of values.
+	observationBytes     int
+	isEncoded, shares    bool
+	responseBytesMax     int64
 }
 
 func (s *stream) expected(request *pb.StepPoolRequest) expected {
@@ -95,14 +95,14 @@ func (s *stream) expected(request *pb.StepPoolRequest) expected {
 		shares:           s.memory != nil,
 		responseBytesMax: s.attached.ResponseBytesMax,
 	}
-	slice, pictures := request.GetObserve().GetSlice(), request.GetObserve().GetObservation()
+	slice, wanted := request.GetObserve().GetSlice(), request.GetObserve().GetObservation()
 	if step := request.GetStep(); step != nil {
-		slice, pictures, of.finals = step.Slice, step.Observation, step.WithFinalObservations
+		slice, wanted, of.finals = step.Slice, step.Observation, step.WithFinalObservations
 	} else if reset := request.GetReset_(); reset != nil {
-		slice, pictures = reset.Slice, reset.Observation
+		slice, wanted = reset.Slice, reset.Observation
 	}
 	of.ack = request.GetLevelSampler() != nil
-	of.pictures = pictures != pb.Observation_OBSERVATION_NONE
+	of.observations = wanted != pb.Observation_OBSERVATION_NONE
 	if slice != nil {
 		of.first, of.count = int(slice.FirstEnv), int(slice.EnvCount)
 	}
@@ -131,7 +131,7 @@ func (of expected) check(got *part, before []*part) error {
 		return wrong("request %d: values in shared memory: %v, expected: %v", number, got.shared != nil, of.shares)
 	}
 	if of.shares {
-		if !got.last || got.shared.observations != of.pictures || got.shared.finals != of.finals {
+		if !got.last || got.shared.observations != of.observations || got.shared.finals != of.finals {
 			return wrong("request %d: several responses, or other observations than requested", number)
 		}
 		return nil
@@ -162,7 +162,7 @@ func (of expected) checkArrays(got *part) error {
 			ended)
 	}
 	size, decoded := len(got.Observations), got.count*of.observationBytes
-	if of.isEncoded && of.pictures {
+	if of.isEncoded && of.observations {
 		// The server sizes responses by raw observations, so the decoded size is bounded.
 		if size == 0 || int64(decoded) > of.responseBytesMax {
 			return wrong("request %d: %d bytes of %d encoded observations, expected: some, of up to %d bytes when decoded",
@@ -170,7 +170,7 @@ func (of expected) checkArrays(got *part) error {
 		}
 		return nil
 	}
-	if !of.pictures {
+	if !of.observations {
 		decoded = 0
 	}
 	if size != decoded {

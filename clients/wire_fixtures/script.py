@@ -114,7 +114,7 @@ def values_of(batch: Batch) -> dict[str, object]:
     # As text, because JSON numbers have 53 bits in some languages.
     values["fingerprints"] = [str(hash_) for hash_ in batch.fingerprints]
     for name in ("final_observations", "observations"):
-        pictures = getattr(batch, name)
-        content = b"" if pictures is None else pictures.tobytes()
+        array = getattr(batch, name)
+        content = b"" if array is None else array.tobytes()
         values[name] = {"bytes": len(content), "sha256": hashlib.sha256(content).hexdigest()}
     return values

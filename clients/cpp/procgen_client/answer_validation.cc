@@ -97,8 +97,9 @@ absl::Status ValidateStates(const v1::SaveStatesResponse& page,
   const size_t count_max = environments.empty() ? size_t{kEnvCountMax} : environments.size();
   const size_t count = before + static_cast<size_t>(page.states_size());
   const bool is_last = page.next_page_token().empty();
-  const bool lacks = is_last && !environments.empty() && count < count_max;
-  if (page.states().empty() || count > count_max || lacks || (!is_last && count == count_max)) {
+  const bool is_incomplete = is_last && !environments.empty() && count < count_max;
+  if (page.states().empty() || count > count_max || is_incomplete ||
+      (!is_last && count == count_max)) {
     return Wrong(absl::StrCat(
         page.states_size(), " states after ", before, is_last ? "" : " and more to come",
         ", expected: ", environments.empty() ? "at least 1" : absl::StrCat(count_max), " in all"));

@@ -111,39 +111,39 @@ absl::StatusOr<ObservationDecoder> ObservationDecoder::Make(const procgen::v1::P
         "encoding is ", static_cast<int>(spec.encoding()), ", allowed: ENCODING_DELTA_ZSTD"));
   }
   const int32_t channels = format.color() == procgen::v1::COLOR_GRAYSCALE ? 1 : 3;
-  const bool planes = format.layout() == procgen::v1::LAYOUT_CHW;
-  Sheet sheet;
-  sheet.rows = size_px * stack * (planes ? channels : 1);
-  sheet.columns = size_px;
-  sheet.pixel_bytes = planes ? 1 : channels;
-  sheet.stack = stack;
-  return ObservationDecoder(sheet, spec.env_count());
+  const bool is_chw = format.layout() == procgen::v1::LAYOUT_CHW;
+  Plane plane;
+  plane.rows = size_px * stack * (is_chw ? channels : 1);
+  plane.columns = size_px;
+  plane.pixel_bytes = is_chw ? 1 : channels;
+  plane.stack = stack;
+  return ObservationDecoder(plane, spec.env_count());
 }
 
-ObservationDecoder::ObservationDecoder(const Sheet& sheet, int32_t env_count)
-    : sheet_(sheet), env_count_(env_count), basis_(sheet.bytes()) {}
+ObservationDecoder::ObservationDecoder(const Plane& plane, int32_t env_count)
+    : plane_(plane), env_count_(env_count), basis_(plane.bytes()) {}
 
 int32_t ObservationDecoder::block_columns() const {
-  return (sheet_.columns + kBlockSide - 1) / kBlockSide;
+  return (plane_.columns + kBlockSide - 1) / kBlockSide;
 }
 
 int32_t ObservationDecoder::block_count() const {
-  return (sheet_.rows + kBlockSide - 1) / kBlockSide * block_columns();
+  return (plane_.rows + kBlockSide - 1) / kBlockSide * block_columns();
 }
 
 ObservationDecoder::Block ObservationDecoder::BlockAt(int32_t index) const {
   Block block;
   block.row = index / block_columns() * kBlockSide;
   block.column = index % block_columns() * kBlockSide;
-  block.height = std::min(kBlockSide, sheet_.rows - block.row);
-  block.width = std::min(kBlockSide, sheet_.columns - block.column);
+  block.height = std::min(kBlockSide, plane_.rows - block.row);
+  block.width = std::min(kBlockSide, plane_.columns - block.column);
   return block;
 }
 
 size_t ObservationDecoder::ContentBytesMax(int32_t count) const {
   const auto blocks = static_cast<size_t>(block_count());
   const size_t numbers = 2 + (blocks + 7) / 8 + blocks * (3 + kBlockSide);
-  return static_cast<size_t>(count) * (numbers + sheet_.bytes());
+  return static_cast<size_t>(count) * (numbers + plane_.bytes());
 }
 
 absl::Status ObservationDecoder::CheckAges(int32_t first, const Content& content) const {
@@ -157,8 +157,8 @@ absl::Status ObservationDecoder::CheckAges(int32_t first, const Content& content
     }
   }
   for (size_t i = 0; i < content.advances.size(); ++i) {
-    if (content.advances[i] >= sheet_.stack || (content.ages[i] == 0 && content.advances[i] != 0)) {
-      return Damaged(absl::StrCat("a stack of ", sheet_.stack, " moves by ", content.advances[i]));
+    if (content.advances[i] >= plane_.stack || (content.ages[i] == 0 && content.advances[i] != 0)) {
+      return Damaged(absl::StrCat("a stack of ", plane_.stack, " moves by ", content.advances[i]));
     }
   }
   return absl::OkStatus();
@@ -196,7 +196,7 @@ absl::StatusOr<ObservationDecoder::Content> ObservationDecoder::Read(
   Content content;
   Reader reader(bytes);
   if (!reader.Take(environments, content.ages) ||
-      !reader.Take(sheet_.stack > 1 ? environments : 0, content.advances) ||
+      !reader.Take(plane_.stack > 1 ? environments : 0, content.advances) ||
       !reader.Take(environments * map_bytes, content.changed)) {
     return Damaged("truncated in the tables of environments");
   }
@@ -213,7 +213,7 @@ absl::StatusOr<ObservationDecoder::Content> ObservationDecoder::Read(
   if (!reader.Take(blocks, content.move_rows) || !reader.Take(blocks, content.move_columns) ||
       !reader.Take(blocks, content.patched) ||
       !reader.Take(CountAllBits(content.patched), content.masks) ||
-      !reader.Take(CountAllBits(content.masks) * static_cast<size_t>(sheet_.pixel_bytes),
+      !reader.Take(CountAllBits(content.masks) * static_cast<size_t>(plane_.pixel_bytes),
                    content.pixels)) {
     return Damaged("truncated in the tables of blocks");
   }
@@ -229,42 +229,42 @@ absl::StatusOr<ObservationDecoder::Content> ObservationDecoder::Read(
 void ObservationDecoder::WriteBasis(size_t environment, int32_t age, int32_t advance,
                                     uint8_t* basis) const {
   if (age == 0) {
-    std::fill_n(basis, sheet_.bytes(), uint8_t{0});
+    std::fill_n(basis, plane_.bytes(), uint8_t{0});
     return;
   }
-  const uint8_t* shown = shown_.data() + environment * sheet_.bytes();
-  const size_t picture_bytes = sheet_.bytes() / static_cast<size_t>(sheet_.stack);
-  for (int32_t place = 0; place < sheet_.stack; ++place) {
-    const int32_t from = std::min(place + advance, sheet_.stack - 1);
-    std::memcpy(basis + static_cast<size_t>(place) * picture_bytes,
-                shown + static_cast<size_t>(from) * picture_bytes, picture_bytes);
+  const uint8_t* shown = shown_.data() + environment * plane_.bytes();
+  const size_t frame_bytes = plane_.bytes() / static_cast<size_t>(plane_.stack);
+  for (int32_t place = 0; place < plane_.stack; ++place) {
+    const int32_t from = std::min(place + advance, plane_.stack - 1);
+    std::memcpy(basis + static_cast<size_t>(place) * frame_bytes,
+                shown + static_cast<size_t>(from) * frame_bytes, frame_bytes);
   }
 }
 
 void ObservationDecoder::CopyPixels(const uint8_t* row, int32_t column, int32_t width,
                                     uint8_t* to) const {
-  const auto pixel_bytes = static_cast<size_t>(sheet_.pixel_bytes);
-  if (column >= 0 && column + width <= sheet_.columns) {
+  const auto pixel_bytes = static_cast<size_t>(plane_.pixel_bytes);
+  if (column >= 0 && column + width <= plane_.columns) {
     std::memcpy(to, row + static_cast<size_t>(column) * pixel_bytes,
                 static_cast<size_t>(width) * pixel_bytes);
     return;
   }
   for (int32_t x = 0; x < width; ++x, to += pixel_bytes) {
-    const int32_t from = std::clamp(column + x, 0, sheet_.columns - 1);
+    const int32_t from = std::clamp(column + x, 0, plane_.columns - 1);
     std::memcpy(to, row + static_cast<size_t>(from) * pixel_bytes, pixel_bytes);
   }
 }
 
 void ObservationDecoder::DecodeBlock(const uint8_t* basis, const Block& block, Content& content,
                                      uint8_t* observation) const {
-  const auto pixel_bytes = static_cast<size_t>(sheet_.pixel_bytes);
+  const auto pixel_bytes = static_cast<size_t>(plane_.pixel_bytes);
   const int32_t row = block.row + static_cast<int8_t>(content.move_rows[content.block]);
   const int32_t column = block.column + static_cast<int8_t>(content.move_columns[content.block]);
   const uint32_t patched = content.patched[content.block++];
   for (int32_t y = 0; y < block.height; ++y) {
-    const int32_t from_row = std::clamp(row + y, 0, sheet_.rows - 1);
-    const uint8_t* from = basis + static_cast<size_t>(from_row) * sheet_.row_bytes();
-    uint8_t* to = observation + static_cast<size_t>(block.row + y) * sheet_.row_bytes() +
+    const int32_t from_row = std::clamp(row + y, 0, plane_.rows - 1);
+    const uint8_t* from = basis + static_cast<size_t>(from_row) * plane_.row_bytes();
+    uint8_t* to = observation + static_cast<size_t>(block.row + y) * plane_.row_bytes() +
                   static_cast<size_t>(block.column) * pixel_bytes;
     CopyPixels(from, column, block.width, to);
     if ((patched >> y & 1) != 0) {
@@ -283,10 +283,10 @@ absl::Status ObservationDecoder::Decode(int32_t first, int32_t count, absl::stri
     return absl::InvalidArgumentError(
         absl::StrCat(count, " environments from ", first, ", the pool has ", env_count_));
   }
-  if (observations.size() != static_cast<size_t>(count) * sheet_.bytes()) {
+  if (observations.size() != static_cast<size_t>(count) * plane_.bytes()) {
     return absl::InvalidArgumentError(
         absl::StrCat("observations has ", observations.size(),
-                     " bytes, expected: ", static_cast<size_t>(count) * sheet_.bytes()));
+                     " bytes, expected: ", static_cast<size_t>(count) * plane_.bytes()));
   }
   const absl::StatusOr<std::string> bytes = FrameContent(encoded, ContentBytesMax(count));
   if (!bytes.ok()) {
@@ -299,28 +299,28 @@ absl::Status ObservationDecoder::Decode(int32_t first, int32_t count, absl::stri
   const auto end = static_cast<size_t>(first) + static_cast<size_t>(count);
   if (ages_.size() < end) {
     ages_.resize(end);
-    shown_.resize(end * sheet_.bytes());
+    shown_.resize(end * plane_.bytes());
   }
   const size_t map_bytes = (static_cast<size_t>(block_count()) + 7) / 8;
   for (size_t i = 0; i < static_cast<size_t>(count); ++i) {
     const size_t environment = static_cast<size_t>(first) + i;
     const uint8_t age = content->ages[i];
-    uint8_t* observation = observations.data() + i * sheet_.bytes();
-    uint8_t* shown = shown_.data() + environment * sheet_.bytes();
+    uint8_t* observation = observations.data() + i * plane_.bytes();
+    uint8_t* shown = shown_.data() + environment * plane_.bytes();
     const uint8_t advance = content->advances.empty() ? 0 : content->advances[i];
     const bool as_shown = age != 0 && advance == 0;
     if (!as_shown) {
       WriteBasis(environment, age, advance, basis_.data());
     }
     const uint8_t* basis = as_shown ? shown : basis_.data();
-    std::memcpy(observation, basis, sheet_.bytes());
+    std::memcpy(observation, basis, plane_.bytes());
     const uint8_t* changed = content->changed.data() + i * map_bytes;
     for (int32_t index = 0; index < block_count(); ++index) {
       if ((changed[index / 8] >> (index % 8) & 1) != 0) {
         DecodeBlock(basis, BlockAt(index), *content, observation);
       }
     }
-    std::memcpy(shown, observation, sheet_.bytes());
+    std::memcpy(shown, observation, plane_.bytes());
     ages_[environment] = NextAge(age);
   }
   return absl::OkStatus();

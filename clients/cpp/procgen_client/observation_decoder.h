@@ -25,7 +25,7 @@ class ObservationDecoder {
 
   int32_t env_count() const { return env_count_; }
   // Bytes of one observation, F.
-  size_t observation_bytes() const { return sheet_.bytes(); }
+  size_t observation_bytes() const { return plane_.bytes(); }
 
   // Decodes the observations of the environments [first, first + count) into `observations`
   // [count, F]. Errors: INVALID_ARGUMENT environments out of range, or `observations` has the wrong
@@ -37,7 +37,7 @@ class ObservationDecoder {
 
  private:
   // An observation as the codec's plane: `rows` rows of `columns` pixels.
-  struct Sheet {
+  struct Plane {
     int32_t rows = 0;
     int32_t columns = 0;
     int32_t pixel_bytes = 0;
@@ -51,7 +51,7 @@ class ObservationDecoder {
   struct Content;
   struct Block;
 
-  ObservationDecoder(const Sheet& sheet, int32_t env_count);
+  ObservationDecoder(const Plane& plane, int32_t env_count);
 
   int32_t block_columns() const;
   int32_t block_count() const;
@@ -69,7 +69,7 @@ class ObservationDecoder {
   void DecodeBlock(const uint8_t* basis, const Block& block, Content& content,
                    uint8_t* observation) const;
 
-  Sheet sheet_;
+  Plane plane_;
   int32_t env_count_;
   // Grown to the highest environment that was decoded, so that memory follows the bytes received
   // and not the size that the server states.

@@ -180,10 +180,10 @@ absl::Status ResponseValidator::ValidateArrays(const v1::Batch& batch) const {
   if (batch.fingerprints_size() != ended && batch.fingerprints_size() != 0) {
     return WrongSize("fingerprints", batch.fingerprints_size(), ended);
   }
-  return ValidatePictures(batch, ended);
+  return ValidateObservations(batch, ended);
 }
 
-absl::Status ResponseValidator::ValidatePictures(const v1::Batch& batch, int64_t ended) const {
+absl::Status ResponseValidator::ValidateObservations(const v1::Batch& batch, int64_t ended) const {
   const auto final_bytes = static_cast<int64_t>(batch.final_observations().size());
   const int64_t expected_final = wants_final_observations_ ? ended * observation_bytes_ : 0;
   // In other modes `observations` contains the final one, and the server may omit the second copy.
@@ -221,10 +221,9 @@ absl::Status ResponseValidator::ValidateShared(const v1::Batch& batch) const {
   }
   if (batch.shared_observations() != wants_observations_ ||
       batch.shared_final_observations() != wants_final_observations_) {
-    return Wrong(absl::StrCat("observations ", batch.shared_observations() ? "" : "not ",
-                              "written and final ones ",
-                              batch.shared_final_observations() ? "" : "not ",
-                              "written, expected: as they were asked for"));
+    return Wrong(absl::StrCat(
+        "observations ", batch.shared_observations() ? "" : "not ", "written and final ones ",
+        batch.shared_final_observations() ? "" : "not ", "written, expected: as requested"));
   }
   return absl::OkStatus();
 }

@@ -40,7 +40,7 @@ class ResponseValidator {
   absl::Status ValidateBatch(const procgen::v1::Batch& batch);
   absl::Status ValidateRange(const procgen::v1::Batch& batch) const;
   absl::Status ValidateArrays(const procgen::v1::Batch& batch) const;
-  absl::Status ValidatePictures(const procgen::v1::Batch& batch, int64_t ended) const;
+  absl::Status ValidateObservations(const procgen::v1::Batch& batch, int64_t ended) const;
   absl::Status ValidateShared(const procgen::v1::Batch& batch) const;
 
   // Of the pool.

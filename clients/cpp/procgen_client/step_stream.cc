@@ -186,11 +186,11 @@ absl::Status StepStream::CheckHeld(int64_t unanswered) const {
   return absl::FailedPreconditionError(absl::StrCat(
       held_->count(), " Batches are held and ", unanswered, " requests unanswered, and pool ",
       pool().name(), " has ", mapping_->batch_count(),
-      " in shared memory: let go of some, or set StreamOptions::held_batches_max"));
+      " in shared memory: release some, or set StreamOptions::held_batches_max"));
 }
 
 absl::Status StepStream::Reconnect() {
-  // Nobody writes to the broken stream any more.
+  // Keeps other threads from writing to the broken stream.
   absl::MutexLock sending(&send_mutex_);
   bool is_broken = false;
   absl::Status status = EndOf(connection(), &is_broken);

@@ -138,10 +138,10 @@ export class ObservationDecoder {
       this.#basis.fill(0);
       return;
     }
-    const pictureBytes = this.#basis.length / this.#stack;
+    const frameBytes = this.#basis.length / this.#stack;
     for (let place = 0; place < this.#stack; place += 1) {
-      const from = Math.min(place + advance, this.#stack - 1) * pictureBytes;
-      this.#basis.set(shown.subarray(from, from + pictureBytes), place * pictureBytes);
+      const from = Math.min(place + advance, this.#stack - 1) * frameBytes;
+      this.#basis.set(shown.subarray(from, from + frameBytes), place * frameBytes);
     }
   }
 

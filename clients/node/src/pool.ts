@@ -8,7 +8,7 @@ import type { Limits } from "./generated/procgen/v1/catalog_pb.js";
 import { Encoding, PoolService, type LevelSamplerSchema, type Pool as PoolMessage } from "./generated/procgen/v1/pools_pb.js";
 import { Observation, type ResetSchema } from "./generated/procgen/v1/step_pb.js";
 import { PoolResource, responseBytesDefault } from "./pool_resource.js";
-import { Stream, type Asked } from "./stream.js";
+import { Stream, type RequestBody } from "./stream.js";
 
 const actionMin = -1;
 const actionMax = 14;
@@ -195,11 +195,11 @@ export class Pool extends PoolResource {
     }
   }
 
-  async #batch(asked: Asked, signal?: AbortSignal): Promise<Batch> {
-    return assemble(await this.#request(asked, signal), this.observationShape);
+  async #batch(body: RequestBody, signal?: AbortSignal): Promise<Batch> {
+    return assemble(await this.#request(body, signal), this.observationShape);
   }
 
-  async #request(asked: Asked, signal?: AbortSignal): Promise<Part[]> {
+  async #request(body: RequestBody, signal?: AbortSignal): Promise<Part[]> {
     throwIfAborted(signal);
     if (this.#inFlight >= this.#requestsInFlightMax) {
       throw new FailedPreconditionError(
@@ -218,7 +218,7 @@ export class Pool extends PoolResource {
         stream.drop(aborted(signal!));
       };
       signal?.addEventListener("abort", abort, { once: true });
-      return await stream.send(asked);
+      return await stream.send(body);
     } catch (error) {
       const stream = await opening.catch(() => undefined);
       if (this.#stream === opening && (stream?.over ?? true)) {

@@ -25,7 +25,7 @@ const drainsKey = "procgen-drains";
 const noticesMax = 1000;
 
 // The field `request` of a StepPoolRequest.
-export type Asked = NonNullable<MessageInitShape<typeof StepPoolRequestSchema>["request"]>;
+export type RequestBody = NonNullable<MessageInitShape<typeof StepPoolRequestSchema>["request"]>;
 
 // The call ended because its connection broke; a retry may succeed.
 class BrokenConnection {
@@ -106,11 +106,11 @@ export class Stream {
 
   // Sends a request with the next sequence number. Resolves to its responses; empty for an answer
   // without values.
-  send(asked: Asked): Promise<Part[]> {
+  send(body: RequestBody): Promise<Part[]> {
     if (this.#over !== undefined) {
       return Promise.reject(this.#over);
     }
-    const request = numbered(asked, this.#nextSequenceNumber);
+    const request = numbered(body, this.#nextSequenceNumber);
     this.#nextSequenceNumber += 1;
     return new Promise((resolve, reject) => {
       this.#unanswered.push({ request, parts: [], resolve, reject });
@@ -332,9 +332,9 @@ export class Stream {
 
 // Returns a request with its number. Throws InvalidArgumentError, before the stream is used: a
 // value does not fit its field.
-function numbered(asked: Asked, sequenceNumber: number): StepPoolRequest {
+function numbered(body: RequestBody, sequenceNumber: number): StepPoolRequest {
   try {
-    const request = create(StepPoolRequestSchema, { sequenceNumber: BigInt(sequenceNumber), request: asked });
+    const request = create(StepPoolRequestSchema, { sequenceNumber: BigInt(sequenceNumber), request: body });
     toBinary(StepPoolRequestSchema, request);
     return request;
   } catch (error) {

@@ -69,11 +69,11 @@ export function checkAttached(attached: Attached, attach: Attach, known: Pool): 
 
 // The next response to a request, after the parts `before`.
 export function checkPart(part: Part, request: StepPoolRequest, before: readonly Part[], attached: Attached): void {
-  const asked = request.request;
-  if (asked.case !== "step" && asked.case !== "reset" && asked.case !== "observe") {
+  const body = request.request;
+  if (body.case !== "step" && body.case !== "reset" && body.case !== "observe") {
     throw wrong(`values for request ${part.sequenceNumber}`, "an ack");
   }
-  const { slice, observation } = asked.value;
+  const { slice, observation } = body.value;
   const begin = slice?.firstEnv ?? 0;
   const next = before.reduce((sum, each) => sum + each.envCount, begin);
   const left = begin + (slice?.envCount || attached.pool!.spec!.envCount - begin) - next;
@@ -101,7 +101,7 @@ export function checkPart(part: Part, request: StepPoolRequest, before: readonly
   }
   check("fingerprints", ended, 0); // 0: a server without fingerprints.
   const bytes = attached.pool!.observationBytes;
-  const wantsFinals = asked.case === "step" && asked.value.withFinalObservations;
+  const wantsFinals = body.case === "step" && body.value.withFinalObservations;
   check("finalObservations", wantsFinals ? ended * bytes : 0, 0);
   const encoding = attached.pool!.spec!.encoding;
   if (observation === Observation.NONE || encoding === Encoding.RAW || encoding === Encoding.UNSPECIFIED) {

@@ -103,7 +103,7 @@ test("final observations are returned on request", () =>
 
 test("an invalid argument does not end the stream", () =>
   withPool(easy(["maze"], 2), async (pool) => {
-    await assert.rejects(pool.step([4, 99]), { name: "InvalidArgumentError", message: /actions\[1\] is 99.* -1 \.\.\. 14/ });
+    await assert.rejects(pool.step([4, 99]), { name: "InvalidArgumentError", message: /actions\[1\] is 99, allowed: -1 to 14/ });
     await assert.rejects(pool.step([4, 4, 4]), /3 actions from environment 0; .* has 2 environments/);
     await assert.rejects(pool.step([4], { firstEnv: 2 }), /firstEnv is 2, allowed: 0 to 1/);
     await assert.rejects(pool.step([4, 4], { repeatCount: 0 }), /repeatCount is 0, allowed: 1 to 1000/);
