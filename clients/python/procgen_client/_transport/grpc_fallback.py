@@ -234,7 +234,7 @@ class Stream:
         """Waits for the answer to the oldest unanswered request."""
         number = self._unanswered[0]
         parts: list[step_pb2.StepPoolResponse] = []
-        while not parts or not (parts[-1].batch.last or parts[-1].HasField("done")):
+        while not parts or not (parts[-1].batch.last or parts[-1].HasField("ack")):
             part = self._read()
             if part.WhichOneof("response") is None and not part.sequence_number:
                 continue  # Of a later server: it answers nothing.
