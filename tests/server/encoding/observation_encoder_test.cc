@@ -195,7 +195,7 @@ TEST(ObservationEncoderTest, EnvironmentsOutOfRangeAreRejected) {
               StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr("the pool has 2")));
   Picture small(7);
   EXPECT_THAT(decoder.Decode(0, 2, encoded, absl::MakeSpan(small)),
-              StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr("room for 7 bytes")));
+              StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr("observations has 7 bytes")));
 }
 
 TEST(ObservationDecoderTest, OtherEncodingsAreRejected) {
