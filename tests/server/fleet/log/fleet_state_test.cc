@@ -106,7 +106,7 @@ TEST(FleetStateTest, FileIsRejectedAsFolder) {
   const TemporaryFolder folder;
   std::ofstream(folder.At("file")) << "x";
   EXPECT_THAT(FleetState::Open(folder.At("file")),
-              StatusIs(absl::StatusCode::kUnavailable, HasSubstr("no file can be made")));
+              StatusIs(absl::StatusCode::kUnavailable, HasSubstr("cannot create a file")));
 }
 
 }  // namespace
