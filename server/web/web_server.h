@@ -14,28 +14,28 @@
 namespace procgen::web {
 
 struct WebOptions {
-  std::string address;                     // "HOST:PORT"; port 0: any that is free
-  std::vector<std::string> allowed_hosts;  // further names by which pages may be asked for
-  int32_t viewers_max = 64;                // pages that are open at a time
+  std::string address;                     // "HOST:PORT"; port 0: any free port
+  std::vector<std::string> allowed_hosts;  // further host names that browsers may use
+  int32_t viewers_max = 64;                // maximum number of open pages
   std::shared_ptr<TlsFiles> tls;           // null: plain text
-  bool requires_token = false;             // the server asks its callers for tokens
+  bool requires_token = false;             // whether the server requires tokens
   std::string version;                     // of the server
-  // To the server itself, within the process.
+  // In-process channel to the server itself.
   std::shared_ptr<grpc::Channel> channel;
-  // All pools, whoever owns them.
+  // Returns the pools of all owners.
   std::function<std::vector<procgen::v1::Pool>()> list_pools;
 };
 
-// Serves the pages and what they ask for, in threads of its own. Threads: one at a time.
+// HTTP server of the pages, with its own threads. Threads: one at a time.
 class WebServer {
  public:
   // Errors: UNAVAILABLE the address cannot be listened on.
   static absl::StatusOr<std::unique_ptr<WebServer>> Start(const WebOptions& options);
-  // Tells the pages that the server stops, ends what they play, and waits for it: two seconds or so
-  // where a page does not read.
+  // Notifies the pages that the server stops, ends their sessions and waits for them: about two
+  // seconds if a page does not read.
   virtual ~WebServer() = default;
 
-  // As a browser takes it, with the port that was bound: "http://127.0.0.1:8080/".
+  // URL with the bound port: "http://127.0.0.1:8080/".
   virtual const std::string& url() const = 0;
 };
 

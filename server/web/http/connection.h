@@ -11,15 +11,15 @@
 
 namespace procgen::web {
 
-// What all connections know.
+// Shared by all connections.
 struct ConnectionContext {
   const Site* site = nullptr;
   OpenSockets* sockets = nullptr;
   const ThreadGroup* page_session_threads = nullptr;
 };
 
-// Speaks HTTP on a connection, on its strand, until it ends or becomes a WebSocket. `tls`: null,
-// plain text. `context` must outlive the I/O context.
+// Serves HTTP on a connection, on its strand, until it ends or becomes a WebSocket. A null `tls`
+// means plain text. `context` must outlive the I/O context.
 void StartConnection(boost::asio::ip::tcp::socket socket,
                      const std::shared_ptr<boost::asio::ssl::context>& tls,
                      const ConnectionContext& context);

@@ -7,9 +7,9 @@
 
 namespace procgen::web {
 
-// A file of pages/, as it was when the server was built.
+// A file of pages/, embedded at build time.
 struct EmbeddedPage {
-  absl::string_view name;  // its path there, such as "vendor/plot.js"
+  absl::string_view name;  // path in pages/, such as "vendor/plot.js"
   absl::string_view contents;
 };
 

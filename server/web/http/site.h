@@ -11,40 +11,41 @@
 
 namespace procgen::web {
 
-// What a browser asks for, as far as it matters.
+// The relevant parts of an HTTP request.
 struct HttpRequestInfo {
   std::string method;
-  std::string target;         // path, and what follows it
+  std::string target;         // path and query
   std::string host;           // the header; empty: none, or more than one
   std::string origin;         // the header; empty: none, or more than one
   std::string if_none_match;  // the header; empty: none
-  bool wants_socket = false;  // asks to go on as a WebSocket
-  std::string local_host;     // the address that it came to, without port
-  bool is_secure = false;     // it came by TLS
+  bool wants_socket = false;  // requests a WebSocket upgrade
+  std::string local_host;     // local address of the connection, without port
+  bool is_secure = false;     // the connection uses TLS
 };
 
-// What it is answered.
+// An HTTP response.
 struct Reply {
   int status = 0;
   std::string content_type;
-  absl::string_view contents;  // of a page; good as long as the program runs
-  std::string text;            // in place of contents
+  absl::string_view contents;  // of a page; static storage
+  std::string text;            // replaces `contents` unless empty
   std::string etag;
 };
 
-// What there is at which address, and who may have it. Threads: any method from any thread.
+// Maps requests to replies and checks host and origin. Threads: any method from any thread.
 class Site {
  public:
-  // `allowed_hosts`: names besides localhost and the addresses that it listens on by which pages
-  // may be asked for.
+  // `allowed_hosts`: host names that requests may use in addition to localhost and the address of
+  // the connection.
   Site(std::vector<std::string> allowed_hosts, const std::vector<EmbeddedPage>& pages);
 
-  // Whether the request may become a WebSocket: status 101. Otherwise what it is answered.
+  // The reply to a WebSocket upgrade request: status 101 if it is accepted, else an error.
   Reply ReplyToSocket(const HttpRequestInfo& request) const;
-  // What a request that wants no WebSocket is answered.
+  // The reply to any other request.
   Reply ReplyToPage(const HttpRequestInfo& request) const;
 
-  // Headers of every reply: what a page may load, and that nobody may guess, frame or tell.
+  // Security headers of every reply: the Content-Security-Policy, no type sniffing, no framing, no
+  // referrer.
   static std::vector<std::pair<std::string, std::string>> SafetyHeaders(
       const HttpRequestInfo& request);
 
@@ -55,8 +56,8 @@ class Site {
     std::string etag;
   };
 
-  // Whether it asks by a name that is this server's. A page of elsewhere whose name was made to
-  // lead here is kept out by that.
+  // Whether the Host header names this server. Prevents DNS rebinding: requests by a foreign name
+  // that resolves to this server are rejected.
   bool IsOurHost(const HttpRequestInfo& request) const;
   static Reply WrongHost(const HttpRequestInfo& request);
 

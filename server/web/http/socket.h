@@ -24,27 +24,27 @@ using PlainStream = boost::beast::tcp_stream;
 using SecureStream = boost::beast::ssl_stream<boost::beast::tcp_stream>;
 using UpgradeRequest = boost::beast::http::request<boost::beast::http::empty_body>;
 
-// All WebSockets that are open. Threads: any method from any thread.
+// The set of open WebSockets. Threads: any method from any thread.
 class OpenSockets {
  public:
   OpenSockets(const PageSessionContext& context, ThreadGroup* threads)
       : context_(context), threads_(threads) {}
 
-  // Each goes on with a connection as a WebSocket, with a page session on a thread of its own.
+  // Upgrades a connection to a WebSocket and runs its page session on a new thread.
   void Open(PlainStream stream, const UpgradeRequest& request);
   void Open(SecureStream stream, const UpgradeRequest& request);
 
-  // Tells all pages that the server stops, has their sessions stop, and closes the sockets; those
-  // of pages that do not answer are broken after a while.
+  // Notifies all pages that the server stops, stops their sessions and closes the sockets. Sockets
+  // of unresponsive pages are aborted after a timeout.
   void BeginClose();
-  // Waits until all have gone, `timeout` at most.
+  // Waits until all sockets are closed, at most `timeout`.
   void AwaitClosed(absl::Duration timeout);
 
  private:
   template <typename Stream>
   friend class Socket;
 
-  // What closing takes.
+  // Interface of a socket for shutdown.
   class Closable {
    public:
     virtual ~Closable() = default;

@@ -9,14 +9,14 @@
 
 namespace procgen::web {
 
-// What TLS is spoken with on new connections: the files of gRPC's, as they are at the time.
-// Threads: compatible (one at a time).
+// Provides the TLS context of new connections, from the current contents of the files that gRPC
+// uses. Threads: compatible (one at a time).
 class TlsContexts {
  public:
-  // `files`: null, plain text.
+  // Null `files`: plain text.
   explicit TlsContexts(std::shared_ptr<TlsFiles> files) : files_(std::move(files)) {}
 
-  // Null: plain text.
+  // Returns null for plain text.
   std::shared_ptr<boost::asio::ssl::context> Current();
 
  private:

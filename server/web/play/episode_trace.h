@@ -13,24 +13,25 @@
 
 namespace procgen::web {
 
-// Which episode of which environment of a running pool.
+// Selects an episode of an environment of a running pool.
 struct EpisodeChoice {
   std::string pool;
   int32_t environment = 0;
-  bool is_current = false;  // the one under way; otherwise the last that ended
+  bool is_current = false;  // the running episode; otherwise the last finished one
 };
 
-// Takes the members pool, environment and selector of a request.
+// Reads the members pool, environment and selector of a request.
 EpisodeChoice ReadEpisodeChoice(RequestParams* params);
 
-// An episode of a pool, played again so that there are all rows of it.
+// An episode of a pool, replayed to obtain all of its rows.
 struct EpisodeTrace {
-  Json facts;  // as pool.episode answers
+  Json facts;  // the answer of pool.episode
   Recording recording;
 };
 
-// Blocks. Errors: those of GetEpisode; FAILED_PRECONDITION it cannot be played again, or not by
-// options alone, which is all that a trace tells; CANCELLED `is_stopping`.
+// Replays an episode. Blocks. Errors: those of GetEpisode; FAILED_PRECONDITION the episode cannot
+// be replayed, or not from options alone, which is all that a trace contains; CANCELLED
+// `is_stopping`.
 absl::StatusOr<EpisodeTrace> TraceOfEpisode(std::shared_ptr<procgen_client::Client> client,
                                             const EpisodeChoice& choice,
                                             const std::atomic<bool>& is_stopping);

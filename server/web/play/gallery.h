@@ -10,13 +10,13 @@
 
 namespace procgen::web {
 
-// Levels of one page of the gallery, and their sides in pixels.
+// Limits of a gallery page: levels, and image size in pixels.
 inline constexpr int32_t kGalleryCountMax = 24;
 inline constexpr int32_t kGallerySizePxMin = 64;
 inline constexpr int32_t kGallerySizePxMax = 512;
 
-// The first moment of `count` levels from that of `choice` on, each as a PNG file. Blocks. Errors:
-// those of the server.
+// Renders the initial states of `count` levels with consecutive seeds, starting at `choice`, as PNG
+// files. Blocks. Errors: those of the server.
 absl::StatusOr<Answer> GalleryPage(procgen_client::Client* client, const LevelChoice& choice,
                                    int32_t count, int32_t size_px);
 

@@ -10,29 +10,28 @@
 
 namespace procgen::web {
 
-// The largest seed that a level can be begun with.
+// The largest level seed.
 inline constexpr int32_t kLevelSeedMax = 2147483646;
 
-// Which levels a page wants.
+// A level that a page selects.
 struct LevelChoice {
   std::string game;
-  procgen::v1::EnvironmentOptions options;  // without the choice of levels
+  procgen::v1::EnvironmentOptions options;  // without the options that select levels
   int32_t level_seed = 0;
-  bool has_one_level = false;  // exploration: the catalog says which
+  bool has_one_level = false;  // exploration mode; the catalog has its seed
 };
 
-// Reads the members game, mode, options and `seed_member` of a request; what is wrong is told to
-// `params`.
+// Reads the members game, mode, options and `seed_member` of a request. Reports errors to `params`.
 LevelChoice ReadLevelChoice(const procgen::v1::Catalog& catalog, const std::string& seed_member,
                             RequestParams* params);
 
-// A pool of one environment that plays that level, again and again.
+// The spec of a pool of one environment that repeats the level.
 procgen::v1::PoolSpec SpecOf(const LevelChoice& choice);
 
-// "easy" of DISTRIBUTION_MODE_EASY.
+// Returns "easy" for DISTRIBUTION_MODE_EASY.
 std::string ModeName(procgen::v1::DistributionMode mode);
 
-// The options that pages may not set, because other members of their requests say them.
+// Whether pages may not set an option because other members of the request determine it.
 bool IsChosenOtherwise(const std::string& option);
 
 }  // namespace procgen::web

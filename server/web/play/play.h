@@ -12,21 +12,21 @@
 
 namespace procgen::web {
 
-// The sides that the human view may have in a page, in pixels; 0: there is none.
+// Sizes of the human view in pixels; 0 means no human view.
 inline constexpr int32_t kHumanSizePxMin = 64;
 inline constexpr int32_t kHumanSizePxMax = 1024;
 inline constexpr int32_t kHumanSizePxDefault = 512;
 
-// The pictures of a view: the agent's, and the human one of that size.
+// Composes a view: its JSON, the agent image, and the human image of that size.
 absl::StatusOr<Answer> ViewAnswer(Json view, Row row, SingleEnvPool* pool, int32_t human_size_px);
 
-// Takes human_size_px of a request.
+// Reads human_size_px of a request.
 int32_t ReadHumanSize(RequestParams* params);
 
-// A level that somebody plays, and what they did in it. All methods block. Threads: one at a time.
+// A level that a viewer plays, with its recording. All methods block. Threads: one at a time.
 class Play {
  public:
-  // Actions of one recording at most: some hours.
+  // Maximum number of actions of one recording, about two hours at 15 steps per second.
   static constexpr int32_t kStepsMax = 100000;
 
   // Errors: those of the server.
@@ -34,7 +34,7 @@ class Play {
                                                      const LevelChoice& choice,
                                                      int32_t human_size_px);
 
-  // Each answers a view. Errors: those of the server; RESOURCE_EXHAUSTED the recording is full;
+  // Each returns a view. Errors: those of the server; RESOURCE_EXHAUSTED the recording is full;
   // FAILED_PRECONDITION there is no next level.
   absl::StatusOr<Answer> View();
   absl::StatusOr<Answer> Step(int32_t action);
@@ -46,7 +46,7 @@ class Play {
  private:
   Play(std::shared_ptr<procgen_client::Client> client, LevelChoice choice, int32_t human_size_px,
        std::unique_ptr<SingleEnvPool> pool, Recording recording);
-  // Begins the recording where the pool stands.
+  // Starts the recording at the current state of the pool.
   absl::Status Begin();
 
   const std::shared_ptr<procgen_client::Client> client_;
@@ -55,7 +55,7 @@ class Play {
   std::unique_ptr<SingleEnvPool> pool_;
   Recording recording_;
   procgen::v1::State start_;
-  Row row_;  // the last
+  Row row_;  // the latest
 };
 
 }  // namespace procgen::web

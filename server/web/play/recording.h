@@ -12,44 +12,43 @@
 
 namespace procgen::web {
 
-// How an environment stands after a step, or before the first.
+// Result of a step, or the state before the first one.
 struct Row {
   float reward = 0;
   bool first = false;
   int32_t level_seed = 0;
   int32_t prev_level_seed = 0;
   bool prev_level_complete = false;
-  float episode_return = 0;  // of the episode that ended where one did, else of the running one
+  float episode_return = 0;  // of the episode that just ended, else of the running one
   int32_t episode_length = 0;
-  std::optional<uint64_t> fingerprint;  // of the episode that ended, if one did
-  std::string picture;                  // rgb, 64 x 64; empty: not asked for
+  std::optional<uint64_t> fingerprint;  // of the episode that just ended, if any
+  std::string picture;                  // rgb, 64 x 64 x 3; empty if not requested
 };
 
-// A fingerprint as pages have it; null: none.
+// A fingerprint as 16 hexadecimal digits, or null.
 Json FingerprintJson(std::optional<uint64_t> fingerprint);
 
-// What was done in one environment, row by row, and what it answered. Row 0 is before the first
-// action.
+// Actions and results of one environment, by row. Row 0 is the state before the first action.
 class Recording {
  public:
-  // `games` and `options` are what the environment was made with.
+  // `games` and `options` are those of the environment.
   Recording(std::vector<std::string> games, const EnvironmentOptions& options);
 
-  // Begins anew, with row 0.
+  // Clears the recording and sets row 0.
   void Begin(const Row& row);
   void Add(int32_t action, const Row& row);
 
   int32_t row_count() const { return trace_.step_count + 1; }
-  // Of one environment.
+  // A trace of one environment.
   const Trace& trace() const { return trace_; }
-  // What is known at a row, as a view has it.
+  // The JSON of a view at `row`.
   Json ViewOf(int32_t row) const;
-  // Of all rows, as a replay has it: rewards, first, level_seeds, level_complete, actions,
+  // The members of replay.open for all rows: rewards, first, level_seeds, level_complete, actions,
   // total_reward, fingerprint.
   Json Summary() const;
-  // What goes with a file: game, mode, level_seed, steps, total_reward, fingerprint, file_name.
+  // The members of play.trace: game, mode, level_seed, steps, total_reward, fingerprint, file_name.
   Json FileFacts() const;
-  // The last fingerprint up to a row.
+  // The latest fingerprint up to and including `row`.
   std::optional<uint64_t> FingerprintAt(int32_t row) const;
 
  private:
@@ -63,7 +62,7 @@ class Recording {
   Trace trace_;
   std::vector<float> episode_returns_;  // [rows]
   std::vector<int32_t> episode_lengths_;
-  std::vector<End> ends_;  // episodes that ended, by row
+  std::vector<End> ends_;  // finished episodes, by row
 };
 
 }  // namespace procgen::web

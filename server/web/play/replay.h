@@ -14,30 +14,30 @@
 
 namespace procgen::web {
 
-// What is replayed: one environment of a trace.
+// The input of a replay: one environment of a trace.
 struct ReplaySource {
   Trace trace;              // of any number of environments
-  int32_t environment = 0;  // which of them
+  int32_t environment = 0;  // index into the trace
 };
 
-// A recording that is played again and looked at row by row, forward and backward, by snapshots of
-// every so many rows. All methods block. Threads: one at a time.
+// A replayed recording with random access to its rows, through periodic snapshots. All methods
+// block. Threads: one at a time.
 class Replay {
  public:
   static constexpr int32_t kRowsMax = 100001;
 
-  // Replays all of it. Errors: INVALID_ARGUMENT the trace has too many rows, no such environment,
-  // or actions that there are not; those of the server; CANCELLED `is_stopping`.
+  // Replays the whole recording. Errors: INVALID_ARGUMENT the trace has too many rows, no such
+  // environment, or invalid actions; those of the server; CANCELLED `is_stopping`.
   static absl::StatusOr<std::unique_ptr<Replay>> Open(
       std::shared_ptr<procgen_client::Client> client, const ReplaySource& source,
       int32_t human_size_px, const std::atomic<bool>& is_stopping);
 
-  // What is known of it, as replay.open answers.
+  // The answer of replay.open.
   const Json& facts() const { return facts_; }
   int32_t row_count() const { return recording_.row_count(); }
-  // What came of replaying it.
+  // The result of the replay.
   const Recording& recording() const { return recording_; }
-  // A view. `row`: in [0, row_count()).
+  // Returns the view of `row`, in [0, row_count()).
   absl::StatusOr<Answer> Seek(int32_t row);
 
  private:
@@ -45,15 +45,15 @@ class Replay {
          int32_t snapshot_rows);
   absl::Status PlayAll(const Trace& trace, const std::atomic<bool>& is_stopping);
   absl::Status TakeSnapshot(int32_t row);
-  // Goes to a row, and shows it.
+  // Moves the pool to `row` and returns it.
   absl::StatusOr<Row> GoTo(int32_t row);
 
   const std::unique_ptr<SingleEnvPool> pool_;
   const int32_t human_size_px_;
-  const int32_t snapshot_rows_;  // from one to the next
+  const int32_t snapshot_rows_;  // rows between snapshots
   Recording recording_;
   std::map<int32_t, procgen::v1::State> snapshots_;  // by row
-  int32_t row_ = 0;                                  // where the pool stands
+  int32_t row_ = 0;                                  // the current row of the pool
   Json facts_;
 };
 

@@ -15,16 +15,17 @@
 
 namespace procgen::web {
 
-// Makes a pool for a page. Its name tells what for: "pools/web-KIND-..."; its lease is short.
+// Creates a pool for a page, named "pools/web-KIND-...", with a short lease.
 absl::StatusOr<procgen::v1::Pool> MakePagePool(procgen_client::Client* client,
                                                absl::string_view kind, procgen::v1::PoolSpec spec);
-// What a page's pool is for, "play", "replay" or "gallery"; of all others "pool".
+// Returns "play", "replay" or "gallery" for a pool created by a page, else "pool".
 std::string KindOfPool(absl::string_view name);
 
-// A pool of one environment that a page steps, and ends with this. Threads: one at a time.
+// A pool of one environment that a page steps. The destructor deletes the pool. Threads: one at a
+// time.
 class SingleEnvPool {
  public:
-  // `spec` is of one environment. Errors: those of the server.
+  // `spec` has one environment. Errors: those of the server.
   static absl::StatusOr<std::unique_ptr<SingleEnvPool>> Make(
       std::shared_ptr<procgen_client::Client> client, absl::string_view kind,
       const procgen::v1::PoolSpec& spec);
@@ -32,21 +33,21 @@ class SingleEnvPool {
   SingleEnvPool(const SingleEnvPool&) = delete;
   SingleEnvPool& operator=(const SingleEnvPool&) = delete;
 
-  // What it was made with, every default filled in.
+  // The spec of the pool, with defaults filled in.
   const procgen::v1::PoolSpec& spec() const { return spec_; }
 
-  // All of these block. Errors: those of the server; after one of Observe, Step and StepAll the
-  // pool can be stepped no more.
+  // The methods below block. Errors: those of the server. After an error of Observe, Step or
+  // StepAll the pool cannot be stepped.
 
-  // How the environment stands, with a picture.
+  // The current state, with an image.
   absl::StatusOr<Row> Observe();
-  // With a picture. `action`: in [-1, 15).
+  // Steps, with an image. `action` is in [-1, 15).
   absl::StatusOr<Row> Step(int32_t action);
-  // Without pictures; `add` is called with each row, in order.
+  // Steps without images. Calls `add` with each row, in order.
   absl::Status StepAll(absl::Span<const int32_t> actions, absl::FunctionRef<void(const Row&)> add);
   absl::StatusOr<procgen::v1::State> Save();
   absl::Status Restore(const procgen::v1::State& state);
-  // As people see it: a PNG file.
+  // The human view as a PNG file.
   absl::StatusOr<std::string> Draw(int32_t size_px);
 
  private:
@@ -61,7 +62,7 @@ class SingleEnvPool {
   procgen_client::Batch batch_;
 };
 
-// One environment of a pool as people see it: a PNG file. Blocks.
+// The human view of an environment of a pool, as a PNG file. Blocks.
 absl::StatusOr<std::string> DrawPng(procgen_client::Client* client, const std::string& pool,
                                     int32_t environment, int32_t size_px);
 

@@ -10,10 +10,10 @@
 
 namespace procgen::web {
 
-// Messages of the contract as pages have them; README.md tells their members.
+// API messages as JSON; server/web/json/README.md lists the members.
 
 Json CatalogJson(const procgen::v1::Catalog& catalog);
-// But for what follows from two moments: steps_per_second.
+// Without steps_per_second, which needs two samples.
 Json PoolJson(const procgen::v1::Pool& pool);
 Json NodesJson(const procgen::v1::ListNodesResponse& nodes);
 Json LoadJson(const procgen::v1::Load& load, double steps_per_second);
@@ -21,7 +21,7 @@ Json LoadJson(const procgen::v1::Load& load, double steps_per_second);
 // Seconds since 1970.
 double SecondsOf(const google::protobuf::Timestamp& time);
 
-// What becomes of a pool over time, which its history tells, too; null where there is none yet.
+// Values that the history also contains; null if there is none yet.
 Json MeanReturnJson(const procgen::v1::Pool& pool);
 Json MeanLengthJson(const procgen::v1::Pool& pool);
 Json RequestP50MsJson(const procgen::v1::Pool& pool);

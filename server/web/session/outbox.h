@@ -7,31 +7,30 @@
 
 namespace procgen::web {
 
-// Reasons to close a socket, as RFC 6455 numbers them.
+// WebSocket close codes (RFC 6455).
 inline constexpr int kCloseGoingAway = 1001;
 inline constexpr int kCloseBadMessage = 1007;
 inline constexpr int kClosePolicy = 1008;
 
-// Where the messages for one page go. None of the methods blocks. Threads: any method from any
-// thread.
+// Queue of messages to one page. No method blocks. Threads: any method from any thread.
 class Outbox {
  public:
   virtual ~Outbox() = default;
 
-  // Answers the oldest message of the page that is not answered yet. While too many are not, or
-  // answers wait to be read, no further message is read from the page.
+  // Answers the oldest unanswered message of the page. While too many messages are unanswered, or
+  // answers unread, no further message is read from the page.
   virtual void Answer(WireMessage message) = 0;
-  // Tells something that must arrive, but for `Forget`, in order with the others.
+  // Sends a message that must arrive, in order with the others.
   virtual void Tell(WireMessage message) = 0;
-  // Tells something that the next of the same key makes needless: it takes the place of one that
-  // still waits, so that what waits for a slow page does not grow.
+  // Sends a message that replaces a queued one with the same key, so that the queue of a slow page
+  // does not grow.
   virtual void TellLatest(const std::string& key, WireMessage message) = 0;
-  // Drops what waits of a key.
+  // Drops the queued message of `key`.
   virtual void Forget(const std::string& key) = 0;
-  // The page has said who it is: larger messages are read from it, and it has all the time it
-  // wants.
+  // Called when hello is accepted: lifts the limits on message size and time of an unidentified
+  // page.
   virtual void Welcome() = 0;
-  // Closes the socket after what waits has been written, or after a while.
+  // Closes the socket after the queued messages are written, or after a timeout.
   virtual void Close(int code, std::string reason) = 0;
 };
 

@@ -27,29 +27,29 @@
 
 namespace procgen::web {
 
-// What each page may have of these at a time.
+// Limits per page.
 inline constexpr size_t kPlaysMax = 4;
 inline constexpr size_t kReplaysMax = 4;
 inline constexpr size_t kWatchesMax = 4;
-// Requests of a page that are carried out in a second; those beyond wait.
+// Request rate of a page; further requests wait.
 inline constexpr int32_t kRequestsPerSecondMax = 100;
-// Tokens that may be tried on one socket.
+// Attempts of hello per socket.
 inline constexpr int32_t kHelloAttemptsMax = 5;
 
-// What is the same for all page sessions.
+// Dependencies and settings that all page sessions share.
 struct PageSessionContext {
   std::string version;
   bool requires_token = false;
   int32_t viewers_max = 0;
-  // A client of this server that shows `token`; empty: none.
+  // Creates a client of this server with `token`; empty: none.
   std::function<std::unique_ptr<procgen_client::Client>(const std::string& token)> connect;
   PoolFeed* feed = nullptr;
-  ThreadGroup* watch_threads = nullptr;  // those of what pages watch
+  ThreadGroup* watch_threads = nullptr;  // threads of watches
 };
 
-// The session with one page: its requests are carried out one after the other, on a thread of
-// the session's own, for they block. Its plays, replays and watches end with it.
-// Threads: Take and Stop from any thread, and none of them blocks; Run on one, once.
+// The session of one page. Its requests block, so they are executed in order on a thread of the
+// session. Plays, replays and watches end with it.
+// Threads: Take and Stop from any thread, without blocking; Run on one thread, once.
 class PageSession {
  public:
   // `context` must outlive this.
@@ -58,11 +58,11 @@ class PageSession {
   PageSession(const PageSession&) = delete;
   PageSession& operator=(const PageSession&) = delete;
 
-  // A message of the page. Each is answered by one Outbox::Answer, until there is a Stop.
+  // Queues a message of the page. Each gets one Outbox::Answer, until Stop.
   void Take(WireMessage message);
-  // The page has gone, or must.
+  // Ends the session, for example because the page disconnected.
   void Stop();
-  // Carries out what is taken until there is a Stop.
+  // Executes queued messages until Stop.
   void Run();
 
  private:
@@ -74,7 +74,7 @@ class PageSession {
 
   static const std::map<std::string, Method>& Methods();
   std::optional<WireMessage> Next();
-  // Waits for the session's turn by kRequestsPerSecondMax.
+  // Waits as long as kRequestsPerSecondMax demands.
   void AwaitRate();
   void Handle(const WireMessage& message);
   absl::StatusOr<Answer> Do(const Request& request);
@@ -98,10 +98,10 @@ class PageSession {
   absl::StatusOr<Answer> CloseReplay(const Request& request);
   absl::StatusOr<Answer> ShowGallery(const Request& request);
 
-  // Takes the number of a play of this session. Errors: INVALID_ARGUMENT, NOT_FOUND.
+  // Reads the number of a play of this session. Errors: INVALID_ARGUMENT, NOT_FOUND.
   absl::StatusOr<Play*> FindPlay(RequestParams* params);
   absl::StatusOr<OpenReplay*> FindReplay(RequestParams* params);
-  // What replay.open is to replay, by its members and parts.
+  // The source of replay.open, from its members and parts.
   absl::StatusOr<ReplaySource> SourceOf(const Request& request, RequestParams* params);
 
   const PageSessionContext& context_;
@@ -112,14 +112,14 @@ class PageSession {
   SteadyCondVar stopped_;
   std::deque<WireMessage> messages_ ABSL_GUARDED_BY(mutex_);
 
-  // Of the thread.
-  std::shared_ptr<procgen_client::Client> client_;  // null: the page has not said who it is
+  // Used only by the thread of Run.
+  std::shared_ptr<procgen_client::Client> client_;  // null before hello is accepted
   std::string token_;
   procgen::v1::Catalog catalog_;
   int32_t hello_attempts_ = 0;
-  absl::Time rate_time_ = absl::InfinitePast();  // when the next request's turn is; steady
-  std::function<void()> after_answer_;  // begins what comes after an answer; null: nothing does
-  int64_t next_number_ = 1;             // of a play, replay or watch
+  absl::Time rate_time_ = absl::InfinitePast();  // earliest time of the next request; steady
+  std::function<void()> after_answer_;           // runs after the answer is queued; may be null
+  int64_t next_number_ = 1;                      // of a play, replay or watch
   std::map<int64_t, std::unique_ptr<Play>> plays_;
   std::map<int64_t, OpenReplay> replays_;
   std::map<int64_t, std::unique_ptr<PoolFrames>> watches_;

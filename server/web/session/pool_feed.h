@@ -19,27 +19,27 @@
 
 namespace procgen::web {
 
-// Tells pages once a second how the pools of their owners stand, and keeps how all went, also
-// while nobody looks. One thread of its own. Threads: any method from any thread.
+// Sends pages the state of their owners' pools every second, and records the history of all pools,
+// also without followers. Has one thread. Threads: any method from any thread.
 class PoolFeed {
  public:
-  // What a follower gets: the event, or why there will be no more. Must not block.
+  // Receives an event, or the error after which there are no more. Must not block.
   using Tell = std::function<void(const absl::StatusOr<Json>& event)>;
 
-  // `list_pools` tells all pools, whoever owns them; nobody is shown those of others.
+  // `list_pools` returns the pools of all owners. Followers receive only those of their owner.
   explicit PoolFeed(std::function<std::vector<procgen::v1::Pool>()> list_pools);
   ~PoolFeed();
   PoolFeed(const PoolFeed&) = delete;
   PoolFeed& operator=(const PoolFeed&) = delete;
 
-  // Begins at once. Followers with the same token share what is asked of the server; `client` shows
-  // that token. A follower that was told of an error is told nothing more.
+  // Starts at once. Followers with the same token share one set of calls to the server; `client`
+  // presents that token. After an error `tell` is not called again.
   void Follow(const void* follower, const std::string& token,
               std::shared_ptr<procgen_client::Client> client, Tell tell);
-  // `tell` is not called after.
+  // `tell` is not called after the return.
   void Unfollow(const void* follower);
 
-  // How a pool went; `pool` is as its owner was shown it.
+  // History of a pool; `pool` is the owner's view, from GetPool.
   Json HistoryOf(const procgen::v1::Pool& pool);
 
  private:
@@ -51,13 +51,13 @@ class PoolFeed {
   };
 
   void Run();
-  // Tells all followers, or the new ones.
+  // Notifies all followers, or only new ones.
   void TellFollowers(bool only_new);
   absl::StatusOr<Json> EventFor(procgen_client::Client* client);
 
   const std::function<std::vector<procgen::v1::Pool>()> list_pools_;
   // Lock order: telling_, mutex_.
-  absl::Mutex telling_;  // while followers are told
+  absl::Mutex telling_;  // held while followers are notified
   absl::Mutex mutex_;
   SteadyCondVar changed_;  // has_new_, or is_stopping_
   PoolHistory history_ ABSL_GUARDED_BY(mutex_);

@@ -14,36 +14,36 @@
 
 namespace procgen::web {
 
-// Environments that a page may watch at a time, and their sides and rates.
+// Limits of a watch: environments, frame sizes and rate.
 inline constexpr int32_t kWatchEnvironmentsMax = 64;
 inline constexpr int32_t kWatchSizePxMin = 16;
 inline constexpr int32_t kWatchSizePxMax = 512;
 inline constexpr double kFramesPerSecondMax = 60;
 
-// Takes the members of watch.start. What is wrong is told to `params`.
+// Reads the members of watch.start. Reports errors to `params`.
 procgen::v1::WatchPoolRequest ReadWatch(RequestParams* params);
 
-// Shows a page what a pool's environments look like, as fast as it reads, by a thread of its own.
+// A watch: sends frames of environments to a page, as fast as it reads, on its own thread.
 // Threads: one at a time.
 class PoolFrames {
  public:
-  // Errors: RESOURCE_EXHAUSTED there is no thread; those of the server that can be known at once,
-  // while others come as the event watch_ended.
+  // Errors: RESOURCE_EXHAUSTED a thread cannot be started; errors of the server that occur at once.
+  // Later ones are reported by the event watch_ended.
   static absl::StatusOr<std::unique_ptr<PoolFrames>> Start(
       std::shared_ptr<procgen_client::Client> client, const procgen::v1::WatchPoolRequest& request,
       int64_t number, std::shared_ptr<Outbox> outbox, ThreadGroup* threads);
-  // REQUIRES: Begin. No event comes after.
+  // REQUIRES: Begin was called. No event is sent after the return.
   ~PoolFrames();
   PoolFrames(const PoolFrames&) = delete;
   PoolFrames& operator=(const PoolFrames&) = delete;
 
-  // The page knows the number: events may come. Once.
+  // Allows events, because the page has the number of the watch. Call once.
   void Begin() { shared_->may_begin.Notify(); }
-  // Whether it ended by itself.
+  // Whether the server ended the watch.
   bool has_ended() const { return shared_->has_ended.HasBeenNotified(); }
 
  private:
-  // With the thread.
+  // State shared with the thread.
   struct Shared {
     std::shared_ptr<procgen_client::Client> client;  // before the watch, which it must outlive
     std::unique_ptr<procgen_client::PoolWatch> watch;

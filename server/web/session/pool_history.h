@@ -13,25 +13,25 @@
 
 namespace procgen::web {
 
-// How pools went, moment by moment. Threads: compatible (one at a time).
+// Time series of pools, one row a second. Threads: compatible (one at a time).
 class PoolHistory {
  public:
-  // Rows that are kept of each pool: ten minutes of seconds.
+  // Rows per pool: ten minutes.
   static constexpr size_t kRowsMax = 600;
 
-  // Takes down how all pools stand. Those that are not among them are forgotten.
+  // Adds a row for each pool. Drops the history of pools that are not in `pools`.
   void Add(double time_s, const std::vector<procgen::v1::Pool>& pools);
 
-  // Steps per second between the last two moments; 0 where there is but one.
+  // Steps per second between the last two rows; 0 with fewer than two.
   double StepsPerSecond(const procgen::v1::Pool& pool) const;
-  // columns and rows, as pages have them.
+  // The members `columns` and `rows` of pool.history.
   Json RowsOf(const procgen::v1::Pool& pool) const;
 
  private:
-  // Owners have names of their own, and a name may be used again.
+  // Names are unique per owner only, and may be reused, so the creation time is stored.
   struct Course {
     double create_time_s = 0;
-    int64_t step_count = 0;  // at the last moment
+    int64_t step_count = 0;  // at the last row
     double time_s = 0;
     double steps_per_second = 0;
     std::deque<std::vector<float>> rows;
