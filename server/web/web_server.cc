@@ -29,11 +29,11 @@ namespace {
 namespace asio = boost::asio;
 
 constexpr int kIoThreadCount = 2;
-// Besides those of viewers: of pages and pictures, and of whoever has said nothing yet.
+// Connections in addition to viewers' sockets: HTTP requests and silent connections.
 constexpr int32_t kOtherConnectionsMax = 192;
-// More than an answer within the process ever takes.
+// Timeout of in-process calls; longer than any call takes.
 constexpr absl::Duration kCallTimeout = absl::Seconds(60);
-// What sockets have at the end, besides their own timeout.
+// Grace period for sockets at shutdown, in addition to their close timeout.
 constexpr absl::Duration kCloseTimeout = absl::Seconds(3);
 
 std::string UrlOf(const Address& address, uint16_t port, bool is_secure) {
@@ -92,7 +92,7 @@ class BeastServer final : public WebServer {
     for (std::thread& thread : io_threads_) {
       thread.join();
     }
-    page_session_threads_.reset();  // all were told to stop; what they still send goes nowhere
+    page_session_threads_.reset();  // all were stopped; messages that they still send are dropped
     watch_threads_.reset();
     feed_.reset();
   }
@@ -100,7 +100,7 @@ class BeastServer final : public WebServer {
   const std::string& url() const override { return url_; }
 
  private:
-  // On the listener's thread.
+  // Called on the listener's thread.
   void Take(int connection) {
     asio::ip::tcp::socket socket(asio::make_strand(io_));
     sockaddr_storage local = {};
@@ -120,14 +120,14 @@ class BeastServer final : public WebServer {
 
   const std::string url_;
   const Site site_;
-  TlsContexts tls_;  // of the listener's thread
+  TlsContexts tls_;  // used only by the listener's thread
   std::unique_ptr<PoolFeed> feed_;
   std::unique_ptr<ThreadGroup> watch_threads_;
   const PageSessionContext page_session_context_;
   std::unique_ptr<ThreadGroup> page_session_threads_;
   OpenSockets sockets_;
   const ConnectionContext connection_context_;
-  asio::io_context io_;  // what it still holds at the end ends before the others
+  asio::io_context io_;  // its pending handlers are destroyed before the other members
   asio::executor_work_guard<asio::io_context::executor_type> work_;
   std::vector<std::thread> io_threads_;
   std::unique_ptr<Listener> listener_;

@@ -20,13 +20,13 @@ namespace beast = boost::beast;
 namespace http = boost::beast::http;
 using boost::system::error_code;
 
-// Time to shake hands, to ask (also the next time), and to take an answer.
+// Timeout of the TLS handshake, of each request (also on an idle connection) and of each reply.
 constexpr std::chrono::seconds kAskTimeout(10);
 constexpr std::chrono::seconds kAnswerTimeout(30);
 constexpr uint32_t kHeaderBytesMax = 8 << 10;
 constexpr int kSwitchingProtocols = 101;
 
-// The only header of a name; empty: there is none, or several.
+// The value of a header; empty if it is missing or repeated.
 std::string HeaderOf(const UpgradeRequest& request, http::field name) {
   const auto [begin, end] = request.equal_range(name);
   if (begin == end || std::next(begin) != end) {
@@ -35,7 +35,7 @@ std::string HeaderOf(const UpgradeRequest& request, http::field name) {
   return std::string(begin->value());
 }
 
-// An address as browsers write it; also of a socket that serves both families.
+// An address in the form of a Host header; an IPv4-mapped address of a dual-stack socket as IPv4.
 std::string TextOf(const asio::ip::address& address) {
   if (address.is_v6() && address.to_v6().is_v4_mapped()) {
     return asio::ip::make_address_v4(asio::ip::v4_mapped, address.to_v6()).to_string();
@@ -80,21 +80,21 @@ class Connection final : public std::enable_shared_from_this<Connection<Stream>>
     http::async_read(stream_, buffer_, *parser_,
                      [self = this->shared_from_this()](error_code error, size_t) {
                        if (error) {
-                         self->RefuseWhatIsNone(error);
+                         self->RejectInvalidRequest(error);
                          return;
                        }
                        self->Reply();
                      });
   }
 
-  // What was read is no request; where it might have become one, that is told.
-  void RefuseWhatIsNone(error_code error) {
+  // Called for invalid requests; replies 400 unless the connection broke.
+  void RejectInvalidRequest(error_code error) {
     if (error == http::error::end_of_stream || error == beast::error::timeout ||
         error.category() != http::make_error_code(http::error::bad_method).category()) {
       return;
     }
     HttpRequestInfo info;
-    Write(info, {400, "text/plain; charset=utf-8", "", "This is no request that pages make.\n", ""},
+    Write(info, {400, "text/plain; charset=utf-8", "", "Invalid request.\n", ""},
           /*keep_alive=*/false);
   }
 
@@ -188,7 +188,7 @@ class Connection final : public std::enable_shared_from_this<Connection<Stream>>
 void StartConnection(asio::ip::tcp::socket socket, const std::shared_ptr<asio::ssl::context>& tls,
                      const ConnectionContext& context) {
   beast::tcp_stream stream(std::move(socket));
-  // On the strand: the handlers of a connection do not run at the same time.
+  // On a strand, so that the handlers of a connection do not run concurrently.
   const auto executor = stream.get_executor();
   if (tls == nullptr) {
     auto connection = std::make_shared<Connection<PlainStream>>(std::move(stream), context);

@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <cstring>
 
-// From embedded_pages.S.in.
+// Defined in embedded_pages.S.in.
 extern "C" const char procgen_web_pages[];  // NOLINT: the assembler's name
 
 namespace procgen::web {

@@ -44,7 +44,7 @@ absl::string_view ContentTypeOf(absl::string_view name) {
   return "text/plain; charset=utf-8";
 }
 
-// Where a file of pages/ is found.
+// The URL path of a file of pages/.
 std::string PathOf(absl::string_view name) {
   if (name == "index.html") {
     return "/";
@@ -66,7 +66,7 @@ std::string EtagOf(absl::string_view contents) {
       "\"");
 }
 
-// Whether it is what may follow a host's name: nothing, or a port.
+// Whether `text` may follow a host name: empty, or a port.
 bool IsPort(absl::string_view text) {
   int port = 0;
   return text.empty() ||
@@ -74,7 +74,7 @@ bool IsPort(absl::string_view text) {
           absl::SimpleAtoi(text, &port) && port <= UINT16_MAX);
 }
 
-// "name" of "name:80", "::1" of "[::1]:80"; empty: it is no host.
+// "name" of "name:80", "::1" of "[::1]:80"; empty if invalid.
 std::string NameOf(absl::string_view host) {
   const bool has_brackets = absl::ConsumePrefix(&host, "[");
   const size_t end = std::min(host.find(has_brackets ? ']' : ':'), host.size());
@@ -85,7 +85,7 @@ std::string NameOf(absl::string_view host) {
   return absl::AsciiStrToLower(host.substr(0, end));
 }
 
-// The path alone: what follows is the page's to read.
+// The path without the query, which only the page reads.
 absl::string_view PathIn(absl::string_view target) { return target.substr(0, target.find('?')); }
 
 Reply TextReply(int status, std::string text) {
@@ -117,11 +117,10 @@ bool Site::IsOurHost(const HttpRequestInfo& request) const {
 
 Reply Site::WrongHost(const HttpRequestInfo& request) {
   const bool is_short = request.host.size() <= 253 && !request.host.empty();
-  return TextReply(
-      kMisdirected,
-      absl::StrCat("This server does not answer to the name ",
-                   is_short ? absl::CEscape(request.host) : "that was asked for",
-                   ". Ask for it by its address, or start it with --web_allowed_hosts=NAME.\n"));
+  return TextReply(kMisdirected,
+                   absl::StrCat("This server does not accept the host name ",
+                                is_short ? absl::CEscape(request.host) : "of the request",
+                                ". Use its address, or start it with --web_allowed_hosts=NAME.\n"));
 }
 
 Reply Site::ReplyToSocket(const HttpRequestInfo& request) const {
@@ -129,7 +128,7 @@ Reply Site::ReplyToSocket(const HttpRequestInfo& request) const {
     return WrongHost(request);
   }
   if (PathIn(request.target) != kSocketPath) {
-    return TextReply(kNotFound, "There is no WebSocket here; it is /socket.\n");
+    return TextReply(kNotFound, "Not found. The WebSocket is at /socket.\n");
   }
   const std::string ours =
       absl::StrCat(request.is_secure ? "https://" : "http://", absl::AsciiStrToLower(request.host));
@@ -156,7 +155,7 @@ Reply Site::ReplyToPage(const HttpRequestInfo& request) const {
   }
   const auto found = files_.find(path);
   if (found == files_.end()) {
-    return TextReply(kNotFound, "There is no such page.\n");
+    return TextReply(kNotFound, "Page not found.\n");
   }
   Reply reply;
   reply.status = request.if_none_match == found->second.etag ? kNotModified : kOk;
@@ -172,7 +171,7 @@ std::vector<std::pair<std::string, std::string>> Site::SafetyHeaders(
     return absl::ascii_isalnum(static_cast<unsigned char>(letter)) ||
            absl::StrContains("-._:[]", letter);
   });
-  // Not all browsers take 'self' for the socket's scheme, too.
+  // Not all browsers apply 'self' to the scheme of the WebSocket.
   const std::string socket =
       is_host ? absl::StrCat(request.is_secure ? " wss://" : " ws://", request.host) : "";
   return {{"Content-Security-Policy",

@@ -22,24 +22,24 @@ namespace beast = boost::beast;
 namespace websocket = boost::beast::websocket;
 using boost::system::error_code;
 
-// Time to say hello; a page that gives no sign of life for kIdleTimeout is gone; what waits when a
-// socket closes is written within kCloseTimeout, or never.
+// Timeouts: for hello; for the handshake; for a page that answers no ping; for writing queued
+// messages when a socket closes.
 constexpr std::chrono::seconds kHelloTimeout(10);
 constexpr std::chrono::seconds kHandshakeTimeout(10);
 constexpr std::chrono::seconds kIdleTimeout(60);
 constexpr std::chrono::seconds kCloseTimeout(2);
-// No more is read of a page while so much of it is unanswered.
+// Limits of unanswered messages of a page; at a limit the server stops reading from it.
 constexpr size_t kUnansweredMax = 16;
 constexpr size_t kUnansweredBytesMax = 1 << 20;
-// Of a page that has not said who it is.
+// Message size limit before hello is accepted.
 constexpr size_t kFirstMessageBytesMax = 4 << 10;
-// What RFC 6455 has room for in a reason.
+// Maximum length of a close reason in RFC 6455.
 constexpr size_t kReasonBytesMax = 123;
 
 }  // namespace
 
-// One WebSocket. All but the methods of Outbox, and BeginClose, is done on the strand of its
-// stream; those hand over to it.
+// One WebSocket. Runs on the strand of its stream. The methods of Outbox and BeginClose may be
+// called from any thread and post to the strand.
 template <typename Stream>
 class Socket final : public Outbox,
                      public OpenSockets::Closable,
@@ -48,9 +48,9 @@ class Socket final : public Outbox,
   Socket(Stream stream, OpenSockets* sockets)
       : socket_(std::move(stream)), sockets_(sockets), timer_(socket_.get_executor()) {}
 
-  // Becomes a WebSocket and goes on until it is closed.
+  // Performs the WebSocket handshake and serves the socket until it is closed.
   void Start(const UpgradeRequest& request) {
-    beast::get_lowest_layer(socket_).expires_never();  // the WebSocket has timeouts of its own
+    beast::get_lowest_layer(socket_).expires_never();  // the WebSocket has its own timeouts
     websocket::stream_base::timeout timeouts = {};
     timeouts.handshake_timeout = kHandshakeTimeout;
     timeouts.idle_timeout = kIdleTimeout;
@@ -136,7 +136,7 @@ class Socket final : public Outbox,
     });
   }
 
-  // The message of a key that is not being written yet.
+  // Returns the queued message of `key` that is not being written yet.
   typename std::deque<Outgoing>::iterator Waiting(const std::string& key) {
     return std::find_if(queue_.begin() + (is_writing_ ? 1 : 0), queue_.end(),
                         [&key](const Outgoing& outgoing) { return outgoing.key == key; });
@@ -251,7 +251,7 @@ class Socket final : public Outbox,
     socket_.async_close(reason_, [self = this->shared_from_this()](error_code) { self->Finish(); });
   }
 
-  // The connection is over.
+  // Called when the connection has ended.
   void Finish() {
     if (is_finished_) {
       return;
@@ -259,7 +259,7 @@ class Socket final : public Outbox,
     is_finished_ = true;
     if (page_session_ != nullptr) {
       page_session_->Stop();
-      page_session_.reset();  // it holds this
+      page_session_.reset();  // it holds a reference to this
     }
     timer_.cancel();
     beast::get_lowest_layer(socket_).close();
@@ -268,13 +268,13 @@ class Socket final : public Outbox,
 
   websocket::stream<Stream> socket_;
   OpenSockets* const sockets_;
-  asio::steady_timer timer_;  // of the hello, then of the close
+  asio::steady_timer timer_;  // for hello, then for the close
   std::shared_ptr<PageSession> page_session_;
   beast::flat_buffer buffer_;
   std::deque<size_t> unanswered_;  // sizes of the messages
   std::deque<Outgoing> queue_;     // the first is being written
   websocket::close_reason reason_;
-  bool is_open_ = false;  // hands were shaken
+  bool is_open_ = false;  // the handshake is complete
   bool is_welcome_ = false;
   bool is_reading_ = false;
   bool is_writing_ = false;

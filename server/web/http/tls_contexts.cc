@@ -10,7 +10,7 @@ namespace {
 
 namespace asio = boost::asio;
 
-// TLS 1.2 and 1.3 alone.
+// Allows TLS 1.2 and 1.3 only.
 std::shared_ptr<asio::ssl::context> ContextOf(const TlsFiles::Contents& contents) {
   auto context = std::make_shared<asio::ssl::context>(asio::ssl::context::tls_server);
   context->set_options(asio::ssl::context::default_workarounds | asio::ssl::context::no_sslv2 |
@@ -33,7 +33,7 @@ std::shared_ptr<asio::ssl::context> TlsContexts::Current() {
   }
   const auto [contents, version] = files_->Current();
   if (version != version_) {
-    context_ = ContextOf(contents);  // the files were checked when they were read
+    context_ = ContextOf(contents);  // the files were validated when they were read
     version_ = version;
   }
   return context_;

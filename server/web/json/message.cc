@@ -12,15 +12,15 @@ namespace procgen::web {
 namespace {
 
 constexpr size_t kTextLengthMax = 128;
-constexpr size_t kShownTextMax = 40;  // of what was given, in an error
-constexpr size_t kLengthBytes = 4;    // before the header of a binary message
+constexpr size_t kShownTextMax = 40;  // of a given value in an error message
+constexpr size_t kLengthBytes = 4;    // length field before the header of a binary message
 
-// Text of others may be cut within a character.
+// Serializes `json`; replaces invalid UTF-8, as texts may be cut within a character.
 std::string TextOf(const Json& json) {
   return json.dump(-1, ' ', false, Json::error_handler_t::replace);
 }
 
-// What was given, for an error. Never long, and never the whole of a list or an object.
+// A short form of a given value for error messages; only the type of a list or an object.
 std::string Shown(const Json& value) {
   if (value.is_string()) {
     const auto& text = value.get_ref<const std::string&>();
@@ -37,12 +37,12 @@ absl::StatusOr<Json> ParseObject(absl::string_view text) {
   }
   Json json = Json::parse(text.begin(), text.end(), nullptr, /*allow_exceptions=*/false);
   if (!json.is_object()) {
-    return absl::InvalidArgumentError("the message is no JSON object");
+    return absl::InvalidArgumentError("the message is not a JSON object");
   }
   return json;
 }
 
-// A member that is an integer; none: it is missing or something else.
+// Reads an integer member. Returns false if it is missing or invalid.
 bool TakeInteger(const Json& object, const char* name, int64_t max, int64_t* value) {
   const auto found = object.find(name);
   if (found == object.end() || !found->is_number_integer()) {
@@ -67,7 +67,7 @@ bool TakeText(const Json& object, const char* name, std::string* value) {
 absl::StatusOr<std::vector<Part>> TakeParts(const Json& list, absl::string_view rest) {
   if (!list.is_array() || list.size() > kPartCountMax) {
     return absl::InvalidArgumentError(
-        absl::StrCat("parts is no list of at most ", kPartCountMax, " entries"));
+        absl::StrCat("parts is not a list of at most ", kPartCountMax, " entries"));
   }
   std::vector<Part> parts;
   for (const Json& entry : list) {
@@ -78,14 +78,15 @@ absl::StatusOr<std::vector<Part>> TakeParts(const Json& list, absl::string_view 
         !TakeInteger(entry, "bytes", kMessageBytesMax, &size) ||
         static_cast<size_t>(size) > rest.size()) {
       return absl::InvalidArgumentError(
-          "an entry of parts has no name, format and number of bytes that are there");
+          "an entry of parts needs a name, a format and a number of bytes that the message "
+          "contains");
     }
     part.bytes = std::string(rest.substr(0, static_cast<size_t>(size)));
     rest.remove_prefix(part.bytes.size());
   }
   if (!rest.empty()) {
     return absl::InvalidArgumentError(
-        absl::StrCat("the message has ", rest.size(), " bytes more than parts tell"));
+        absl::StrCat("the message has ", rest.size(), " bytes more than its parts"));
   }
   return parts;
 }
@@ -126,7 +127,7 @@ absl::StatusOr<Request> ParseRequest(absl::string_view bytes, bool is_binary) {
       length |= uint32_t{static_cast<uint8_t>(bytes[i])} << (8 * i);
     }
     if (bytes.size() < kLengthBytes || length > bytes.size() - kLengthBytes) {
-      return absl::InvalidArgumentError("the message is shorter than the header that it tells of");
+      return absl::InvalidArgumentError("the message is shorter than the header that it announces");
     }
     rest = bytes.substr(kLengthBytes + length);
     bytes = bytes.substr(kLengthBytes, length);
@@ -138,10 +139,10 @@ absl::StatusOr<Request> ParseRequest(absl::string_view bytes, bool is_binary) {
   Request request;
   if (!TakeInteger(*json, "id", kIdMax, &request.id)) {
     return absl::InvalidArgumentError(
-        absl::StrCat("id is no integer from 0 to ", kIdMax, ", which a request must have"));
+        absl::StrCat("id is not an integer from 0 to ", kIdMax, ", which every request needs"));
   }
   if (!TakeText(*json, "method", &request.method)) {
-    return absl::InvalidArgumentError("method is no text, which a request must have");
+    return absl::InvalidArgumentError("method is not a text, which every request needs");
   }
   if (is_binary) {
     const auto list = json->find("parts");
@@ -268,7 +269,7 @@ std::vector<int32_t> RequestParams::Integers(const std::string& name, size_t cou
     }
   }
   if (!is_right) {
-    Refuse(absl::StrCat(name, " is no list of 1 to ", count_max, " integers from 0 to ", max));
+    Refuse(absl::StrCat(name, " is not a list of 1 to ", count_max, " integers from 0 to ", max));
   }
   return integers;
 }

@@ -16,33 +16,34 @@ namespace {
 
 namespace v1 = procgen::v1;
 
-// Actions that are played until it is checked whether anybody waits for them.
+// Actions between checks for cancellation.
 constexpr size_t kActionsAtATime = 256;
 
 absl::string_view TextOf(v1::IncompleteReason reason) {
   switch (reason) {
     case v1::INCOMPLETE_REASON_STATE_RESTORED:
-      return "a state was put into the environment in the midst of the episode";
+      return "a state was restored during the episode";
     case v1::INCOMPLETE_REASON_TOO_OLD:
-      return "the episode began too long ago, and its beginning was forgotten (limit "
-             "episode_bytes_max)";
+      return "the episode began too long ago, and its first steps were dropped (limit "
+             "episode_history_bytes_max)";
     case v1::INCOMPLETE_REASON_SERVER_RESTARTED:
-      return "the episode began before the server was started";
+      return "the episode began before the server started";
     case v1::INCOMPLETE_REASON_REQUEST_FAILED:
-      return "a request failed in the midst of the episode";
+      return "a request failed during the episode";
     default:
-      return "the reason is not known";
+      return "the reason is unknown";
   }
 }
 
 absl::Status CheckBeginning(const v1::Episode& episode) {
   if (episode.incomplete_reason() != v1::INCOMPLETE_REASON_UNSPECIFIED) {
-    return absl::FailedPreconditionError(
-        absl::StrCat("the beginning of this episode lacks: ", TextOf(episode.incomplete_reason())));
+    return absl::FailedPreconditionError(absl::StrCat("the beginning of this episode is missing: ",
+                                                      TextOf(episode.incomplete_reason())));
   }
   if (episode.level_seed() < 0) {
-    return absl::FailedPreconditionError(absl::StrCat(
-        "the episode began with level ", episode.level_seed(), ", which no trace can begin with"));
+    return absl::FailedPreconditionError(absl::StrCat("the episode began with level ",
+                                                      episode.level_seed(),
+                                                      ", which a trace cannot begin with"));
   }
   return absl::OkStatus();
 }
@@ -55,8 +56,8 @@ std::vector<int32_t> ActionsOf(const v1::Episode& episode) {
   return actions;
 }
 
-// Whether what was played again is what was played. The rewards of repeated actions are sums, which
-// the levels vouch for.
+// Whether the replay equals the episode. With repeated actions, rewards are sums and are not
+// compared; equal level changes suffice.
 bool IsTheSame(const v1::Episode& episode, const Trace& trace) {
   for (const v1::LevelChange& change : episode.level_changes()) {
     if (trace.level_seeds[static_cast<size_t>(change.action()) + 1] != change.level_seed()) {
@@ -86,7 +87,7 @@ absl::StatusOr<Recording> PlayAgain(const v1::Episode& episode, SingleEnvPool* p
   const std::vector<int32_t> actions = ActionsOf(episode);
   for (size_t played = 0; played < actions.size();) {
     if (is_stopping) {
-      return absl::CancelledError("the page has gone");
+      return absl::CancelledError("the page disconnected");
     }
     const auto part = absl::MakeConstSpan(actions).subspan(played, kActionsAtATime);
     const absl::Status status =
@@ -144,7 +145,7 @@ absl::StatusOr<EpisodeTrace> TraceOfEpisode(std::shared_ptr<procgen_client::Clie
   }
   if (!IsTheSame(*episode, recording->trace())) {
     return absl::FailedPreconditionError(
-        "the levels of this episode were chosen one by one, which no trace can tell");
+        "the levels of this episode were selected individually, which a trace cannot represent");
   }
   Json facts = FactsOf(choice, *episode, *recording);
   return EpisodeTrace{std::move(facts), *std::move(recording)};

@@ -12,7 +12,7 @@ namespace {
 
 namespace v1 = procgen::v1;
 
-// Has environment i of a pool begin the level of seed `first` + i.
+// Level selection: environment i starts at seed `first` + i.
 absl::Status BeginLevels(procgen_client::Client* client, const std::string& pool, int32_t first,
                          int32_t count) {
   procgen_client::StreamOptions options;

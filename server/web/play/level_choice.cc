@@ -12,7 +12,7 @@ namespace {
 
 namespace v1 = procgen::v1;
 
-// The mode of a game that has a name; null: it has none of that name, which is told.
+// The mode of a game by name. Returns null and reports an error if there is none.
 const v1::GameMode* FindMode(const v1::Game& game, const std::string& name, RequestParams* params) {
   std::vector<std::string> names;
   for (const v1::GameMode& mode : game.modes()) {
@@ -25,14 +25,14 @@ const v1::GameMode* FindMode(const v1::Game& game, const std::string& name, Requ
   return nullptr;
 }
 
-// Sets one option by its name, as the catalog describes it.
+// Sets an option by name, validated against the catalog.
 void SetOption(const v1::Option& option, const Json& value, v1::EnvironmentOptions* options,
                RequestParams* params) {
   const google::protobuf::FieldDescriptor* const field =
       v1::EnvironmentOptions::descriptor()->FindFieldByName(option.name());
   if (option.type() == v1::OPTION_TYPE_BOOLEAN) {
     if (!value.is_boolean()) {
-      params->Refuse(absl::StrCat("options.", option.name(), " is no boolean"));
+      params->Refuse(absl::StrCat("options.", option.name(), " is not a boolean"));
       return;
     }
     v1::EnvironmentOptions::GetReflection()->SetBool(options, field, value.get<bool>());
@@ -56,7 +56,7 @@ void SetOptions(const v1::Catalog& catalog, const Json& given, v1::EnvironmentOp
                      [&name = name](const v1::Option& known) { return known.name() == name; });
     if (option == catalog.options().end() || IsChosenOtherwise(name)) {
       params->Refuse(absl::StrCat("options has a member that is none of the catalog's options",
-                                  ", or that is said otherwise"));
+                                  ", or that other members determine"));
       return;
     }
     SetOption(*option, value, options, params);

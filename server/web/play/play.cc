@@ -13,7 +13,7 @@ namespace {
 
 namespace v1 = procgen::v1;
 
-// An empty recording of what a pool plays.
+// An empty recording for a pool.
 absl::StatusOr<Recording> RecordingOf(const SingleEnvPool& pool) {
   const absl::StatusOr<PoolOptions> options = PoolOptionsOf(pool.spec());
   if (!options.ok()) {

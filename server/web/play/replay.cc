@@ -18,11 +18,11 @@ namespace {
 
 namespace v1 = procgen::v1;
 
-// Snapshots of one replay at most, and rows between two at least. One is 1 to 12 kilobytes.
+// Maximum number of snapshots of a replay (1 to 12 kB each), and minimum distance in rows.
 constexpr int32_t kSnapshotCountMax = 256;
 constexpr int32_t kSnapshotRowsMin = 64;
 
-// The column of one environment.
+// The values of one environment in a trace.
 template <typename T>
 std::vector<T> ColumnOf(const std::vector<T>& values, const Trace& trace, int32_t environment) {
   std::vector<T> column;
@@ -34,7 +34,7 @@ std::vector<T> ColumnOf(const std::vector<T>& values, const Trace& trace, int32_
   return column;
 }
 
-// What was recorded of one environment.
+// The recorded rows of one environment.
 Trace EnvironmentOf(const Trace& trace, int32_t environment) {
   Trace one;
   one.games = trace.games;
@@ -53,7 +53,8 @@ Trace EnvironmentOf(const Trace& trace, int32_t environment) {
   return one;
 }
 
-// The environment of a trace as a pool of its own: a part of the whole, so it plays the same.
+// The spec of a pool for one environment of a trace. It is a slice of the whole, so it behaves the
+// same.
 v1::PoolSpec SpecOf(const ReplaySource& source) {
   PoolOptions options;
   options.games = source.trace.games;
@@ -83,7 +84,7 @@ absl::Status CheckSource(const ReplaySource& source) {
   return absl::OkStatus();
 }
 
-// The first row at which two lists differ, bit by bit; their length: none.
+// The first row at which two lists differ bitwise, or their length.
 template <typename T>
 size_t FirstDifference(const std::vector<T>& expected, const std::vector<T>& got) {
   const size_t size = std::min(expected.size(), got.size());
@@ -96,7 +97,7 @@ size_t FirstDifference(const std::vector<T>& expected, const std::vector<T>& got
   return size;
 }
 
-// Finds the first of all differences.
+// Finds the first difference over all columns.
 class Comparison {  // NOLINT(bugprone-exception-escape): what is moved throws nothing
  public:
   template <typename T>
@@ -109,7 +110,7 @@ class Comparison {  // NOLINT(bugprone-exception-escape): what is moved throws n
     }
   }
 
-  // Null: there is none.
+  // Null if there is no difference.
   Json difference() const { return difference_; }
 
  private:
@@ -218,7 +219,7 @@ absl::Status Replay::PlayAll(const Trace& trace, const std::atomic<bool>& is_sto
       return absl::OkStatus();
     }
     if (is_stopping) {
-      return absl::CancelledError("the page has gone");
+      return absl::CancelledError("the page disconnected");
     }
     const auto part =
         actions.subspan(static_cast<size_t>(row_), static_cast<size_t>(snapshot_rows_));
@@ -244,7 +245,7 @@ absl::StatusOr<Row> Replay::GoTo(int32_t row) {
     return pool_->Observe();
   }
   const absl::Span<const int32_t> actions = recording_.trace().actions;
-  // All but the last, which is looked at.
+  // All steps but the last, whose image is needed.
   const auto before =
       actions.subspan(static_cast<size_t>(row_), static_cast<size_t>(row - row_ - 1));
   if (absl::Status status = pool_->StepAll(before, [](const Row&) {}); !status.ok()) {

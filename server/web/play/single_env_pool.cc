@@ -13,9 +13,9 @@ namespace {
 namespace v1 = procgen::v1;
 
 constexpr absl::string_view kPrefix = "web-";
-// A pool that its page cannot end any more goes by itself.
+// Lease of a pool, for when its page cannot delete it.
 constexpr int64_t kLeaseSeconds = 60;
-// Steps that are sent ahead where nobody looks at what is between.
+// Pipelined steps when intermediate results are not needed.
 constexpr int32_t kRequestsInFlight = 8;
 
 v1::StepPoolRequest StepRequestOf(int32_t action, v1::Observation observation) {
@@ -63,7 +63,7 @@ absl::StatusOr<std::unique_ptr<SingleEnvPool>> SingleEnvPool::Make(
   procgen_client::StreamOptions options;
   options.requests_in_flight_max =
       std::min(kRequestsInFlight, catalog->limits().requests_in_flight_max());
-  // Its connection is within the process: it does not break.
+  // No reconnects: the in-process connection does not break.
   options.reconnect_timeout = absl::ZeroDuration();
   auto stream = pool->client_->Attach(pool->name_, options);
   if (!stream.ok()) {
@@ -78,7 +78,7 @@ SingleEnvPool::SingleEnvPool(std::shared_ptr<procgen_client::Client> client, v1:
 
 SingleEnvPool::~SingleEnvPool() {
   stream_.reset();
-  client_->DeletePool(name_).IgnoreError();  // where it fails, the lease ends it
+  client_->DeletePool(name_).IgnoreError();  // on failure, the lease expires
 }
 
 Row SingleEnvPool::RowOf() const {

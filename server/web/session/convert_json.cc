@@ -58,7 +58,7 @@ Json OptionJson(const v1::Option& option) {
   return json;
 }
 
-// The options that a page can set, in the same form as a level is asked for with.
+// The options that a page can set, in the form of the requests' `options`.
 Json OptionsJson(const v1::EnvironmentOptions& options) {
   return {{"use_sequential_levels", options.use_sequential_levels()},
           {"num_levels", options.num_levels()},

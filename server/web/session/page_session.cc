@@ -12,10 +12,10 @@
 namespace procgen::web {
 namespace {
 
-// What a page may save up of kRequestsPerSecondMax.
+// Longest burst credit of kRequestsPerSecondMax.
 constexpr absl::Duration kRateSaved = absl::Seconds(2);
 
-// As gRPC takes the value of a header. It would end the process over another.
+// Whether gRPC accepts `token` in a header value. gRPC aborts the process on invalid ones.
 bool IsPrintable(const std::string& text) {
   return std::all_of(text.begin(), text.end(),
                      [](unsigned char letter) { return absl::ascii_isprint(letter); });
@@ -34,7 +34,7 @@ void PageSession::Take(WireMessage message) {
 }
 
 void PageSession::Stop() {
-  absl::MutexLock lock(&mutex_);  // who waits for messages checks again
+  absl::MutexLock lock(&mutex_);  // a waiter in Next cannot miss the change
   is_stopping_ = true;
   stopped_.NotifyAll();
 }
@@ -82,11 +82,11 @@ void PageSession::Handle(const WireMessage& message) {
   try {
     outbox_->Answer(EncodeAnswer(request->id, Do(*request)));
   } catch (const std::exception& error) {
-    // The library of JSON tells by exceptions what it was wrongly asked for. All that pages send is
-    // checked before; one that finds a gap shall not end the server.
+    // The JSON library reports misuse by exceptions. All input is validated before; this keeps a
+    // missed case from ending the server.
     LogEvent(LogLevel::kError, "web_request_failed",
              {{"method", request->method}, {"message", error.what()}});
-    outbox_->Answer(EncodeAnswer(request->id, absl::InternalError("the server made a mistake")));
+    outbox_->Answer(EncodeAnswer(request->id, absl::InternalError("internal error of the server")));
   }
   if (after_answer_ != nullptr) {
     std::exchange(after_answer_, nullptr)();
@@ -252,7 +252,7 @@ absl::StatusOr<Answer> PageSession::StopWatch(const Request& request) {
   if (watches_.erase(number) == 0 && number >= next_number_) {
     return absl::NotFoundError(absl::StrCat("the page has no watch ", number));
   }
-  return Answer();  // one that has ended by itself is stopped, too
+  return Answer();  // also if the watch has ended already
 }
 
 absl::StatusOr<Answer> PageSession::ShowGallery(const Request& request) {

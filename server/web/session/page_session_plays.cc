@@ -1,4 +1,4 @@
-// What a page plays and replays.
+// The methods of plays and replays.
 
 #include <utility>
 
@@ -10,7 +10,7 @@
 namespace procgen::web {
 namespace {
 
-// Answers of plays and replays tell whose they are.
+// Adds the number of the play or replay to an answer.
 absl::StatusOr<Answer> Of(const char* kind, int64_t number, absl::StatusOr<Answer> answer) {
   if (answer.ok()) {
     answer->result[kind] = number;
@@ -156,7 +156,7 @@ absl::StatusOr<ReplaySource> PageSession::SourceOf(const Request& request, Reque
     absl::StatusOr<Trace> trace = ParseTrace(part.bytes);
     if (!trace.ok()) {
       return absl::InvalidArgumentError(
-          absl::StrCat("the file is no trace: ", trace.status().message()));
+          absl::StrCat("the file is not a trace: ", trace.status().message()));
     }
     return ReplaySource{*std::move(trace), environment};
   }

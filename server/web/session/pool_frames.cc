@@ -11,13 +11,13 @@ namespace {
 
 namespace v1 = procgen::v1;
 
-// Frames of this size and below are sent as they are: they are small, and written often.
+// Default format up to this size is rgb: such frames are small and frequent.
 constexpr int32_t kRawSizePxMax = 64;
 constexpr double kFramesPerSecondDefault = 15;
 constexpr double kFramesPerSecondMin = 0.1;
-// What WatchPool sends at most, and what a frame has there besides its pixels.
+// Limit of a WatchPool response, and overhead of a frame in it.
 constexpr int64_t kResponseBytesMax = 16 << 20;
-// What may wait for a slow page, for each of its watches, twice.
+// Limit of one frame message; two may be queued per watch.
 constexpr int64_t kRawBytesMax = 4 << 20;
 constexpr int64_t kFrameOverheadBytes = 64;
 
@@ -65,7 +65,7 @@ v1::WatchPoolRequest ReadWatch(RequestParams* params) {
                                                         : "png";
   request.set_format(format == "rgb" ? v1::FRAME_FORMAT_RGB : v1::FRAME_FORMAT_PNG);
   request.set_response_bytes_max(kResponseBytesMax);
-  // PNG files are a part of that.
+  // PNG files are smaller than the pixels.
   const int64_t bytes_max = format == "rgb" ? kRawBytesMax : kResponseBytesMax;
   const int64_t frame_bytes = int64_t{size_px} * size_px * 3 + kFrameOverheadBytes;
   if (request.environments_size() * frame_bytes + kFrameOverheadBytes > bytes_max) {

@@ -8,7 +8,7 @@
 namespace procgen::web {
 namespace {
 
-// A value that there is none of yet.
+// A missing value.
 constexpr float kNone = std::numeric_limits<float>::quiet_NaN();
 
 float ValueOf(const Json& json) { return json.is_null() ? kNone : json.get<float>(); }

@@ -257,7 +257,7 @@ def test_invalid_traces_are_rejected(server: WebServer) -> None:
 
     options = header["options"]
     refused = {
-        b"\x89PNG": "the file is no trace",
+        b"\x89PNG": "the file is not a trace",
         contents[:-1]: "the file ends within array prev_level_complete",
         changed(format="procgen-trace-2"): "must be procgen-trace-1",
         changed(num_envs=10**9): "the file ends within array",

@@ -46,17 +46,17 @@ TEST(ParseRequestTest, BinaryHasPartsInTheirOrder) {
 }
 
 TEST(ParseRequestTest, InvalidMessagesAreExplained) {
-  EXPECT_EQ(Refusal("[]", false), "the message is no JSON object");
-  EXPECT_EQ(Refusal("\xff", false), "the message is no JSON object");
-  EXPECT_THAT(Refusal(R"({"id": -1, "method": ""})", false), HasSubstr("id is no integer"));
-  EXPECT_THAT(Refusal(R"({"id": 1e3, "method": ""})", false), HasSubstr("id is no integer"));
-  EXPECT_THAT(Refusal(R"({"id": 1})", false), HasSubstr("method is no text"));
+  EXPECT_EQ(Refusal("[]", false), "the message is not a JSON object");
+  EXPECT_EQ(Refusal("\xff", false), "the message is not a JSON object");
+  EXPECT_THAT(Refusal(R"({"id": -1, "method": ""})", false), HasSubstr("id is not an integer"));
+  EXPECT_THAT(Refusal(R"({"id": 1e3, "method": ""})", false), HasSubstr("id is not an integer"));
+  EXPECT_THAT(Refusal(R"({"id": 1})", false), HasSubstr("method is not a text"));
   EXPECT_THAT(Refusal(std::string(kHeaderBytesMax + 1, ' '), false), HasSubstr("65537 bytes"));
   EXPECT_THAT(Refusal("abc", true), HasSubstr("shorter than the header"));
   EXPECT_THAT(Refusal("\x05{}", true), HasSubstr("shorter than the header"));
   EXPECT_THAT(Refusal(Binary(R"({"id":1,"method":"m"})", "x"), true), HasSubstr("1 bytes more"));
   EXPECT_THAT(Refusal(Binary(R"({"id":1,"method":"m","parts":7})", ""), true),
-              HasSubstr("parts is no list"));
+              HasSubstr("parts is not a list"));
 }
 
 TEST(ParseRequestTest, DeepNestingIsHarmless) {
@@ -116,7 +116,7 @@ TEST(RequestParamsTest, NumbersAreRangeCheckedBeforeConversion) {
   }
   RequestParams params(members);
   params.Integers("d", 4, 100);
-  EXPECT_EQ(params.CheckAll().message(), "d is no list of 1 to 4 integers from 0 to 100");
+  EXPECT_EQ(params.CheckAll().message(), "d is not a list of 1 to 4 integers from 0 to 100");
 }
 
 }  // namespace
