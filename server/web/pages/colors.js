@@ -1,6 +1,6 @@
-// The page's colours, for what is drawn on canvases.
+// Colours of the style sheet, for canvases.
 
-// The colours of the style sheet with these names, as the theme has them now: colorsOf("ink", "line") -> { ink, line }.
+// The current values of the named colours of the style sheet: colorsOf("ink", "line") -> { ink, line }.
 export function colorsOf(...names) {
   const probe = document.createElement("span");
   probe.hidden = true;

@@ -1,4 +1,4 @@
-// The page's WebSocket to its server: requests and their answers, events, and connecting again by itself.
+// The WebSocket of a page: requests, answers and events. Reconnects automatically.
 
 import { decode, encode } from "./wire.js";
 
@@ -6,7 +6,7 @@ export const LOST = "LOST";
 
 const WAITS_MS = [250, 500, 1000, 2000, 4000];
 
-// An error that the server answered; or LOST, where the connection is gone.
+// An error answer of the server, or LOST if the connection broke.
 export class ServerError extends Error {
   constructor({ code, message }) {
     super(message);
@@ -15,7 +15,7 @@ export class ServerError extends Error {
   }
 }
 
-// Events it dispatches: "open" each time a socket opens, "lost" when it is gone (it is tried again until it is there), and
+// Dispatches "open" each time a socket opens, "lost" when it closes (the connection is then retried until it opens), and
 // "message:EVENT" with the message as `detail` for each event of the server.
 export class Connection extends EventTarget {
   #socket = null;
@@ -38,18 +38,18 @@ export class Connection extends EventTarget {
     this.#socket = socket;
   }
 
-  // Ends the connection until it is opened again.
+  // Closes the connection until the next `open`.
   close() {
     const socket = this.#socket;
     this.#socket = null;
     socket.close();
   }
 
-  // Asks the server. With `part`, the bytes of a trace, the request is binary. Gives what was answered, with the `parts` of a
-  // binary answer; rejects with a ServerError.
+  // Sends a request, which is binary with `part`, the bytes of a trace. Resolves to the result, with the `parts` of a binary
+  // answer; rejects with a ServerError.
   call(method, fields = {}, part = null) {
     if (this.#socket?.readyState !== WebSocket.OPEN) {
-      return Promise.reject(new ServerError({ code: LOST, message: "The server is not there." }));
+      return Promise.reject(new ServerError({ code: LOST, message: "Not connected to the server." }));
     }
     const id = ++this.#lastId;
     const request = { id, method, ...fields };
@@ -82,7 +82,7 @@ export class Connection extends EventTarget {
     if (socket !== this.#socket) {
       return;
     }
-    const lost = new ServerError({ code: LOST, message: "The connection to the server is gone." });
+    const lost = new ServerError({ code: LOST, message: "The connection to the server was lost." });
     this.#waiting.forEach(({ reject }) => reject(lost));
     this.#waiting.clear();
     const wait = WAITS_MS[Math.min(this.#attempts, WAITS_MS.length - 1)];

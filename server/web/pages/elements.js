@@ -1,8 +1,8 @@
-// Makes elements of the page.
+// DOM elements of the page.
 
-// element("button", { class: "main", disabled: true, onclick: begin }, "Play") makes <button class="main" ...>Play</button>.
-// Functions become listeners, booleans properties, null and undefined nothing, all else attributes. Children are elements
-// or texts; texts stay texts, whatever is in them.
+// element("button", { class: "main", disabled: true, onclick: begin }, "Play") creates <button class="main" ...>Play</button>.
+// Functions become listeners, booleans become properties, null and undefined are skipped, and other values become attributes.
+// Children are elements or texts; texts are not parsed as HTML.
 export function element(name, attributes = {}, ...children) {
   const made = document.createElement(name);
   for (const [key, value] of Object.entries(attributes)) {
@@ -18,19 +18,19 @@ export function element(name, attributes = {}, ...children) {
   return made;
 }
 
-// The element of the page with this id.
+// Returns the element with this id.
 export function byId(id) {
   return document.getElementById(id);
 }
 
-// Sets a text where it differs, so that nothing is laid out or read out again without need.
+// Sets a text if it differs, to avoid needless layout and screen reader output.
 export function setText(target, text) {
   if (target.textContent !== text) {
     target.textContent = text;
   }
 }
 
-// Fills a <dl class="tiles"> with names and texts; a third text, where there is one, explains the name.
+// Fills a <dl class="tiles"> with names and texts; an optional third text explains the name.
 export function setTiles(list, tiles) {
   if (list.childElementCount !== tiles.length) {
     list.replaceChildren(...tiles.map(() => element("div", {}, element("dt"), element("dd"))));
@@ -43,7 +43,7 @@ export function setTiles(list, tiles) {
   });
 }
 
-// Fills a <select>. `options`: pairs of a value and a text. What was selected stays so where it is still offered.
+// Fills a <select>. `options`: pairs of a value and a text. The selection is kept if it is still offered.
 export function setOptions(select, options, selected = select.value) {
   select.replaceChildren(...options.map(([value, text]) => element("option", { value }, text)));
   if (options.some(([value]) => value === selected)) {

@@ -1,9 +1,9 @@
-// Numbers as people read them.
+// Formatting of numbers.
 
 const whole = new Intl.NumberFormat("en", { maximumFractionDigits: 0 });
 const short = new Intl.NumberFormat("en", { notation: "compact", maximumSignificantDigits: 3 });
 
-// What stands where there is no number (yet).
+// Placeholder for a missing number.
 export const NONE = "–";
 
 function known(value) {
@@ -41,7 +41,7 @@ export function plural(number, noun) {
   return `${count(number)} ${noun}${number === 1 ? "" : "s"}`;
 }
 
-// A time in seconds since 1970 -> "08:10:05", where the browser is
+// A time in seconds since 1970 -> "08:10:05", in local time
 export function clock(seconds) {
   return new Date(seconds * 1000).toLocaleTimeString("en-GB");
 }

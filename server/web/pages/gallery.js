@@ -1,4 +1,4 @@
-// The gallery: without a game in the address all of them, with one its levels. Each picture leads to the level.
+// The gallery: all games, or the levels of the game in the URL. Each image links to its level.
 
 import { byId, element, setText } from "./elements.js";
 import { addressOf, drawGames, drawOptions, optionsOf, readAddress } from "./level_choice.js";
@@ -11,7 +11,7 @@ const SIZE_PX = 256;
 const LEVEL_MAX = 2147483646;
 
 const parameters = new URLSearchParams(location.search);
-let isDrawn = false;  // stays after the server went and came back
+let isDrawn = false;  // kept across reconnects
 
 async function ready(hello, connection) {
   if (isDrawn) {
@@ -88,7 +88,7 @@ function turnTo(link, choice, isThere, by) {
   link.href = addressOf("/gallery", { ...choice, level: Math.max(0, choice.level + by) });
 }
 
-// The levels of a page, each a link to play it; null if the server did not answer.
+// The levels of a gallery page, as links to play them; null if the request failed.
 async function drawPage(connection, { game, mode, level, options = {} }, count, caption) {
   const page = await attempt(() => connection.call("gallery.page", {
     game, mode, options, first_level_seed: level, count, size_px: SIZE_PX,

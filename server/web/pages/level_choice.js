@@ -1,16 +1,16 @@
-// What makes a level: game, mode, seed and options, in a form, in an address, and in a request.
+// A level (game, mode, seed and options) in a form, a URL and a request.
 
 import { element, setOptions } from "./elements.js";
 
-// Options that say which level comes, which the seed does here.
+// Options that select levels; pages use the seed instead.
 const BY_SEED = ["distribution_mode", "num_levels", "start_level", "rand_seed"];
 
-// The catalog's options that a page may offer.
+// The options of the catalog that a page offers.
 export function offeredOptions(catalog) {
   return catalog.options.filter(({ name }) => !BY_SEED.includes(name));
 }
 
-// Shows the options as check boxes and fields below `place`, whose names are theirs.
+// Shows the options below `place`, as check boxes and fields named after them.
 export function drawOptions(place, catalog) {
   place.replaceChildren(...offeredOptions(catalog).map((option) => {
     const name = option.name;
@@ -30,7 +30,7 @@ export function tellOptions(options, catalog) {
     .map(({ name }) => `${title(name)} ${options[name]}`);
 }
 
-// use_backgrounds -> "use backgrounds", as people know the options.
+// use_backgrounds -> "use backgrounds", for display.
 function title(name) {
   return name.replaceAll("_", " ");
 }
@@ -48,7 +48,7 @@ export function optionsOf(form, catalog) {
   return chosen;
 }
 
-// Offers the games, the modes of the one that is chosen, and the level of a mode that has one alone.
+// Fills the choice of games, of modes of the selected game, and the level of a mode with a single level.
 export function drawGames(form, catalog) {
   const { game, mode, level } = form.elements;
   const modes = () => catalog.games.find(({ name }) => name === game.value).modes;
@@ -67,7 +67,7 @@ export function drawGames(form, catalog) {
   drawModes();
 }
 
-// Sets a form to what an address (or any other list of names and texts) says, as far as the form offers it.
+// Sets a form from a URL query (or another list of names and texts); values that the form does not offer are ignored.
 export function readAddress(form, parameters) {
   for (const name of ["game", "mode", "level"]) {
     const input = form.elements[name];
@@ -96,7 +96,7 @@ function setIfOffered(input, text) {
   input.dispatchEvent(new Event("change"));
 }
 
-// The address of a page that shows this level.
+// The URL of a page that shows this level.
 export function addressOf(path, { game, mode, level, options = {} }) {
   return `${path}?${new URLSearchParams({ game, mode, level, ...options })}`;
 }

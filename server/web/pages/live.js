@@ -1,4 +1,4 @@
-// The live view: follows the server's pools, and opens the one that the address names, or else the first.
+// The live view: follows the server's pools and opens the one in the URL, or else the first.
 
 import { byId, element, setText, setTiles } from "./elements.js";
 import { count, milliseconds, plural, rate, reward } from "./figures.js";
@@ -11,7 +11,7 @@ import { attempt, notify, openPage } from "./page.js";
 
 let connection = null;
 let catalog = null;
-let self = null;   // the server's name among its nodes
+let self = null;   // the server's node name
 let open = null;   // the name of the open pool
 let last = null;   // the last event "pools"
 
@@ -55,17 +55,17 @@ function show(event) {
   }
 }
 
-// The pool that the address names, or else the one that is open, or one that is stepped.
+// The pool in the URL, else the open one, else one that is being stepped.
 function chosenPool(pools) {
   const wanted = new URLSearchParams(location.search).get("pool");
   const named = (text) => last.pools.find(({ name }) => name === text);
   if (open && !named(open)) {
-    notify(`${open} is gone.`);
+    notify(`${open} was closed.`);
   }
   return named(wanted) ?? named(open) ?? pools.find(({ attached }) => attached) ?? pools[0];
 }
 
-// Pools of learners, and those that pages made where they are asked for.
+// Pools of learners, and those created by pages if the box is checked.
 function visiblePools() {
   const learners = last.pools.filter(({ kind }) => kind === "pool");
   return byId("visitors").checked ? last.pools : learners;
@@ -81,7 +81,7 @@ function drawServer({ server: { load } }) {
   ]);
 }
 
-// Where programs reach this server: under the name that the browser knows, where it listens on all addresses.
+// The address for programs: the browser's host name if the server listens on all addresses.
 function addressOf({ nodes }) {
   const address = nodes.find(({ name }) => name === self)?.address ?? "";
   return address.replace(/^(0\.0\.0\.0|\[::\]):/, `${location.hostname}:`);
@@ -115,7 +115,7 @@ function gamesOf({ games }) {
   return games.length > 3 ? `${games.length} games` : games.join(", ");
 }
 
-// Opens a pool in this page, unless the link is opened elsewhere.
+// Opens a pool in this page, unless the link opens in another tab.
 function follow(event) {
   if (event.ctrlKey || event.metaKey || event.shiftKey) {
     return;
@@ -152,8 +152,8 @@ function drawPool(pool) {
   setTiles(byId("pool-figures"), [
     ["Steps / s", rate(pool.steps_per_second)], ["Mean return", reward(pool.mean_return), "Score of the last 100 episodes"],
     ["Mean length", count(pool.mean_length), "Steps of the last 100 episodes"], ["Episodes", count(pool.episode_count)],
-    ["Environments", count(pool.env_count)], ["Request p50", milliseconds(pool.request_p50_ms), "Half of the last 512 requests took no longer"],
-    ["Request p99", milliseconds(pool.request_p99_ms), "99 in 100 of the last 512 requests took no longer"], ["Steps so far", rate(pool.step_count)],
+    ["Environments", count(pool.env_count)], ["Request p50", milliseconds(pool.request_p50_ms), "Median latency of the last 512 requests"],
+    ["Request p99", milliseconds(pool.request_p99_ms), "99th percentile latency of the last 512 requests"], ["Steps so far", rate(pool.step_count)],
   ]);
 }
 

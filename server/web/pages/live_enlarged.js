@@ -1,4 +1,4 @@
-// One environment of a pool, large, in a dialog; its episodes can be kept and replayed.
+// A dialog with an enlarged environment, whose episodes can be saved and replayed.
 
 import { byId, setText } from "./elements.js";
 import { Watch } from "./live_watch.js";
@@ -65,7 +65,7 @@ export class EnlargedView {
     this.#watch = null;
   }
 
-  // The trace of an episode goes to the replay page.
+  // Opens the trace of an episode in the replay page.
   async #keep(selector) {
     try {
       const pool = this.#pool.name;

@@ -1,4 +1,4 @@
-// The environments of a pool side by side, and what says which, how large and how often.
+// The environments of a pool side by side, with controls for selection, size and rate.
 
 import { byId, element, setText } from "./elements.js";
 import { Watch } from "./live_watch.js";
@@ -34,7 +34,7 @@ export class Mosaic {
     document.addEventListener("visibilitychange", () => this.#begin());
   }
 
-  // Shows a pool from its first environment on; null shows none.
+  // Shows a pool, starting at its first environment; null shows none.
   open(connection, pool) {
     this.#connection = connection;
     this.#pool = pool ?? null;
@@ -42,7 +42,7 @@ export class Mosaic {
     this.#begin();
   }
 
-  // Leaves the pictures as they are and watches no more.
+  // Stops watching; the images stay.
   stop() {
     this.#watch?.stop();
     this.#watch = null;
@@ -58,7 +58,7 @@ export class Mosaic {
     this.#begin();
   }
 
-  // Watches what the controls say.
+  // Starts a watch with the settings of the controls.
   #begin() {
     this.#watch?.stop();
     this.#watch = null;

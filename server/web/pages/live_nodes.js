@@ -1,4 +1,4 @@
-// The table of the cluster's nodes: those that are there and, for a while, those that have gone.
+// The table of the cluster's nodes, including recently lost ones.
 
 import { element, setText } from "./elements.js";
 import { clock, count, NONE, rate } from "./figures.js";
@@ -12,21 +12,21 @@ const COLUMN_COUNT = 8;
 
 export class NodeTable {
   #body;
-  #known = new Map();  // name -> { node, seen: when the server told of it last }
+  #known = new Map();  // name -> { node, seen: time of the last report }
   #time = 0;
 
   constructor(body) {
     this.#body = body;
   }
 
-  // Shows what the server tells of its nodes at `time`.
+  // Shows the nodes that the server lists at `time`.
   draw(nodes, time) {
     nodes.forEach((node) => this.#known.set(node.name, { node, seen: time }));
     for (const [name, { node, seen }] of this.#known) {
       if (seen < time - GONE_SHOWN_S) {
         this.#known.delete(name);
       } else if (seen === this.#time && seen < time) {
-        notify(`${nameOf(node)} is gone.`, "warn");
+        notify(`${nameOf(node)} was lost.`, "warn");
       }
     }
     this.#time = time;
@@ -41,7 +41,7 @@ export class NodeTable {
   }
 }
 
-// node-2 before node-10.
+// Natural order: node-2 before node-10.
 const collator = new Intl.Collator("en", { numeric: true });
 
 function makeRow() {
@@ -63,12 +63,12 @@ function nameOf({ name, role }) {
   return `${name.replace(/^nodes\//, "")}${role === "fleet" ? " (fleet)" : ""}`;
 }
 
-// A fleet server has room for none itself.
+// A fleet server has no capacity of its own.
 function environmentsOf({ env_count: held, environment_capacity: most }) {
   return most === 0 ? count(held) : `${count(held)} of ${count(most)}`;
 }
 
-// How a node that is there is, as a kind of badge and a text.
+// The state of a listed node, as a badge class and a text.
 function stateOf({ draining, healthy }) {
   if (draining) {
     return ["warn", "draining"];

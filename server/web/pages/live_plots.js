@@ -7,11 +7,11 @@ import { clock, count, milliseconds, rate, reward } from "./figures.js";
 const SPAN_S = 600;
 const HEIGHT_PX = 152;
 
-// What is drawn: a title, the members of a pool that are its lines, what these are called where there are several, how its
-// numbers are written, and whether its scale is logarithmic, as where a single stall would flatten all else.
+// The plots: title, the members of a pool that are the lines, their labels if there are several, the number format, and
+// whether the scale is logarithmic, so that a single stall does not flatten the rest.
 const PLOTS = [
   { title: "Steps per second", lines: ["steps_per_second"], names: [""], write: rate },
-  { title: "Request time", lines: ["request_p50_ms", "request_p99_ms"], names: ["p50 ", "p99 "], write: milliseconds, isLog: true },
+  { title: "Request latency", lines: ["request_p50_ms", "request_p99_ms"], names: ["p50 ", "p99 "], write: milliseconds, isLog: true },
   { title: "Mean return", lines: ["mean_return"], names: [""], write: reward },
   { title: "Mean episode length", lines: ["mean_length"], names: [""], write: count },
 ];
@@ -26,7 +26,7 @@ export class Plots {
   constructor(place) {
     this.#drawings = PLOTS.map((plot) => new Drawing(place, plot));
     document.addEventListener("theme", () => this.#redraw());
-    // Each figure's box follows the page's width.
+    // Figures follow the width of the page.
     new ResizeObserver(() => this.#drawings.forEach((drawing) => drawing.fit())).observe(place);
   }
 
@@ -37,7 +37,7 @@ export class Plots {
     this.#draw();
   }
 
-  // Begins with what the server remembers: the answer of pool.history.
+  // Starts with the server's history: the answer of pool.history.
   begin({ columns, rows }) {
     this.clear();
     for (const row of rows) {
@@ -48,7 +48,7 @@ export class Plots {
     this.#draw();
   }
 
-  // Adds what the event at `time` tells of the pool.
+  // Adds the pool's values of the event at `time`.
   add(pool, time) {
     if (this.#isBegun && time > (this.#times.at(-1) ?? 0)) {
       this.#append(pool, time);
@@ -107,7 +107,7 @@ class Drawing {
     this.#chart?.setSize({ width: this.#place.clientWidth, height: HEIGHT_PX });
   }
 
-  // The next drawing begins anew, with the theme's colours.
+  // The next drawing starts from scratch, with the current colours.
   forget() {
     this.#chart?.destroy();
     this.#chart = null;
@@ -134,12 +134,12 @@ class Drawing {
   }
 }
 
-// Of the lines of a logarithmic scale those at 1, 10, 100.
+// Grid lines of a logarithmic scale: 1, 10, 100.
 function decades(chart, ticks) {
   return ticks.map((tick) => (Number.isInteger(Math.log10(tick)) ? tick : null));
 }
 
-// From zero where all is positive, with some air.
+// Starts at zero if all values are positive, with some margin.
 function rangeOf(min, max) {
   if (min === null || max === null) {
     return [0, 1];
@@ -149,7 +149,7 @@ function rangeOf(min, max) {
   return [low * 1.1, high === low ? low + 1 : high * 1.1];
 }
 
-// 08:10, and with seconds where a tick is between minutes.
+// 08:10, with seconds for ticks between minutes.
 function minute(seconds) {
   const time = clock(seconds);
   return time.endsWith(":00") ? time.slice(0, -3) : time;

@@ -1,4 +1,4 @@
-// Watches environments of a pool: the server sends their pictures until the watch is ended.
+// Watches environments of a pool: the server sends frames until the watch ends.
 
 import { attempt } from "./page.js";
 import { ServerError } from "./connection.js";
@@ -10,7 +10,7 @@ export class Watch {
   #onFrames;
   #onEnd;
 
-  // `request`: pool, environments, size_px, frames_per_second_max. `onFrames(parts)` is called with each new picture,
+  // `request`: pool, environments, size_px, frames_per_second_max. `onFrames(parts)` is called for each frame message,
   // `onEnd(message)` if the server ends it.
   constructor(connection, request, onFrames, onEnd) {
     this.#connection = connection;
@@ -57,7 +57,7 @@ export class Watch {
   };
 }
 
-// A watch that is gone already need not be stopped.
+// Ignores errors: the watch may have ended already.
 function ignoreGone(error) {
   if (!(error instanceof ServerError)) {
     throw error;

@@ -1,4 +1,4 @@
-// What every page does: the bar on top, the connection with its state, the theme, notices, and the token where one is asked.
+// Shared by all pages: the top bar, the connection and its state, the theme, notices and the token prompt.
 
 import { Connection, LOST } from "./connection.js";
 import { byId, element, setText } from "./elements.js";
@@ -7,8 +7,8 @@ import { askToken, forgetToken, savedToken } from "./token.js";
 const PAGES = [["/", "Live"], ["/play", "Play"], ["/replay", "Replay"], ["/gallery", "Gallery"]];
 const NOTICE_MS = 6000;
 
-// Shows the page and connects. `onReady(hello, connection)` is called once the server has let the page in, and again each
-// time after the connection was lost. Gives the connection.
+// Shows the page and connects. `onReady(hello, connection)` is called when the server accepts the page, and again after each
+// reconnect. Returns the connection.
 export function openPage(onReady, onLost = () => {}) {
   const state = element("span", { class: "link", role: "status", "data-state": "connecting" }, "Connecting");
   drawBar(state);
@@ -22,7 +22,7 @@ export function openPage(onReady, onLost = () => {}) {
     state.dataset.state = "open";
     setText(state, "Connected");
     if (wasLost) {
-      notify("The server is back.");
+      notify("Reconnected to the server.");
     }
     wasLost = false;
     onReady(hello, connection);
@@ -31,7 +31,7 @@ export function openPage(onReady, onLost = () => {}) {
     state.dataset.state = "lost";
     setText(state, "Waiting for the server");
     if (!wasLost) {
-      notify(detail || "The server is gone. The page goes on as soon as it is back.", "warn");
+      notify(detail || "The connection to the server was lost. Reconnecting.", "warn");
       onLost();
     }
     wasLost = true;
@@ -40,15 +40,15 @@ export function openPage(onReady, onLost = () => {}) {
   return connection;
 }
 
-// Says hello. Gives the server's answer, or null if it does not let the page in: then it is tried again, if need be with
-// another token.
+// Sends hello. Returns the answer, or null if the server rejects the page; then it is retried, with another token if
+// necessary.
 async function greet(connection) {
   const token = savedToken();
   try {
     return await connection.call("hello", token ? { token } : {});
   } catch (error) {
     if (error.code === "UNAUTHENTICATED") {
-      // A server does not wait for somebody who looks for a token.
+      // The server's time limit for hello is shorter than a person's search for a token.
       connection.close();
       forgetToken();
       await askToken(token ? "The server does not know this token. Is it complete?" : "");
@@ -70,7 +70,7 @@ function drawBar(state) {
   document.body.append(element("div", { class: "notices", id: "notices", role: "status", "aria-live": "polite" }));
 }
 
-// Four cells, one of them risen.
+// The logo: four cells, one of them raised.
 function mark() {
   const drawing = document.createElementNS("http://www.w3.org/2000/svg", "svg");
   drawing.setAttribute("viewBox", "0 0 12 12");
@@ -103,14 +103,14 @@ function themeButton() {
   return button;
 }
 
-// Says something at the foot of the page for a while. `kind`: "", "warn" or "bad".
+// Shows a notice at the foot of the page for a while. `kind`: "", "warn" or "bad".
 export function notify(text, kind = "") {
   const notice = element("p", { class: `notice ${kind}` }, text);
   byId("notices").replaceChildren(notice);
   setTimeout(() => notice.remove(), NOTICE_MS);
 }
 
-// Carries out what a person asked for, and says what went wrong. Gives its result, or null.
+// Runs an action of the user and shows its error. Returns its result, or null.
 export async function attempt(work) {
   try {
     return await work();
@@ -123,7 +123,7 @@ export async function attempt(work) {
   }
 }
 
-// That the connection is gone is said once, by the page.
+// The page reports a lost connection once.
 function tell(error) {
   if (error.code !== LOST) {
     notify(error.message, "bad");

@@ -1,6 +1,6 @@
-// Draws the parts of messages that are pictures on canvases.
+// Draws image parts of messages on canvases.
 
-// Draws a part of the format "rgb" (top row first) or "png" on a canvas, which takes its size. Gives a promise.
+// Draws a part of the format "rgb" (top row first) or "png" on a canvas, which gets its size. Returns a promise.
 export async function drawPart(canvas, part) {
   if (canvas.width !== part.width || canvas.height !== part.height) {
     canvas.width = part.width;
@@ -11,7 +11,7 @@ export async function drawPart(canvas, part) {
     context.putImageData(imageOf(part), 0, 0);
     return;
   }
-  // Decoded apart from this thread; a picture that is ready later than the next one is not shown after it.
+  // Decoded off the main thread; an image that is ready after its successor is dropped.
   const turn = (turns.get(canvas) ?? 0) + 1;
   turns.set(canvas, turn);
   const bitmap = await createImageBitmap(new Blob([part.content], { type: "image/png" }));
@@ -22,8 +22,8 @@ export async function drawPart(canvas, part) {
   bitmap.close();
 }
 
-const turns = new WeakMap();  // canvas -> number of its pictures that were begun
-const shown = new WeakMap();  // canvas -> number of the one that it shows
+const turns = new WeakMap();  // canvas -> number of images started
+const shown = new WeakMap();  // canvas -> number of the image shown
 
 function imageOf({ width, height, content }) {
   const image = new ImageData(width, height);

@@ -1,4 +1,4 @@
-// The play page: makes a level, steps it by the keys that are held, shows it.
+// The play page: starts a level, steps it with the held keys and shows it.
 
 import { byId, setText, setTiles } from "./elements.js";
 import { count, reward } from "./figures.js";
@@ -16,10 +16,10 @@ const keys = new Keys();
 let catalog = null;
 let connection = null;
 let view = null;      // the last one; null: no play
-let level = null;     // what is played: { game, mode, level, options }
+let level = null;     // the current level: { game, mode, level, options }
 let isPaused = true;
 let isWaiting = false;  // paused at a level's start, until a key of the game is pressed
-let asked = 0;        // number of views that were asked for and are not shown yet
+let asked = 0;        // number of requested views that are not shown yet
 
 function ready(hello, opened) {
   connection = opened;
@@ -37,7 +37,7 @@ function ready(hello, opened) {
 function lost() {
   view = null;
   pause(true);
-  say("The server is gone. The level begins anew when it is back.");
+  say("The connection was lost. The level restarts after reconnecting.");
 }
 
 async function begin() {
@@ -58,14 +58,14 @@ async function begin() {
   stage.focus({ preventScroll: true });
 }
 
-// The address, the title and the page say which level is played.
+// Shows the level in the URL, the title and the page.
 function tellLevel() {
   history.replaceState(null, "", addressOf("/play", level));
   document.title = `${level.game}, level ${level.level} – Procgen Server`;
   setText(byId("playing"), `${level.game}, ${level.mode}, level ${level.level}`);
 }
 
-// A level begins with the first key, so that nobody is too late for it.
+// A level starts at the first key press, so that the player is ready.
 function waitForKey() {
   if (view) {
     pause(true);
@@ -76,8 +76,8 @@ function waitForKey() {
   }
 }
 
-// Asks for something whose answer is the play's next view, and shows it. Answers come in the order of the requests. Gives
-// whether there was a view.
+// Sends a request whose answer is the next view of the play, and shows it. Answers come in the order of the requests.
+// Returns whether there was a view.
 async function ask(method, fields = {}) {
   asked += 1;
   const next = await attempt(() => connection.call(method, view ? { play: view.play, ...fields } : fields));
@@ -95,13 +95,13 @@ async function show(next) {
   if (view.first && view.step > 0) {
     pause(true);
     say(`${view.prev_level_complete ? "Level complete" : "Episode over"}: score ${score} in ${count(view.episode_step)} steps. `
-      + "Restart plays it again.");
+      + "Restart to play it again.");
   }
   for (const id of ["pause", "step", "restart", "next", "save", "replay"]) {
     byId(id).disabled = false;
   }
   await Promise.all(["human", "agent"].map((name) => drawPart(byId(name), partOf(next, name))));
-  if (view === next) {  // Figures never tell of another moment than the pictures.
+  if (view === next) {  // Figures and images must show the same step.
     const where = `${level.game}, level ${view.level_seed}, step ${view.episode_step}, score ${score}`;
     byId("human").setAttribute("aria-label", `${where}, as people see it`);
     byId("agent").setAttribute("aria-label", `${where}, as the agent sees it`);
@@ -123,10 +123,10 @@ function step() {
 function pause(value) {
   isPaused = value;
   isWaiting = false;
-  byId("pause").firstChild.data = isPaused ? "Go on " : "Pause ";
+  byId("pause").firstChild.data = isPaused ? "Resume " : "Pause ";
 }
 
-// What a button does, if there is a level to do it with.
+// The action of a button; none without a level.
 function act(name) {
   if (!view) {
     return;
@@ -150,7 +150,7 @@ function act(name) {
   }
 }
 
-// The form and the address follow the level that is played.
+// Sets the form and the URL to the current level.
 function follow() {
   level.level = view.level_seed;
   form.elements.level.value = view.level_seed;
@@ -170,7 +170,7 @@ function factsOf(game) {
   return catalog.games.find(({ name }) => name === game);
 }
 
-// The keys of the chosen game that are no moves, and what they do.
+// The keys of the chosen game other than moves, with their descriptions.
 function describe() {
   const { description, special_actions } = factsOf(form.elements.game.value);
   const keyOf = (action) => catalog.actions[action].name;
@@ -190,7 +190,7 @@ for (const name of ["pause", "step", "restart", "next"]) {
 }
 byId("save").addEventListener("click", () => withTrace((bytes, name, fingerprint) => {
   saveTrace(bytes, name);
-  notify(`Saved ${name}, ${fingerprint ? `fingerprint ${fingerprint}` : "whose episode has not ended"}.`);
+  notify(`Saved ${name}, ${fingerprint ? `fingerprint ${fingerprint}` : "episode not finished"}.`);
 }));
 byId("replay").addEventListener("click", () => withTrace(replayTrace));
 

@@ -1,12 +1,12 @@
-// Keys of the keyboard and of the touch pad, and the action that those held together stand for.
+// Keys of the keyboard and of the touch pad, and the action that held keys select.
 
 const NAMES = {
   ArrowLeft: "LEFT", ArrowRight: "RIGHT", ArrowUp: "UP", ArrowDown: "DOWN",
   KeyQ: "Q", KeyW: "W", KeyE: "E", KeyA: "A", KeyS: "S", KeyD: "D",
 };
 
-// The number of the action that keys stand for, given in the order in which they were pressed: it has the newest of them, so
-// that one can shoot without letting go of the way, and with that as many others as an action has.
+// The number of the action for `keys`, in the order in which they were pressed. The action contains the newest key, so that a
+// player can shoot while moving, and as many of the others as any action allows.
 // `actions`: the catalog's, with `number` and `keys`.
 export function actionOf(actions, held) {
   const newest = [...held].slice(-1);
@@ -14,19 +14,19 @@ export function actionOf(actions, held) {
   return possible.reduce((best, action) => (action.keys.length > best.keys.length ? action : best)).number;
 }
 
-// Whether what has the focus takes letters and arrows for itself.
+// Whether the focused element handles letters and arrows itself.
 export function takesKeys(target) {
   return target.closest?.("input, select, textarea, dialog, summary") !== null;
 }
 
-// What a button of the touch pad stands for; no button: nothing.
+// The keys of a button of the touch pad; none for no button.
 function namesOf(button) {
   return button ? button.dataset.key.split(" ") : [];
 }
 
-// Which keys are held. One that was let go before it was asked for counts once, so that a short tap is a step.
+// The held keys. A key that was released before it was read counts once, so that a short tap is a step.
 export class Keys {
-  #held = new Map();  // name -> number of things (a key, a button) that hold it
+  #held = new Map();  // name -> number of keys and buttons that hold it
   #tapped = new Set();
 
   #onPress = () => {};
@@ -49,16 +49,16 @@ export class Keys {
     this.#listenTo(pad);
   }
 
-  // The names that are held, in the order in which they were pressed, then those that were let go since the last time.
+  // The held keys in the order in which they were pressed, then those released since the last call.
   take() {
     const names = new Set([...this.#held.keys(), ...this.#tapped]);
     this.#tapped.clear();
     return names;
   }
 
-  // Each finger holds the button that it is on, also one that it slid to.
+  // Each finger presses the button under it, also after sliding.
   #listenTo(pad) {
-    const touches = new Map();  // pointer -> button, or null where it is on none
+    const touches = new Map();  // pointer -> button, or null outside of buttons
     pad.addEventListener("pointerdown", ({ pointerId, target }) => {
       pad.setPointerCapture(pointerId);
       this.#touch(touches, pointerId, target.closest("[data-key]"));
@@ -75,7 +75,7 @@ export class Keys {
         touches.delete(pointerId);
       });
     }
-    // By keyboard or a screen reader a press is a tap.
+    // A click by keyboard or screen reader counts as a tap.
     pad.addEventListener("click", ({ detail, target }) => {
       const button = target.closest("[data-key]");
       if (detail === 0 && button) {

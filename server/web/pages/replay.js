@@ -1,4 +1,4 @@
-// The replay page: opens a trace, shows any row of it, and tells whether it went as it was recorded.
+// The replay page: opens a trace, shows any row of it, and compares it with the recording.
 
 import { byId, setText, setTiles } from "./elements.js";
 import { count, NONE, plural, reward } from "./figures.js";
@@ -14,9 +14,9 @@ const STEPS_PER_SECOND = 15;
 let connection = null;
 let catalog = null;
 let trace = null;     // { bytes, name }
-let replay = null;    // what the server told when it was opened
-let row = 0;          // the one that is wanted
-let shownRow = -1;    // the one that is shown
+let replay = null;    // the answer of replay.open
+let row = 0;          // the requested row
+let shownRow = -1;    // the shown row
 let isRunning = false;
 let isBusy = false;
 
@@ -65,7 +65,7 @@ function describe({ games, mode, options, env_count: environments, environment }
   return [games.join(", "), mode, ...place, plural(replay.rows - 1, "step"), ...chosen].join(" · ");
 }
 
-// Says whether the replay is what was recorded.
+// Shows whether the replay equals the recording.
 function judge(difference) {
   const verdict = byId("verdict");
   verdict.className = `badge ${difference ? "bad" : "on"}`;
@@ -74,7 +74,7 @@ function judge(difference) {
     : "Identical to the recording");
 }
 
-// Shows a row. While one is under way the last one that was asked for waits.
+// Shows a row. During a request, only the row requested last waits.
 async function seek(wanted) {
   row = Math.max(0, Math.min(wanted, replay.rows - 1));
   slider.value = row;
@@ -95,10 +95,10 @@ async function seek(wanted) {
 }
 
 async function show(view) {
-  // First, so that figures never tell of another moment than the pictures.
+  // First, so that figures and images show the same step.
   await Promise.all(["human", "agent"].map((name) => drawPart(byId(name), partOf(view, name))));
   if (!replay) {
-    return;  // It was closed meanwhile.
+    return;  // Closed in the meantime.
   }
   const action = replay.actions[shownRow - 1];
   setTiles(byId("figures"), [
@@ -116,7 +116,7 @@ async function show(view) {
 
 function episodeOf(view) {
   if (!view.first || shownRow === 0) {
-    return "under way";
+    return "running";
   }
   return view.prev_level_complete ? "level complete" : "over";
 }
@@ -148,7 +148,7 @@ async function take(file) {
   trace = { bytes: new Uint8Array(await file.arrayBuffer()), name: file.name };
   row = 0;
   if (!keepTrace(trace.bytes, trace.name)) {
-    notify("The trace is too large to be kept when the page is loaded again.", "warn");
+    notify("The trace is too large to keep: it is lost when the page is reloaded.", "warn");
   }
   if (connection) {
     open();

@@ -1,4 +1,4 @@
-// Draws the rewards of a replay along its rows: gains upwards, losses downwards, a line where an episode begins.
+// Draws the rewards of a replay over its rows: gains upwards, losses downwards, a line at the start of each episode.
 
 import { colorsOf } from "./colors.js";
 

@@ -1,4 +1,4 @@
-// Sets the theme that was chosen before anything is drawn; so it is no module. Without a choice the system's holds.
+// Sets the chosen theme before the first paint, so it is not a module. Without a choice the system's theme applies.
 {
   const chosen = localStorage.getItem("theme");
   if (chosen === "light" || chosen === "dark") {

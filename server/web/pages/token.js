@@ -1,4 +1,4 @@
-// The token that a server asks for. It is kept for this tab alone, and never put into an address.
+// The access token. It is kept for this tab only, and never put into a URL.
 
 import { element } from "./elements.js";
 
@@ -12,7 +12,7 @@ export function forgetToken() {
   sessionStorage.removeItem(KEY);
 }
 
-// Asks the person for the token until there is one. `problem`: why the one before was refused, or "".
+// Prompts for the token until one is entered. `problem`: why the previous one was rejected, or "".
 export function askToken(problem) {
   return new Promise((resolve) => {
     const input = element("input", {
@@ -20,14 +20,14 @@ export function askToken(problem) {
       "aria-describedby": "token-problem",
     });
     const form = element("form", { class: "token", method: "dialog" },
-      element("h2", { id: "token-title" }, "This server asks who you are"),
-      element("p", { class: "quiet" }, "Give the token that whoever runs it gave you. This tab keeps it until it is closed."),
+      element("h2", { id: "token-title" }, "This server requires a token"),
+      element("p", { class: "quiet" }, "Enter the token that you got from the operator. It is kept until this tab is closed."),
       element("label", { class: "field" }, "Token", input),
       element("p", { class: "problem", id: "token-problem", role: "alert" }, problem),
-      element("div", { class: "row" }, element("button", { class: "main", type: "submit" }, "Go on")));
+      element("div", { class: "row" }, element("button", { class: "main", type: "submit" }, "Continue")));
     const dialog = element("dialog", { "aria-labelledby": "token-title" }, form);
     dialog.addEventListener("cancel", (event) => event.preventDefault());
-    // A browser closes it all the same for who insists; there is nothing to see without a token.
+    // Browsers let users close the dialog anyway; without a token the page is empty.
     dialog.addEventListener("close", () => dialog.isConnected && dialog.showModal());
     form.addEventListener("submit", () => {
       sessionStorage.setItem(KEY, input.value.trim());

@@ -1,8 +1,8 @@
-// Traces, from page to page and to files. A trace is bytes; this tab keeps one, for the replay page.
+// Traces, passed between pages and saved as files. A trace is bytes; the tab keeps one, for the replay page.
 
 const KEY = "trace";
 
-// Keeps a trace in place of the one before. Gives whether there was room for it.
+// Keeps a trace, replacing the previous one. Returns false if it is too large.
 export function keepTrace(bytes, name) {
   const text = bytes.reduce((sum, byte) => sum + String.fromCharCode(byte), "");
   try {
@@ -17,7 +17,7 @@ export function keepTrace(bytes, name) {
   return true;
 }
 
-// Goes to the replay page with a trace; where it is too large to take along, it is saved as a file.
+// Opens the replay page with a trace; a trace that is too large to pass is saved as a file.
 export function replayTrace(bytes, name) {
   if (keepTrace(bytes, name)) {
     location.assign("/replay");
@@ -26,13 +26,13 @@ export function replayTrace(bytes, name) {
   }
 }
 
-// The trace that is kept, { bytes, name }, or null.
+// The kept trace, { bytes, name }, or null.
 export function keptTrace() {
   const kept = JSON.parse(sessionStorage.getItem(KEY));
   return kept && { name: kept.name, bytes: Uint8Array.from(atob(kept.content), (letter) => letter.charCodeAt(0)) };
 }
 
-// Has the browser save a trace as a file.
+// Downloads a trace as a file.
 export function saveTrace(bytes, name) {
   const address = URL.createObjectURL(new Blob([bytes], { type: "application/octet-stream" }));
   const link = document.createElement("a");

@@ -3,7 +3,7 @@
 
 const LENGTH_BYTES = 4;
 
-// Joins a header and the parts' bytes; the header tells the parts.
+// Encodes a header and the bytes of the parts that it describes.
 export function encode(header, parts = []) {
   const text = new TextEncoder().encode(JSON.stringify(header));
   const size = parts.reduce((sum, part) => sum + part.length, LENGTH_BYTES + text.length);
@@ -18,7 +18,7 @@ export function encode(header, parts = []) {
   return message;
 }
 
-// Takes a message apart: its header, in which each part has its bytes as `content` (a view, not a copy).
+// Decodes a message. Returns its header, in which each part has its bytes as `content` (a view, not a copy).
 export function decode(buffer) {
   const length = new DataView(buffer).getUint32(0, true);
   const header = JSON.parse(new TextDecoder().decode(new Uint8Array(buffer, LENGTH_BYTES, length)));

@@ -67,7 +67,7 @@ test("the table marks a stopped node until it returns, and watching continues", 
   await waitForText(page.locator("#pool-name"), "pools/moved");
   assert.equal(await fleet.stopNode("node-2"), 0);
   await waitForState(page, "node-2", /^gone since \d\d:\d\d:\d\d$/);
-  await waitForText(page.locator("#notices"), "node-2 is gone.");
+  await waitForText(page.locator("#notices"), "node-2 was lost.");
   await waitForText(rowOf(page, "node-1"), `${ENV_COUNT} of `);
   await waitForChangeOfBoth(page);
   await fleet.startNode("node-2");

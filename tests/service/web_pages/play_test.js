@@ -52,7 +52,7 @@ test("a level starts with the first key and runs at 15 steps a second until it i
   await page.keyboard.press("ArrowLeft");
   await waitForText(step, /^[1-9]/);
   await page.keyboard.press("p");
-  await waitForText(page.locator("#pause"), "Go on");
+  await waitForText(page.locator("#pause"), "Resume");
   const paused = Number(await step.textContent());
   await page.keyboard.press(".");
   await page.waitForFunction(([before]) =>

@@ -25,7 +25,7 @@ test("pages report a lost server and reconnect by themselves", async () => {
   }
   const size = await live.locator(".link").evaluate((state) => parseFloat(getComputedStyle(state).fontSize));
   assert(size >= 12, "a narrow window tells it in words, not by a colour alone");
-  await waitForText(play.locator("#message"), "The server is gone.");
+  await waitForText(play.locator("#message"), "The connection was lost.");
 
   server = await Server.start(`--web_address=${new URL(server.web).host}`);
   learner = await Learner.start(server, "after", ["coinrun"], 4);
