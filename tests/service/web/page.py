@@ -1,4 +1,4 @@
-"""A page as the server sees it: a WebSocket, and the messages of server/web/README.md."""
+"""A page as the server sees it: a WebSocket, and the messages of server/web/json/README.md."""
 
 from __future__ import annotations
 
