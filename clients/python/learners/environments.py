@@ -26,7 +26,7 @@ from procgen_client.errors import (
     UnimplementedError,
 )
 from procgen_client.tools.evaluate import return_range
-from procgen_client.tools.local_server import is_private, open_client
+from procgen_client.tools.local_server import is_local, open_client
 
 # Errors after which the pool may be made again on the same address: its server stopped.
 LOST = (UnavailableError, NotFoundError, DeadlineExceededError)
@@ -116,8 +116,8 @@ class Environments:
         Raises:
             ProcgenError: There was no server within server_timeout.
         """
-        was_private = is_private(self._client)
-        deadline = time.monotonic() + (0 if was_private else self._server_timeout)
+        was_local = is_local(self._client)
+        deadline = time.monotonic() + (0 if was_local else self._server_timeout)
         self.close()
         while True:
             try:

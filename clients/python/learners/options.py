@@ -80,7 +80,7 @@ def set_device(options: argparse.Namespace) -> torch.device:
 
 
 def _keep_freed_memory() -> None:
-    """Has glibc keep what tensors free: to map and clear it anew took up to half of an update."""
+    """Has glibc keep what tensors free: to map and clear it again took up to half of an update."""
     try:
         mallopt = ctypes.CDLL(None).mallopt
     except (AttributeError, OSError):
