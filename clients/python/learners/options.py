@@ -3,17 +3,13 @@
 from __future__ import annotations
 
 import argparse
-import ctypes
 import os
 
 import torch
 
+from learners import cpu
 from learners.networks import NETWORKS, default_precision
 from procgen_client import ENV_NAMES
-
-# Parameters of mallopt, in bytes: above the first, memory is mapped and unmapped for each tensor;
-# above the second, what is free at the heap's end is given back.
-_M_MMAP_THRESHOLD, _M_TRIM_THRESHOLD = -3, -1
 
 TRAIN_LEVELS = {"easy": 200, "hard": 500}  # As the paper has it.
 
@@ -74,16 +70,6 @@ def set_device(options: argparse.Namespace) -> torch.device:
         torch.cuda.set_device(device)
         torch.backends.cudnn.benchmark = True
     else:
-        torch.set_num_threads(1)  # Within an operator: ChunkedGradients has threads around them.
-        _keep_freed_memory()
+        cpu.use_one_thread()
+        cpu.keep_freed_memory()
     return device
-
-
-def _keep_freed_memory() -> None:
-    """Has glibc keep what tensors free: to map and clear it again took up to half of an update."""
-    try:
-        mallopt = ctypes.CDLL(None).mallopt
-    except (AttributeError, OSError):
-        return  # Another C library.
-    mallopt(_M_MMAP_THRESHOLD, 1 << 30)
-    mallopt(_M_TRIM_THRESHOLD, (1 << 31) - 1)
