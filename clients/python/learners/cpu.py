@@ -7,8 +7,9 @@ import ctypes
 import torch
 
 # Parameters of mallopt, in bytes: above the first, memory is mapped and unmapped for each tensor;
-# above the second, what is free at the heap's end is given back.
-_M_MMAP_THRESHOLD, _M_TRIM_THRESHOLD = -3, -1
+# above the second, what is free at the heap's end is given back. The third is a number of heaps:
+# those of threads besides the main one are too small for both.
+_M_MMAP_THRESHOLD, _M_TRIM_THRESHOLD, _M_ARENA_MAX = -3, -1, -8
 
 
 def use_one_thread() -> None:
@@ -31,6 +32,7 @@ def keep_freed_memory() -> None:
         mallopt = ctypes.CDLL(None).mallopt
     except (AttributeError, OSError):
         return  # Another C library.
+    mallopt(_M_ARENA_MAX, 1)
     mallopt(_M_MMAP_THRESHOLD, 1 << 30)
     mallopt(_M_TRIM_THRESHOLD, (1 << 31) - 1)
 

@@ -321,7 +321,7 @@ def parse(arguments: Sequence[str] | None = None) -> argparse.Namespace:
     """Returns the options; the paper's are the defaults."""
     parser = run_parser("ppo", __doc__)
     add = parser.add_argument_group("hyperparameters").add_argument
-    add("--chunk-size", type=int, help="observations a pass; 0: all; default: 64, on a GPU 0")
+    add("--chunk-size", type=int, help="observations a pass; 0: all; default: 256, on a GPU 0")
     add("--num-steps", type=int, default=256, help="in a rollout; default: %(default)s")
     add("--epochs", type=int, default=3, help="default: %(default)s")
     add("--minibatches", type=int, default=8, help="default: %(default)s")
@@ -337,7 +337,7 @@ def parse(arguments: Sequence[str] | None = None) -> argparse.Namespace:
         add(name, type=float, default=value, help="default: %(default)s")
     options = complete(parser.parse_args(arguments))
     if options.chunk_size is None:
-        options.chunk_size = 0 if options.device.startswith("cuda") else 64
+        options.chunk_size = 0 if options.device.startswith("cuda") else 256
     return options
 
 
