@@ -116,8 +116,8 @@ class Environments:
         Raises:
             ProcgenError: There was no server within server_timeout.
         """
-        was_private = is_local(self._client)
-        deadline = time.monotonic() + (0 if was_private else self._server_timeout)
+        was_local = is_local(self._client)
+        deadline = time.monotonic() + (0 if was_local else self._server_timeout)
         self.close()
         while True:
             try:

@@ -7,6 +7,7 @@ import os
 
 import torch
 
+from learners import cpu
 from learners.networks import NETWORKS, default_precision
 from procgen_client import ENV_NAMES
 
@@ -69,5 +70,6 @@ def set_device(options: argparse.Namespace) -> torch.device:
         torch.cuda.set_device(device)
         torch.backends.cudnn.benchmark = True
     else:
-        torch.set_num_threads(1)  # Within an operator: ChunkedGradients has threads around them.
+        cpu.use_one_thread()
+        cpu.keep_freed_memory()
     return device

@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 import torch
 
-from learners import ppo, rainbow
+from learners import cpu, ppo, rainbow
 from learners.run_folder import CHECKPOINT, load_checkpoint
 from procgen_client import ACTION_COUNT
 from procgen_client.errors import InvalidArgumentError
@@ -51,7 +51,7 @@ def load_run(folder: Path, game: str | None = None) -> Policy:
     options = checkpoint["options"]
     if game is not None and options["game"] != game:
         raise InvalidArgumentError(f"{folder} was trained on {options['game']}, not on {game}")
-    torch.set_num_threads(1)
+    cpu.use_one_thread()
     if "value_max" in options:
         return rainbow.load_policy(options, checkpoint["learner"])
     agent = ppo.Agent(options["network"], options["width"], getattr(torch, options["precision"]))

@@ -321,7 +321,7 @@ def parse(arguments: Sequence[str] | None = None) -> argparse.Namespace:
     """Returns the options; the paper's are the defaults."""
     parser = run_parser("ppo", __doc__)
     add = parser.add_argument_group("hyperparameters").add_argument
-    add("--chunk-size", type=int, help="observations a pass; 0: a minibatch; default: 256, GPU 0")
+    add("--chunk-size", type=int, help="observations a pass; 0: all; default: 256, on a GPU 0")
     add("--num-steps", type=int, default=256, help="in a rollout; default: %(default)s")
     add("--epochs", type=int, default=3, help="default: %(default)s")
     add("--minibatches", type=int, default=8, help="default: %(default)s")
