@@ -14,7 +14,7 @@
 
 namespace procgen_client {
 
-// The operations of a call, each of which is under way at most once at a time.
+// The operations of a call, each of which is in progress at most once at a time.
 enum class CallOperation : uint8_t { kStart, kRead, kWrite, kWritesDone, kFinish };
 inline constexpr size_t kCallOperationCount = 5;
 
@@ -31,13 +31,14 @@ class CallCompletions {
   CallCompletions& operator=(const CallCompletions&) = delete;
 
   grpc::CompletionQueue* queue() { return &queue_; }
-  // The tag to begin an operation with.
+  // The tag of an operation.
   static void* TagOf(CallOperation operation) {
     return reinterpret_cast<void*>(static_cast<uintptr_t>(operation));
   }
-  // Waits for an operation that was begun; returns what gRPC says of it ("ok").
+  // Waits for an operation that was started. Returns gRPC's `ok` of its completion.
   bool Await(CallOperation operation);
-  // Cancels the call and waits for what is under way. No operation may be begun afterwards.
+  // Cancels the call and waits for the operations in progress. No operation may be started
+  // afterwards.
   void Drain();
 
  private:

@@ -8,9 +8,9 @@
 
 namespace procgen_client {
 
-// What goes with each call.
+// Options of each call.
 struct CallOptions {
-  std::string token;  // empty: none
+  std::string token;  // empty: no token
   absl::Duration timeout = absl::InfiniteDuration();
   CancellationCheck is_cancelled = nullptr;  // null: never
 };

@@ -28,7 +28,7 @@ class Cancellation {
     }
     return is_cancelled_;
   }
-  // Has it cancelled, whatever the check returns.
+  // Cancels, whatever the check returns.
   void Cancel() { is_cancelled_ = true; }
   // Sleeps for `duration`. False: cancelled before it was over.
   bool Sleep(absl::Duration duration);

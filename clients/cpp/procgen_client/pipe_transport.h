@@ -17,8 +17,9 @@ namespace procgen_client {
 // Threads: one may send while another receives; HangUp from any.
 class PipeTransport {
  public:
-  // Connects; null: that cannot be done from here, and gRPC's stream does as well.
-  // `response_bytes_max`: of responses. `cancellation`: of the stream, ends waits.
+  // Opens the pipes; null if that fails, and the caller keeps using the gRPC stream.
+  // `response_bytes_max`: largest response that is accepted. `cancellation`: of the stream; ends
+  // waits.
   static std::unique_ptr<PipeTransport> Open(const procgen::v1::PipeTransport& offer,
                                              int64_t response_bytes_max,
                                              std::shared_ptr<Cancellation> cancellation);
@@ -26,8 +27,8 @@ class PipeTransport {
   PipeTransport(const PipeTransport&) = delete;
   PipeTransport& operator=(const PipeTransport&) = delete;
 
-  // Waits while the pipe is full. False: it has ended, and gRPC's stream tells why; or the wait was
-  // cancelled.
+  // Blocks while the pipe is full. False: the pipe has ended and gRPC's stream has the status, or
+  // the wait was cancelled.
   bool Send(const procgen::v1::StepPoolRequest& request);
   // Blocks until the next response. False: as Send, or is_damaged().
   bool Receive(procgen::v1::StepPoolResponse* response);
@@ -39,13 +40,13 @@ class PipeTransport {
  private:
   PipeTransport(int64_t response_bytes_max, std::shared_ptr<Cancellation> cancellation)
       : response_bytes_max_(response_bytes_max), cancellation_(std::move(cancellation)) {}
-  // Receives the ends of the pipes.
+  // Receives the file descriptors of the pipes.
   bool TakeEnds(int socket);
-  // Waits until there is room for a request. False: the pipes have ended, or was cancelled.
+  // Blocks until the request pipe is writable. False: the pipes have ended, or cancelled.
   bool AwaitRoom() const;
-  // Waits until there is something to read, or nothing ever will be. False: cancelled.
+  // Blocks until the response pipe is readable or has ended. False: cancelled.
   bool AwaitResponse() const;
-  // Waits until `count` bytes are there from begin_ on.
+  // Blocks until buffer_ has `count` bytes from begin_ on. False: the pipe has ended.
   bool Fill(size_t count);
 
   const int64_t response_bytes_max_;

@@ -112,7 +112,7 @@ absl::Status StepStream::Open(absl::Duration timeout, procgen::v1::Attached* att
   attach_.mutable_attach()->mutable_held_batches()->Assign(held.begin(), held.end());
   procgen::v1::StepPoolResponse response;
   {
-    // Not the call's deadline, which would be that of the whole stream.
+    // A timer, because a deadline of the call would apply to the whole stream.
     const CallTimer timer(connection->context(), timeout);
     if (!connection->Start(stub_, attach_) || !connection->Read(&response)) {
       absl::Status status = EndOf(connection, is_broken);
@@ -359,8 +359,8 @@ absl::Status StepStream::Receive(Batch* batch) {
   // Only once the answer is complete: after a broken connection all of it is sent again.
   absl::Status status = is_there.ok() ? Understand(batch) : is_there.status();
   if (!status.ok()) {
-    *batch = Batch();                      // nobody reads what is not valid
-    connection()->context()->TryCancel();  // so that nobody goes on writing
+    *batch = Batch();                      // discards invalid values
+    connection()->context()->TryCancel();  // unblocks a sending thread
     absl::MutexLock sending(&send_mutex_);
     return GiveUp(std::move(status));
   }

@@ -66,10 +66,10 @@ struct StreamOptions {
 // Every response is validated before it is read. One that does not match its request, or contains
 // malformed observations, ends the stream with DATA_LOSS (the response to attach: with INTERNAL).
 //
-// Waits end with CANCELLED when ConnectOptions::is_cancelled says so, and the stream with them.
+// When ConnectOptions::is_cancelled returns true, waits end with CANCELLED, and so does the stream.
 //
-// After an error of the server the stream is over: every further call returns that same error. The
-// pool stays, and can be attached again.
+// An error of the server ends the stream: every further call returns that error. The pool stays and
+// can be attached again.
 // Threads: one may send while another receives; otherwise one at a time.
 class StepStream {
  public:
@@ -84,13 +84,13 @@ class StepStream {
   int32_t requests_in_flight_max() const { return attached_.requests_in_flight_max(); }
   int64_t response_bytes_max() const { return attached_.response_bytes_max(); }
 
-  // What is held of the memory that the pool shares; a later stream of the same learner takes it
-  // over (StreamOptions::held_batches).
+  // The batches of shared memory that are held. A later stream of the same learner takes them over
+  // (StreamOptions::held_batches).
   const std::shared_ptr<HeldBatches>& held_batches() const { return held_; }
-  // How many batches that memory has; 0: the pool shares none.
+  // Number of batches in shared memory; 0 without shared memory.
   int32_t shared_batch_count() const { return mapping_ == nullptr ? 0 : mapping_->batch_count(); }
 
-  // In how many chunks a step of the whole pool is carried out.
+  // Number of responses to a step of the whole pool.
   int32_t chunk_count() const { return chunk_count_; }
 
   // Steps the whole pool and waits for the answer. `actions`: [env_count()], each in [-1, 15).

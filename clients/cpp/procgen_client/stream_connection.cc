@@ -94,7 +94,7 @@ absl::Status StreamConnection::AwaitEnd(grpc::Status* end) {
     return absl::OkStatus();
   }
   const CallTimer timer(context(), kEndTimeout);
-  // gRPC tells the end to who has read all.
+  // gRPC returns the status only after all responses have been read.
   procgen::v1::StepPoolResponse dropped;
   while (ReadFromCall(&dropped)) {
   }

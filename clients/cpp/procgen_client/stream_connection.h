@@ -17,11 +17,11 @@
 
 namespace procgen_client {
 
-// One call of StepPool; a StepStream has one after the other.
+// One StepPool call. A StepStream opens a new one for each connection.
 // Threads: one may write while another reads; TryCancel of the context from any.
 class StreamConnection : public std::enable_shared_from_this<StreamConnection> {
  public:
-  // `cancellation`: of the whole stream. `waits_for_server`: whether the call goes on while the
+  // `cancellation`: of the whole stream. `waits_for_server`: whether the call waits while the
   // server cannot be reached.
   StreamConnection(std::shared_ptr<Cancellation> cancellation, const std::string& token,
                    bool waits_for_server);
@@ -30,22 +30,23 @@ class StreamConnection : public std::enable_shared_from_this<StreamConnection> {
   StreamConnection(const StreamConnection&) = delete;
   StreamConnection& operator=(const StreamConnection&) = delete;
 
-  // The context of the call, which it keeps alive.
+  // The context of the call; the pointer keeps the connection alive.
   std::shared_ptr<grpc::ClientContext> context() { return {shared_from_this(), &context_}; }
-  // Begins the call and sends its first request. False: it has ended.
+  // Starts the call and sends its first request. False: the call has ended.
   bool Start(procgen::v1::StepService::Stub* stub, const procgen::v1::StepPoolRequest& attach);
-  // Has pipes bear the messages from now on, where they can be had.
+  // Uses pipes for all further messages if the server offers them and they open.
   void OpenPipes(const procgen::v1::Attached& attached);
 
-  // False: it has ended.
+  // Both return false if the call has ended.
   bool Write(const procgen::v1::StepPoolRequest& request);
   bool Read(procgen::v1::StepPoolResponse* response);
-  // Reads the next response that may be the answer to request `number`; false: it has ended.
-  // Errors: DATA_LOSS what came is no response, or too many that answer nothing.
+  // Reads the next response, skipping those of unknown kinds that answer no request. False: the
+  // call has ended. Errors: DATA_LOSS a malformed response, or too many of unknown kinds; `number`
+  // is the request for the message.
   absl::StatusOr<bool> ReadAnswer(int64_t number, procgen::v1::StepPoolResponse* response);
-  // Sends nothing more: the server ends the call.
+  // Half-closes: no requests follow, and the server ends the call.
   void EndRequests();
-  // Waits until the server has ended the call and returns how. Errors: as AwaitEnd of call_end.h.
+  // Waits until the server ends the call; `end` is its status. Errors: as AwaitEnd in call_end.h.
   absl::Status AwaitEnd(grpc::Status* end);
 
  private:
@@ -57,7 +58,7 @@ class StreamConnection : public std::enable_shared_from_this<StreamConnection> {
   std::unique_ptr<
       grpc::ClientAsyncReaderWriter<procgen::v1::StepPoolRequest, procgen::v1::StepPoolResponse>>
       stream_;
-  // Bears the messages after attach; null: the stream does.
+  // Carries the messages after attach; null: the gRPC stream does.
   std::unique_ptr<PipeTransport> pipes_;
   std::optional<grpc::Status> end_;
 };

@@ -44,7 +44,7 @@ def branch(
 def search(
     pool: procgen_client.Pool, *, rounds: int, moves: int, random: np.random.Generator
 ) -> float:
-    """Goes on from the best of each round; gives the return that was reached."""
+    """Continues from the best of each round; returns the return that was reached."""
     state = pool.save_states([0])[0]
     total = 0.0
     for number in range(1, rounds + 1):

@@ -83,7 +83,7 @@ def act(observations: np.ndarray, random: np.random.Generator) -> np.ndarray:
 def train(
     pool: procgen_client.Pool, replay: LevelReplay, *, steps: int, steps_per_sampler: int
 ) -> None:
-    """Plays, scores and replaces the sampler; tells how it goes."""
+    """Plays, scores and replaces the sampler; prints the progress."""
     random = np.random.default_rng(0)
     batch = pool.observe()
     for step in range(1, steps + 1):

@@ -106,7 +106,7 @@ class AsyncClient:
         self._threads.shutdown(wait=False)
 
     def catalog(self) -> catalog_pb2.Catalog:
-        """Tells what the server offers, as procgen_client.Client.catalog."""
+        """Returns what the server offers, as procgen_client.Client.catalog."""
         return self._client.catalog()
 
     async def create_pool(
@@ -126,7 +126,7 @@ class AsyncClient:
         )
 
     async def list_pools(self) -> list[pools_pb2.Pool]:
-        """Tells what pools there are, oldest first."""
+        """Returns the pools, oldest first."""
         return await self._run(self._client.list_pools)
 
     async def _run(self, call: Callable[[], _Result]) -> _Result:
@@ -182,14 +182,14 @@ class AsyncPool:
         return await self.receive()
 
     async def observe(self, *, observe: bool = True) -> Batch:
-        """Tells how the pool stands and changes nothing; rewards are the last step's again."""
+        """Returns the pool's current state without stepping; rewards repeat the last step's."""
         self._pool._require_nothing_in_flight()
         await self.attach()
         self._pool.send_observe(observe=observe)
         return await self.receive()
 
     async def reset(self, resets: Iterable[int | Reset] | None = None) -> Batch:
-        """Begins new episodes in some environments (None: all), and tells how the pool stands."""
+        """Starts new episodes in some environments (None: all) and returns the pool's state."""
         self._pool._require_nothing_in_flight()
         await self.attach()
         self._pool.send_reset(resets)

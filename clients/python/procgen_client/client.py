@@ -146,7 +146,7 @@ class Client:
             raise CancelledError(f"the connection to {self.address} was closed by this client")
 
     def catalog(self) -> catalog_pb2.Catalog:
-        """Tells what the server offers: games, modes, options, actions, limits.
+        """Returns what the server offers: games, modes, options, actions, limits.
 
         It does not change while the server runs, so it was asked for once, on connecting. The
         fields are described in proto/procgen/v1/catalog.proto.
@@ -154,11 +154,11 @@ class Client:
         return self._catalog
 
     def load(self) -> catalog_pb2.Load:
-        """Tells how busy the server is at this moment."""
+        """Returns the current load of the server."""
         return self._call("GetLoad", catalog_pb2.GetLoadRequest(), catalog_pb2.Load)
 
     def list_nodes(self) -> cluster_pb2.ListNodesResponse:
-        """Tells which servers there are in the server's cluster; it alone where it has none.
+        """Returns the servers of the server's cluster; without a cluster the server alone.
 
         The fields are described in proto/procgen/v1/cluster.proto.
         """
@@ -167,7 +167,7 @@ class Client:
         )
 
     def watch_nodes(self) -> Iterator[cluster_pb2.WatchNodesResponse]:
-        """Tells which servers there are: at first as they are now, then after each change.
+        """Yields the servers of the cluster: first as they are now, then after each change.
 
         Ends with an error, or when it is closed; breaking out of a loop over it closes it.
 
@@ -213,19 +213,20 @@ class Client:
             pool_id: Last part of the pool's name. Empty: the server chooses.
             requests_in_flight_max: How many requests may be sent ahead of the answers.
             chunk_count: In how many chunks the pool is stepped, 1 to 64. None: as many as pay.
-            screen_size, grayscale_obs, layout, frame_stack: As options.observation_format tells.
+            screen_size, grayscale_obs, layout, frame_stack: See options.observation_format.
             encoding: "raw", or for thin networks "delta_zstd".
             lease_duration: How long it lives while nobody steps it, in seconds. None: for good.
             level_sampler: Chooses the levels, in place of num_levels and start_level.
             transport: "stream"; or "shared_memory", raw, on the server's machine and as its user.
             held_batches_max: How many shared batches arrays may refer to between steps. 0: 2.
-            **options: Those of Procgen 0.10.7, as procgen_client.options.EnvironmentOptions tells.
+            **options: Those of Procgen 0.10.7, see procgen_client.options.EnvironmentOptions.
 
         Raises:
-            InvalidArgumentError: A value is out of range, or a game lacks that mode.
+            InvalidArgumentError: A value is out of range, or a game does not have that mode.
             NotFoundError, AlreadyExistsError: No such game; `pool_id` is taken.
             ResourceExhaustedError: A limit of the server (``catalog().limits``).
-            UnimplementedError: The server lacks this option, or this machine the package for it.
+            UnimplementedError: The server does not support this option, or a package for it is
+                missing.
         """
         spec = _options.pool_spec(
             games,
@@ -308,7 +309,7 @@ class Client:
         )
 
     def list_pools(self) -> list[pools_pb2.Pool]:
-        """Tells what pools there are, oldest first, as messages (proto/procgen/v1/pools.proto)."""
+        """Returns the pools, oldest first, as messages (proto/procgen/v1/pools.proto)."""
         request = pools_pb2.ListPoolsRequest()
         return list(self._call("ListPools", request, pools_pb2.ListPoolsResponse).pools)
 

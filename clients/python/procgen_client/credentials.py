@@ -27,8 +27,8 @@ class Credentials:
         ca: Certificates that vouch for the server. Given: TLS is spoken. None: plain text.
         certificate: The client's own, for servers that ask for one; with `key` and `ca`.
         key: The key of `certificate`.
-        token: Bears out who calls, for servers with tokens. Without TLS it is sent to this machine
-            only (loopback, unix sockets), unless `token_in_plain_text`.
+        token: Authenticates the caller on servers with tokens. Without TLS it is sent to this
+            machine only (loopback, unix sockets), unless `token_in_plain_text`.
         token_in_plain_text: Send the token to other machines without TLS, too.
     """
 

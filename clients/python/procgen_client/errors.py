@@ -66,7 +66,7 @@ class ProcgenError(Exception):
 
 
 class InvalidArgumentError(ProcgenError, ValueError):
-    """A value is out of range, of a wrong length, or asks for what a game lacks: correct it."""
+    """A value is out of range, of a wrong length, or not available in a game: correct it."""
 
     default_code = StatusCode.INVALID_ARGUMENT
 

@@ -171,7 +171,7 @@ class Pool(PoolResource):
         env_count: int | None = None,
         observe: bool = True,
     ) -> Batch:
-        """Tells how a slice stands (the whole pool by default) and changes nothing.
+        """Returns the current state of a slice (default: the whole pool) without stepping.
 
         This is how a learner gets the first observations. Rewards and ends are those of the last
         step again, not to be added up. Errors as :meth:`step`.
@@ -192,7 +192,7 @@ class Pool(PoolResource):
         env_count: int | None = None,
         observe: bool = True,
     ) -> Batch:
-        """Begins new episodes in some environments of a slice, and tells how the slice stands.
+        """Starts new episodes in some environments of a slice and returns the slice's state.
 
         Args:
             resets: Environments (indices in the pool, or Resets), at least one, each at most once.

@@ -152,7 +152,7 @@ class PoolResource(abc.ABC):
         self._client._call("CloneStates", request, empty_pb2.Empty)
 
     def get_episode(self, environment: int, selector: str = "last") -> states_pb2.Episode:
-        """Tells what happened in an episode of an environment, so that it can be played again.
+        """Returns an episode of an environment, with all that is needed to replay it.
 
         Args:
             environment: Index in the pool.
@@ -180,7 +180,7 @@ class PoolResource(abc.ABC):
     # The lease.
 
     def renew(self, lease_duration: float | None = None) -> None:
-        """Begins the pool's lease anew: its time to live while nobody steps it.
+        """Restarts the pool's lease: its time to live while no stream is attached.
 
         Args:
             lease_duration: Its length from now on, in seconds; also of a pool that had none. None:
@@ -235,7 +235,7 @@ class PoolResource(abc.ABC):
         size_px: int = 256,
         frames_per_second_max: float = 15.0,
     ) -> Iterator[list[np.ndarray]]:
-        """Shows environments while somebody steps them, without slowing who does.
+        """Yields frames of environments while the pool is stepped, without slowing it down.
 
         At first as they are now, then as they are after something has changed, at a bounded rate:
         whoever takes long between two moments misses those in between. Ends with an error, or when

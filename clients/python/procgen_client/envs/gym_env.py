@@ -21,7 +21,7 @@ class ProcgenGymEnv(Env):
     """One environment on a server, with the contract of gymnasium.Env.
 
     It subclasses that where Gymnasium is installed, and works without it. Each step is a round trip
-    of its own: who wants many environments is served better by ProcgenVectorEnv.
+    of its own: for many environments use ProcgenVectorEnv.
 
     Observations are uint8 [64, 64, 3], or of the form that the options say; actions are integers in
     [0, 15). A time limit truncates, everything else terminates; then the environment wants to be
@@ -116,7 +116,7 @@ class ProcgenGymEnv(Env):
         return self.vector_env.save_states()[0]
 
     def restore_state(self, state: bytes) -> tuple[np.ndarray, dict[str, Any]]:
-        """Puts it into a saved state, and tells how it stands then, as reset does."""
+        """Restores a saved state and returns observation and info, as reset does."""
         observations, infos = self.vector_env.restore_states([state])
         self._is_over = bool(self.vector_env.episodes_over[0])
         return observations[0], _of_one(infos)

@@ -138,7 +138,7 @@ class ProcgenGym3Env(Gym3Env):
         self.pool.send_step(actions)
 
     def observe(self) -> tuple[np.ndarray, dict[str, np.ndarray], np.ndarray]:
-        """Tells how the environments stand; also before the first act, and again.
+        """Returns rewards, observations and first; valid before the first act, and again.
 
         Returns:
             Reward of the last act, float32 [N] (the old episode's where one ended); {"rgb": uint8
@@ -149,7 +149,7 @@ class ProcgenGym3Env(Gym3Env):
         return batch.rewards.copy(), {"rgb": batch.observations.copy()}, batch.first.copy()
 
     def get_info(self) -> list[dict[str, Any]]:
-        """Tells of each environment's level.
+        """Returns information on each environment's level.
 
         Returns:
             A dict for each: ``prev_level_seed`` and ``prev_level_complete`` of the level that was
@@ -201,7 +201,7 @@ class ProcgenGym3Env(Gym3Env):
         self._batch = None
 
     def get_combos(self) -> list[tuple[str, ...]]:
-        """Tells which keys each action presses."""
+        """Returns the keys that each action presses."""
         return [tuple(action.keys) for action in self._actions]
 
     def keys_to_act(self, keys_list: Sequence[Sequence[str]]) -> list[np.ndarray]:

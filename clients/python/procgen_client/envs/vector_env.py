@@ -298,7 +298,7 @@ class ProcgenVectorEnv(VectorEnv):
     def restore_states(
         self, states: Mapping[int, bytes] | Sequence[bytes]
     ) -> tuple[np.ndarray, dict[str, Any]]:
-        """Puts environments into saved states, and tells how all stand then.
+        """Restores saved states and returns observations and infos of all.
 
         Args:
             states: Snapshots by environment, or a list of one for each; see Pool.restore_states.
@@ -316,7 +316,7 @@ class ProcgenVectorEnv(VectorEnv):
         source_pool: Pool | str | None = None,
         source_server: str | None = None,
     ) -> tuple[np.ndarray, dict[str, Any]]:
-        """Puts environments into the states of others, and tells how all stand then.
+        """Copies states between environments and returns observations and infos of all.
 
         Args:
             pairs: (source, target) environments; see Pool.clone_states, also for the others. The

@@ -74,7 +74,7 @@ def evaluate(
     Args:
         client: The server to play on.
         games: Names of games.
-        make_policy: Gives a game's policy; called anew for each of the two.
+        make_policy: Returns a game's policy; called once for each of the two.
         protocol: How.
         progress: Told the game, "train" or "test", how many episodes have ended and of how many.
 
@@ -219,7 +219,7 @@ def plot(scores: Sequence[GameScore], path: str) -> None:
 
 
 class ProgressLine:
-    """Tells on a terminal how far it is, in one line that is written over; else a line a game."""
+    """Progress: on a terminal one line that is overwritten, otherwise a line per game."""
 
     def __init__(self, stream: IO[str], game_count: int) -> None:
         """Takes where to write, and the number of games."""
@@ -228,7 +228,7 @@ class ProgressLine:
         self._begun: list[str] = []
 
     def __call__(self, game: str, levels: str, ended: int, count: int) -> None:
-        """Tells."""
+        """Prints the progress."""
         if game not in self._begun:
             self._begun.append(game)
         where = f"[{len(self._begun)}/{self._game_count}] {game}, {levels} levels"

@@ -54,7 +54,7 @@ class ServerProcess:
         Args:
             binary: The program. None: what the variable PROCGEN_SERVER_BINARY says, else
                 procgen-server in PATH.
-            flags: More flags, e.g. ["--workers=2"]; ``procgen-server --help`` tells them all.
+            flags: More flags, e.g. ["--workers=2"]; see ``procgen-server --help``.
             address: Where it listens: HOST:PORT (port 0: one that the system chooses) or
                 unix:PATH.
             tied: It ends with this program, however that ends.
