@@ -225,8 +225,7 @@ class Client:
             InvalidArgumentError: A value is out of range, or a game does not have that mode.
             NotFoundError, AlreadyExistsError: No such game; `pool_id` is taken.
             ResourceExhaustedError: A limit of the server (``catalog().limits``).
-            UnimplementedError: The server does not support this option, or a package for it is
-                missing.
+            UnimplementedError: The server or this installation does not support an option.
         """
         spec = _options.pool_spec(
             games,
