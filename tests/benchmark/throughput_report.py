@@ -12,6 +12,7 @@ of several rounds, with 64 environments, random actions, and every observation r
 from __future__ import annotations
 
 import argparse
+import itertools
 import json
 import os
 import subprocess
@@ -27,6 +28,7 @@ _MODES = ("easy", "hard")
 _CORES = (1, 2)
 _ROUNDS = 5
 _WARM_UP_STEPS = 100
+_ACTION_ROWS = 1009  # Drawn in advance; odd, so that each half gets all of them.
 _TRANSPORTS = {"Python, shared memory": "shared_memory", "Python, TCP": "stream"}
 
 Case = tuple[str, str, int]  # Game, mode, cores.
@@ -66,14 +68,15 @@ def client_rate(server: Path, transport: str, case: Case, seconds: float) -> flo
         ) as pool,
     ):
         halves = (0, _ENV_COUNT // 2)
-        actions = np.random.default_rng(0).integers(0, 15, _ENV_COUNT // 2, dtype=np.int32)
+        shape = (_ACTION_ROWS, _ENV_COUNT // 2)
+        actions = itertools.cycle(np.random.default_rng(0).integers(0, 15, shape, dtype=np.int32))
         for half in halves:
-            pool.send_step(actions, first_env=half)
+            pool.send_step(next(actions), first_env=half)
 
         def step() -> None:
             for half in halves:
                 pool.receive()
-                pool.send_step(actions, first_env=half)
+                pool.send_step(next(actions), first_env=half)
 
         for _ in range(_WARM_UP_STEPS):
             step()
