@@ -95,14 +95,13 @@ def _pinned(cores: int) -> list[str]:
     return ["taskset", "--cpu-list", ",".join(map(str, range(cores)))]
 
 
-def table(rates: dict[str, dict[Case, float]], games: list[str]) -> str:
-    """Returns the rates as a table in Markdown, in thousands of steps per second."""
-    cases = [(game, mode, cores) for game in games for mode in _MODES for cores in _CORES]
-    plural = {1: "1 core", 2: "2 cores"}
-    head = [f"{game} {mode}, {plural[cores]}" for game, mode, cores in cases]
-    lines = [["thousand steps a second", *head], ["---"] * (len(head) + 1)]
-    for name, by_case in rates.items():
-        lines.append([name, *(f"{by_case[case] / 1000:.0f}" for case in cases)])
+def table(rates: dict[str, dict[Case, float]]) -> str:
+    """Returns the rates as a table in Markdown: a row per case, in steps per second."""
+    lines = [["game and levels", "cores", *rates], ["---"] * (len(rates) + 2)]
+    for game, mode, cores in sorted(rates["engine"]):
+        name = f"{game}, {mode}" if cores == _CORES[0] else ""
+        cells = (f"{round(by_case[game, mode, cores], -3):,.0f}" for by_case in rates.values())
+        lines.append([name, str(cores), *cells])
     return "\n".join(f"| {' | '.join(line)} |" for line in lines)
 
 
@@ -121,7 +120,7 @@ def main() -> None:
             server = arguments.programs / "procgen-server"
             rates[name][case] = client_rate(server, transport, case, seconds)
             os.sched_setaffinity(0, all_cores)
-    print(table(rates, games))
+    print(table(rates))
 
 
 if __name__ == "__main__":

@@ -266,7 +266,7 @@ class Socket final : public Outbox,
     sockets_->Remove(this);
   }
 
-  websocket::stream<Stream> socket_;
+  websocket::stream<Stream, /*deflateSupported=*/false> socket_;
   OpenSockets* const sockets_;
   asio::steady_timer timer_;  // for hello, then for the close
   std::shared_ptr<PageSession> page_session_;

@@ -158,11 +158,11 @@ def test_a_watch_ends_with_its_pool(server: WebServer) -> None:
 def test_invalid_watches_are_rejected(server: WebServer) -> None:
     right = {"environments": [0], "size_px": 64}
     wrong: list[tuple[dict[str, Any], str, str]] = [
-        ({"environments": []}, "INVALID_ARGUMENT", "no list of 1 to 64 integers"),
-        ({"environments": [0] * 65}, "INVALID_ARGUMENT", "no list of 1 to 64 integers"),
-        ({"environments": [-1]}, "INVALID_ARGUMENT", "no list of 1 to 64 integers"),
+        ({"environments": []}, "INVALID_ARGUMENT", "is not a list of 1 to 64 integers"),
+        ({"environments": [0] * 65}, "INVALID_ARGUMENT", "is not a list of 1 to 64 integers"),
+        ({"environments": [-1]}, "INVALID_ARGUMENT", "is not a list of 1 to 64 integers"),
         ({"environments": [2]}, "INVALID_ARGUMENT", "has environments 0 to 1"),
-        ({"environments": 0}, "INVALID_ARGUMENT", "no list"),
+        ({"environments": 0}, "INVALID_ARGUMENT", "is not a list"),
         ({"size_px": 8}, "INVALID_ARGUMENT", "size_px is 8"),
         ({"size_px": 512, "environments": [0, 1] * 16}, "INVALID_ARGUMENT", "at most 21"),
         ({"size_px": 256, "environments": [0, 1] * 11, "format": "rgb"}, "INVALID_ARGUMENT",

@@ -92,7 +92,7 @@ REFUSALS: list[tuple[str, dict[str, Any], str, str]] = [
     ("play.start", {"game": "coinrun", "mode": "easy", "level_seed": 0,
                     "options": {"num_levels": 1}}, "INVALID_ARGUMENT", "none of the catalog's"),
     ("play.start", {"game": "coinrun", "mode": "easy", "level_seed": 0,
-                    "options": {"use_backgrounds": 1}}, "INVALID_ARGUMENT", "no boolean"),
+                    "options": {"use_backgrounds": 1}}, "INVALID_ARGUMENT", "is not a boolean"),
     ("play.start", {"game": "coinrun", "mode": "easy", "level_seed": 0,
                     "options": {"debug_mode": 2**40}}, "INVALID_ARGUMENT", "options.debug_mode is"),
     ("play.step", {"play": 1, "action": 7}, "NOT_FOUND", "no play 1"),

@@ -61,7 +61,7 @@ TEST(ParseRequestTest, InvalidMessagesAreExplained) {
 
 TEST(ParseRequestTest, DeepNestingIsHarmless) {
   const std::string depth(30000, '[');
-  EXPECT_THAT(Refusal(depth, false), HasSubstr("no JSON object"));
+  EXPECT_THAT(Refusal(depth, false), HasSubstr("not a JSON object"));
   const std::string object =
       absl::StrCat(R"({"id":1,"method":"m","x":)", depth, std::string(30000, ']'), "}");
   const auto request = ParseRequest(object, false);
