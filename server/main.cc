@@ -32,7 +32,7 @@
 #include "server/metrics/metrics_page.h"
 #include "server/rpc/server.h"
 #include "server/security_flags.h"
-#include "server/shared_memory/shared_folder.h"
+#include "server/shared_memory/shared_memory_dir.h"
 #include "server/web/web_server.h"
 #include "server/web_flags.h"
 
@@ -150,12 +150,12 @@ absl::StatusOr<Config> ReadConfig() {
     config.server.art = *std::move(art);
   }
   if (const std::string path = absl::GetFlag(FLAGS_shared_memory_dir); !path.empty()) {
-    auto folder = SharedFolder::Open(path);
+    auto folder = SharedMemoryDir::Open(path);
     if (!folder.ok()) {
       return absl::InvalidArgumentError(
           absl::StrCat("--shared_memory_dir is ", folder.status().message(), ", or nothing"));
     }
-    config.server.shared_folder = *std::move(folder);
+    config.server.shared_memory_dir = *std::move(folder);
   }
   return config;
 }
@@ -172,9 +172,9 @@ sigset_t StopSignals() {
 
 // The access control as text for the log.
 std::string AccessText(const Config& config) {
-  return absl::StrCat(config.server.tls == nullptr        ? "plain text"
-                      : config.server.tls->asks_clients() ? "mutual TLS"
-                                                          : "TLS",
+  return absl::StrCat(config.server.tls == nullptr                       ? "plain text"
+                      : config.server.tls->requires_client_certificate() ? "mutual TLS"
+                                                                         : "TLS",
                       config.server.tokens == nullptr ? "" : ", tokens");
 }
 
@@ -244,7 +244,7 @@ class StopWatchdog {
 };
 
 void LogStaleFiles(const Config& config) {
-  const SharedFolder* const folder = config.server.shared_folder.get();
+  const SharedMemoryDir* const folder = config.server.shared_memory_dir.get();
   if (folder != nullptr && folder->stale_file_count() > 0) {
     LogEvent(LogLevel::kInfo, "stale_files_removed",
              {{"folder", folder->path()}, {"files", absl::StrCat(folder->stale_file_count())}});
@@ -276,8 +276,9 @@ int Serve(const Config& config, const sigset_t& stop_signals,
             {"cluster", config.cluster.name.empty() ? "none" : config.cluster.name},
             {"node", config.cluster.node_id},
             {"fleet", config.is_fleet ? "true" : "false"},
-            {"shared_memory",
-             config.server.shared_folder == nullptr ? "none" : config.server.shared_folder->path()},
+            {"shared_memory", config.server.shared_memory_dir == nullptr
+                                  ? "none"
+                                  : config.server.shared_memory_dir->path()},
             {"metrics", *metrics_page == nullptr ? "none" : (*metrics_page)->address()},
             {"web", *web_server == nullptr ? "none" : (*web_server)->url()},
             {"art", config.server.art == nullptr ? "built-in" : absl::GetFlag(FLAGS_art_dir)}});

@@ -12,7 +12,7 @@
 namespace procgen {
 
 // Values of N environments. Valid until the next call on the environments.
-struct Observed {
+struct EnvironmentValues {
   absl::Span<const uint8_t> observations;         // [N, 64, 64, 3]
   absl::Span<const float> rewards;                // [N]
   absl::Span<const uint8_t> first;                // [N]
@@ -34,7 +34,7 @@ class Environments {
   virtual absl::Status Act(absl::Span<const int32_t> actions) = 0;
 
   // Waits for the step and returns its values.
-  virtual absl::StatusOr<Observed> Observe() = 0;
+  virtual absl::StatusOr<EnvironmentValues> Observe() = 0;
 
   // Waits for the step and renders the human view of one environment. `frame`: uint8
   // [kHumanViewSizePx, kHumanViewSizePx, 3].

@@ -55,13 +55,13 @@ void HostBuffers::ReadActions(absl::Span<int32_t> actions) const {
   }
 }
 
-void HostBuffers::Write(const Observed& observed) const {
+void HostBuffers::Write(const EnvironmentValues& observed) const {
   for (size_t i = 0; i < env_count_; ++i) {
     WriteOne(i, observed);
   }
 }
 
-void HostBuffers::WriteOne(size_t i, const Observed& observed) const {
+void HostBuffers::WriteOne(size_t i, const EnvironmentValues& observed) const {
   rewards_[i] = observed.rewards[i];
   firsts_[i] = observed.first[i];
   std::memcpy(observations_[i], &observed.observations[i * kObservationBytes], kObservationBytes);

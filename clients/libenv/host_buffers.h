@@ -24,9 +24,9 @@ class HostBuffers {
   // Reads the actions. `actions`: [N].
   void ReadActions(absl::Span<int32_t> actions) const;
   // Writes all values except the human views.
-  void Write(const Observed& observed) const;
+  void Write(const EnvironmentValues& observed) const;
   // As Write, for environment `i` only.
-  void WriteOne(size_t i, const Observed& observed) const;
+  void WriteOne(size_t i, const EnvironmentValues& observed) const;
   // Sets all rewards to NaN, so that a learner notices that its environments are lost.
   void SpoilRewards() const;
   // Buffer of the human view of an environment. REQUIRES: render_human.

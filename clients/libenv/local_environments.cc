@@ -53,16 +53,16 @@ absl::Status LocalEnvironments::Act(absl::Span<const int32_t> actions) {
   return absl::OkStatus();
 }
 
-absl::StatusOr<Observed> LocalEnvironments::Observe() {
+absl::StatusOr<EnvironmentValues> LocalEnvironments::Observe() {
   if (absl::Status status = Wait(); !status.ok()) {
     return status;
   }
-  return Observed{.observations = observations_,
-                  .rewards = numbers_.rewards,
-                  .first = numbers_.first,
-                  .prev_level_seeds = numbers_.prev_level_seeds,
-                  .prev_level_complete = numbers_.prev_level_complete,
-                  .level_seeds = numbers_.level_seeds};
+  return EnvironmentValues{.observations = observations_,
+                           .rewards = numbers_.rewards,
+                           .first = numbers_.first,
+                           .prev_level_seeds = numbers_.prev_level_seeds,
+                           .prev_level_complete = numbers_.prev_level_complete,
+                           .level_seeds = numbers_.level_seeds};
 }
 
 absl::Status LocalEnvironments::Render(int32_t environment, absl::Span<uint8_t> frame) {

@@ -106,16 +106,16 @@ absl::Status RemoteEnvironments::Act(absl::Span<const int32_t> actions) {
   return status;
 }
 
-absl::StatusOr<Observed> RemoteEnvironments::Observe() {
+absl::StatusOr<EnvironmentValues> RemoteEnvironments::Observe() {
   if (absl::Status status = Wait(); !status.ok()) {
     return status;
   }
-  return Observed{.observations = batch_.observations(),
-                  .rewards = batch_.rewards(),
-                  .first = Bytes(batch_.first()),
-                  .prev_level_seeds = batch_.prev_level_seeds(),
-                  .prev_level_complete = Bytes(batch_.prev_level_complete()),
-                  .level_seeds = batch_.level_seeds()};
+  return EnvironmentValues{.observations = batch_.observations(),
+                           .rewards = batch_.rewards(),
+                           .first = Bytes(batch_.first()),
+                           .prev_level_seeds = batch_.prev_level_seeds(),
+                           .prev_level_complete = Bytes(batch_.prev_level_complete()),
+                           .level_seeds = batch_.level_seeds()};
 }
 
 absl::Status RemoteEnvironments::Render(int32_t environment, absl::Span<uint8_t> frame) {

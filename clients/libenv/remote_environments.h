@@ -24,7 +24,7 @@ class RemoteEnvironments final : public Environments {
   RemoteEnvironments& operator=(const RemoteEnvironments&) = delete;
 
   absl::Status Act(absl::Span<const int32_t> actions) override;
-  absl::StatusOr<Observed> Observe() override;
+  absl::StatusOr<EnvironmentValues> Observe() override;
   absl::Status Render(int32_t environment, absl::Span<uint8_t> frame) override;
   absl::StatusOr<std::string> SaveState(int32_t environment) override;
   absl::Status RestoreState(int32_t environment, absl::string_view snapshot) override;

@@ -47,7 +47,7 @@ struct StepResult {
 };
 
 // What a snapshot contains about the episode it was saved in.
-struct SavedMoment {
+struct SavedEpisode {
   EnvironmentOptions options;   // without rand_seed; exploration mode resolved
   int32_t level_seed = 0;       // of the current level
   int32_t episode_length = 0;   // steps
@@ -57,7 +57,7 @@ struct SavedMoment {
 
 // Reads these fields without making an environment. Errors: as Environment::Restore, for the fields
 // that it reads.
-absl::StatusOr<SavedMoment> ReadSavedMoment(absl::string_view snapshot);
+absl::StatusOr<SavedEpisode> ReadSavedMoment(absl::string_view snapshot);
 
 // One environment: a sequence of levels, with steps and episode ends.
 // Threads: compatible (one thread at a time).

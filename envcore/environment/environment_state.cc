@@ -83,14 +83,14 @@ void VisitProgress(StateArchive& archive, const Progress& progress) {
 
 }  // namespace
 
-absl::StatusOr<SavedMoment> ReadSavedMoment(absl::string_view snapshot) {
+absl::StatusOr<SavedEpisode> ReadSavedMoment(absl::string_view snapshot) {
   absl::StatusOr<StateArchive> archive = StateArchive::Open(snapshot);
   if (!archive.ok()) {
     return archive.status();
   }
   Beginning beginning;
   VisitBeginning(*archive, beginning);
-  SavedMoment moment;
+  SavedEpisode moment;
   RandomStream level_stream;
   std::optional<int32_t> next_level;
   float episode_return = 0;

@@ -228,7 +228,7 @@ void Game::FillCells(const Camera& camera, CellLayer* cells) const {
   cells->out_of_bounds_kind = world_.out_of_bounds_kind;
   cells->dots = cell_dots_;
   for (size_t kind = 0; kind < cell_looks_.size(); ++kind) {
-    const CellLook& look = cell_looks_[kind];
+    const CellAppearance& look = cell_looks_[kind];
     cells->looks[kind] = {look.image_kind,
                           static_cast<int16_t>(ShownTheme(look.image_kind, look.theme))};
   }

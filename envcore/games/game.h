@@ -126,7 +126,7 @@ class Game : public Rules {
   float jump_speed_ = 0.5F;
   bool shows_velocity_ = true;
   // The look of each kind of cell. In a new level every kind shows its own image in theme 0.
-  std::array<CellLook, kKindCount> cell_looks_;
+  std::array<CellAppearance, kKindCount> cell_looks_;
   // The kind of cell that is drawn as a flat dot. Default: none.
   CellDots cell_dots_;
 

@@ -4,7 +4,7 @@
 
 #include "envcore/games/game_catalog.h"
 #include "envcore/pool/upstream_images.h"
-#include "envcore/render/art/art_folder.h"
+#include "envcore/render/art/art_dir.h"
 #include "envcore/render/art/art_pack.h"
 #include "envcore/render/art/game_art.h"
 
@@ -18,7 +18,7 @@ std::shared_ptr<const SharedArt> SharedArt::Embedded() {
 }
 
 absl::StatusOr<std::shared_ptr<const SharedArt>> SharedArt::LoadFolder(const std::string& folder) {
-  auto pack = ReadArtFolder(folder, UpstreamImages());
+  auto pack = ReadArtDir(folder, UpstreamImages());
   if (!pack.ok()) {
     return pack.status();
   }

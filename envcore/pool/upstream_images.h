@@ -3,7 +3,7 @@
 
 #include <vector>
 
-#include "envcore/render/art/art_folder.h"
+#include "envcore/render/art/art_dir.h"
 
 namespace procgen {
 

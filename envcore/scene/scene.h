@@ -36,11 +36,11 @@ struct Sprite {
 };
 
 // The look of a kind of cell. Cells are never rotated, mirrored, tiled or translucent.
-struct CellLook {
+struct CellAppearance {
   int16_t image_kind = 0;  // negative: not drawn
   int16_t theme = 0;
 
-  bool operator==(const CellLook&) const = default;
+  bool operator==(const CellAppearance&) const = default;
 };
 
 // A kind of cell that shows a flat square in its center instead of an image, in every art style.
@@ -61,7 +61,7 @@ struct CellLayer {
   int first_row = 0;
   int last_row = -1;
   int out_of_bounds_kind = kOutsideKind;
-  std::array<CellLook, kKindCount> looks;  // by kind
+  std::array<CellAppearance, kKindCount> looks;  // by kind
   CellDots dots;
 };
 

@@ -29,7 +29,7 @@ class LoneNode final : public Cluster {
       }
       nodes_ = {std::move(status)};
     }
-    subscribers_.Tell();
+    subscribers_.Notify();
   }
 
   std::vector<NodeStatus> Nodes() const override {

@@ -112,7 +112,7 @@ class DdsCluster final : public Cluster {
         continue;
       }
       told_nodes = std::move(nodes);
-      subscribers_.Tell();
+      subscribers_.Notify();
       // Changes that arrive meanwhile are reported together.
       stopped_.WaitWithTimeout(kTellIntervalMin);
     }

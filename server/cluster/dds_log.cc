@@ -80,8 +80,8 @@ void LogOfCluster(bool is_error, absl::string_view message) {
   ProcessLog::Get().Report(is_error, message);
 }
 
-DdsComplaints::DdsComplaints() { ProcessLog::Get().Collect(&text_); }
-DdsComplaints::~DdsComplaints() { ProcessLog::Get().EndToCollect(); }
-std::string DdsComplaints::text() const { return ProcessLog::Get().Copy(text_); }
+DdsErrorLog::DdsErrorLog() { ProcessLog::Get().Collect(&text_); }
+DdsErrorLog::~DdsErrorLog() { ProcessLog::Get().EndToCollect(); }
+std::string DdsErrorLog::text() const { return ProcessLog::Get().Copy(text_); }
 
 }  // namespace procgen

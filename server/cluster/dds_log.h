@@ -12,12 +12,12 @@ void LogOfCluster(bool is_error, absl::string_view message);
 
 // Collects errors of Cyclone DDS while it exists, in place of logging them: the log explains an
 // error, the error code does not. One at a time in a process; another one blocks.
-class DdsComplaints {
+class DdsErrorLog {
  public:
-  DdsComplaints();
-  ~DdsComplaints();
-  DdsComplaints(const DdsComplaints&) = delete;
-  DdsComplaints& operator=(const DdsComplaints&) = delete;
+  DdsErrorLog();
+  ~DdsErrorLog();
+  DdsErrorLog(const DdsErrorLog&) = delete;
+  DdsErrorLog& operator=(const DdsErrorLog&) = delete;
 
   // All errors so far, separated by "; ".
   std::string text() const;

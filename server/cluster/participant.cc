@@ -84,7 +84,7 @@ bool IsSound(const procgen_topics_NodeRates& sample) {
 
 absl::StatusOr<std::unique_ptr<Participant>> Participant::Create(
     const ClusterOptions& options, const std::vector<std::string>& peer_addresses) {
-  const DdsComplaints complaints;
+  const DdsErrorLog complaints;
   std::unique_ptr<Participant> made(new Participant);
   absl::Status status = made->CreateDomain(options, peer_addresses);
   if (status.ok()) {

@@ -25,7 +25,7 @@ class Subscribers {
 
   // Notifies all subscribers. Subscribe and unsubscribe block meanwhile, so callbacks must not wait
   // for them.
-  void Tell() {
+  void Notify() {
     absl::MutexLock lock(&mutex_);
     for (auto& [number, changed] : subscribers_) {
       changed();

@@ -181,7 +181,7 @@ void DmEnvRpcSession::OnJoined(absl::StatusOr<std::shared_ptr<JoinedWorld>> worl
     Finish(world.status());
     return;
   }
-  play_ = std::make_unique<WorldPlay>(*std::move(world), form);
+  play_ = std::make_unique<WorldSession>(*std::move(world), form);
   play_->Observe([this](const absl::Status& status) {
     if (status.ok()) {
       supervisor_->metrics().AddStream(false);
@@ -279,7 +279,7 @@ void DmEnvRpcSession::ResetUnjoined(std::shared_ptr<PoolSession> pool,
                         Finish(world.status());
                         return;
                       }
-                      auto visit = std::make_shared<WorldPlay>(*std::move(world), form);
+                      auto visit = std::make_shared<WorldSession>(*std::move(world), form);
                       visit->ResetNow(settings, [this, visit](const absl::Status& status) {
                         visit->world().Leave();
                         Finish(status);

@@ -11,7 +11,7 @@
 #include "absl/synchronization/mutex.h"
 #include "server/dm_env_rpc/joined_world.h"
 #include "server/dm_env_rpc/properties.h"
-#include "server/dm_env_rpc/world_play.h"
+#include "server/dm_env_rpc/world_session.h"
 #include "server/session/pool_supervisor.h"
 
 namespace procgen {
@@ -72,7 +72,7 @@ class DmEnvRpcSession {
   JoinedWorlds* const worlds_;
   const std::string owner_;
   const JoinedWorld::OnDrain on_drain_;
-  std::unique_ptr<WorldPlay> play_;  // null: no world is joined
+  std::unique_ptr<WorldSession> play_;  // null: no world is joined
 
   // Of the request that is answered.
   dm::EnvironmentResponse* response_ = nullptr;

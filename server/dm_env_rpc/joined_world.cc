@@ -75,7 +75,7 @@ void JoinedWorld::OnStreamEnd(StreamEnd why, const absl::Status& reason) {
       pool = std::move(pool_);
     }
   }
-  LetGo(pool);
+  Detach(pool);
   if (why == StreamEnd::kDrain) {
     on_drain_(reason);
   }
@@ -87,10 +87,10 @@ void JoinedWorld::Leave() {
     absl::MutexLock lock(&mutex_);
     pool = std::move(pool_);
   }
-  LetGo(pool);
+  Detach(pool);
 }
 
-void JoinedWorld::LetGo(const std::shared_ptr<PoolSession>& pool) {
+void JoinedWorld::Detach(const std::shared_ptr<PoolSession>& pool) {
   if (pool == nullptr) {
     return;
   }
@@ -117,7 +117,7 @@ void JoinedWorld::EndUse() {
       pool = std::move(pool_);
     }
   }
-  LetGo(pool);
+  Detach(pool);
 }
 
 void JoinedWorld::InTurn(Work work, Done done) {

@@ -86,7 +86,7 @@ class JoinedWorld : public std::enable_shared_from_this<JoinedWorld> {
   // The pool, for a use; null: it is lost.
   std::shared_ptr<PoolSession> BeginUse();
   void EndUse();
-  void LetGo(const std::shared_ptr<PoolSession>& pool);
+  void Detach(const std::shared_ptr<PoolSession>& pool);
 
   const PoolSession* const identity_;
   JoinedWorlds* const worlds_;

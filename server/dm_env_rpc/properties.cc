@@ -53,7 +53,7 @@ absl::Status NoSuchProperty(absl::string_view key) {
   return absl::NotFoundError(absl::StrCat("there is no property '", Shown(key), "' here"));
 }
 
-absl::StatusOr<Property> FindProperty(absl::string_view key, const WorldPlay* play) {
+absl::StatusOr<Property> FindProperty(absl::string_view key, const WorldSession* play) {
   const size_t dot = key.find('.');
   const absl::string_view name = key.substr(0, dot);
   const auto* const facts =
@@ -77,21 +77,21 @@ absl::StatusOr<Property> FindProperty(absl::string_view key, const WorldPlay* pl
 }
 
 // Whether it stands for those of a batch's environments.
-bool IsOfBatch(const Property& property, const WorldPlay* play) {
+bool IsOfBatch(const Property& property, const WorldSession* play) {
   return property.facts->is_per_environment && !property.environment.has_value() &&
          !play->form().is_single;
 }
 
 // A batch's states are read and written one by one, for they have lengths of their own.
-bool IsWhole(const Property& property, const WorldPlay* play) {
+bool IsWhole(const Property& property, const WorldSession* play) {
   return !(IsOfBatch(property, play) && property.facts->is_list);
 }
 
-bool IsReadable(const Property& property, const WorldPlay* play) {
+bool IsReadable(const Property& property, const WorldSession* play) {
   return property.facts->is_readable && IsWhole(property, play);
 }
 
-bool IsWritable(const Property& property, const WorldPlay* play) {
+bool IsWritable(const Property& property, const WorldSession* play) {
   return property.facts->is_writable && IsWhole(property, play);
 }
 
@@ -106,7 +106,8 @@ absl::Status Forbidden(const Property& property, absl::string_view verb) {
       absl::StrCat("property '", KeyOf(property), "' cannot be ", verb));
 }
 
-void Describe(const Property& property, const WorldPlay* play, dm_properties::PropertySpec* spec) {
+void Describe(const Property& property, const WorldSession* play,
+              dm_properties::PropertySpec* spec) {
   const PropertyFacts& facts = *property.facts;
   spec->mutable_spec()->set_name(KeyOf(property));
   spec->mutable_spec()->set_dtype(facts.type);
@@ -122,7 +123,7 @@ void Describe(const Property& property, const WorldPlay* play, dm_properties::Pr
   spec->set_description(facts.description);
 }
 
-absl::Status List(const std::string& key, const WorldPlay* play,
+absl::Status List(const std::string& key, const WorldSession* play,
                   dm_properties::ListPropertyResponse* response) {
   if (key.empty()) {
     for (const PropertyFacts& facts : kProperties) {
@@ -167,7 +168,7 @@ std::vector<std::string> WorldNames(const PoolSupervisor& supervisor, absl::stri
   return names;
 }
 
-void ReadLevelSeed(const Property& property, const WorldPlay& play, dm::Tensor* value) {
+void ReadLevelSeed(const Property& property, const WorldSession& play, dm::Tensor* value) {
   const std::vector<int32_t>& seeds = play.level_seeds();
   if (IsOfBatch(property, &play)) {
     value->mutable_int32s()->mutable_array()->Assign(seeds.begin(), seeds.end());
@@ -178,7 +179,7 @@ void ReadLevelSeed(const Property& property, const WorldPlay& play, dm::Tensor* 
   }
 }
 
-void ReadState(const Property& property, WorldPlay* play, dm::Tensor* value,
+void ReadState(const Property& property, WorldSession* play, dm::Tensor* value,
                PoolSession::Done done) {
   play->SaveState(property.environment.value_or(0),
                   [value, done = std::move(done)](absl::StatusOr<std::string> snapshot) mutable {
@@ -191,7 +192,7 @@ void ReadState(const Property& property, WorldPlay* play, dm::Tensor* value,
                   });
 }
 
-void ReadStepCount(const WorldPlay& play, dm::Tensor* value, PoolSession::Done done) {
+void ReadStepCount(const WorldSession& play, dm::Tensor* value, PoolSession::Done done) {
   play.world().InTurn(
       [value](PoolSession* pool, PoolSession::Done end) {
         value->mutable_int64s()->add_array(pool->step_count());
@@ -201,7 +202,7 @@ void ReadStepCount(const WorldPlay& play, dm::Tensor* value, PoolSession::Done d
 }
 
 void Read(const PoolSupervisor& supervisor, absl::string_view owner, const std::string& key,
-          WorldPlay* play, dm::Tensor* value, PoolSession::Done done) {
+          WorldSession* play, dm::Tensor* value, PoolSession::Done done) {
   const absl::StatusOr<Property> property = FindProperty(key, play);
   if (!property.ok()) {
     done(property.status());
@@ -234,7 +235,7 @@ void Read(const PoolSupervisor& supervisor, absl::string_view owner, const std::
 }
 
 absl::Status WriteNextLevelSeed(const Property& property, const dm::Tensor& value,
-                                WorldPlay* play) {
+                                WorldSession* play) {
   const bool is_of_batch = IsOfBatch(property, play);
   const absl::StatusOr<std::vector<int32_t>> seeds = ReadIntegersAsInt32s(
       KeyOf(property), value, is_of_batch ? play->form().shape() : TensorShape::Scalar());
@@ -249,7 +250,7 @@ absl::Status WriteNextLevelSeed(const Property& property, const dm::Tensor& valu
   return absl::OkStatus();
 }
 
-void Write(const dm_properties::WritePropertyRequest& request, WorldPlay* play,
+void Write(const dm_properties::WritePropertyRequest& request, WorldSession* play,
            PoolSession::Done done) {
   const absl::StatusOr<Property> property = FindProperty(request.key(), play);
   if (!property.ok()) {
@@ -275,7 +276,7 @@ void Write(const dm_properties::WritePropertyRequest& request, WorldPlay* play,
 }  // namespace
 
 void AnswerPropertyRequest(const PoolSupervisor& supervisor, absl::string_view owner,
-                           WorldPlay* play, const dm_properties::PropertyRequest& request,
+                           WorldSession* play, const dm_properties::PropertyRequest& request,
                            dm_properties::PropertyResponse* response, PoolSession::Done done) {
   switch (request.payload_case()) {
     case dm_properties::PropertyRequest::kReadProperty:

@@ -5,7 +5,7 @@
 #include "absl/status/status.h"
 #include "absl/strings/string_view.h"
 #include "dm_env_rpc/v1/extensions/properties.pb.h"
-#include "server/dm_env_rpc/world_play.h"
+#include "server/dm_env_rpc/world_session.h"
 #include "server/session/pool_supervisor.h"
 
 namespace procgen {
@@ -18,7 +18,7 @@ namespace dm_properties = ::dm_env_rpc::v1::extensions::properties;
 // read, written or listed; INVALID_ARGUMENT a value that it does not take; those of Pool's
 // SaveStates and RestoreStates.
 void AnswerPropertyRequest(const PoolSupervisor& supervisor, absl::string_view owner,
-                           WorldPlay* play, const dm_properties::PropertyRequest& request,
+                           WorldSession* play, const dm_properties::PropertyRequest& request,
                            dm_properties::PropertyResponse* response, PoolSession::Done done);
 
 }  // namespace procgen

@@ -56,7 +56,7 @@ absl::StatusOr<std::string> ReadFor(absl::string_view flag, WatchedFile* file) {
 }  // namespace
 
 TlsFiles::TlsFiles(const TlsPaths& paths)
-    : asks_clients_(!paths.client_ca.empty()),
+    : requires_client_certificate_(!paths.client_ca.empty()),
       certificate_(paths.certificate),
       key_(paths.key),
       client_ca_(paths.client_ca) {}
@@ -77,7 +77,7 @@ absl::StatusOr<TlsFiles::Contents> TlsFiles::Read() {
   absl::StatusOr<std::string> certificate = ReadFor("tls_certificate", &certificate_);
   absl::StatusOr<std::string> key = ReadFor("tls_key", &key_);
   absl::StatusOr<std::string> client_ca =
-      asks_clients_ ? ReadFor("tls_client_ca", &client_ca_) : std::string();
+      requires_client_certificate_ ? ReadFor("tls_client_ca", &client_ca_) : std::string();
   for (const absl::Status& status : {certificate.status(), key.status(), client_ca.status()}) {
     if (!status.ok()) {
       return status;
@@ -95,7 +95,7 @@ absl::StatusOr<TlsFiles::Contents> TlsFiles::Read() {
     ERR_clear_error();
     return WrongFile("tls_key", key_, absl::StrCat("is not the key of ", certificate_.path()));
   }
-  if (asks_clients_ && CertificatesIn(*client_ca).empty()) {
+  if (requires_client_certificate_ && CertificatesIn(*client_ca).empty()) {
     return WrongFile("tls_client_ca", client_ca_, "has no certificate in PEM");
   }
   if (X509_cmp_current_time(X509_get0_notAfter(chain.front().get())) < 0) {
@@ -110,8 +110,8 @@ absl::StatusOr<TlsFiles::Contents> TlsFiles::Read() {
 }
 
 void TlsFiles::Refresh() {
-  const bool has_changed =
-      certificate_.HasChanged() || key_.HasChanged() || (asks_clients_ && client_ca_.HasChanged());
+  const bool has_changed = certificate_.HasChanged() || key_.HasChanged() ||
+                           (requires_client_certificate_ && client_ca_.HasChanged());
   if (has_changed) {
     absl::StatusOr<Contents> contents = Read();
     LogEvent(contents.ok() ? LogLevel::kInfo : LogLevel::kWarning,

@@ -32,7 +32,7 @@ class TlsFiles {
   static absl::StatusOr<std::shared_ptr<TlsFiles>> Open(const TlsPaths& paths);
 
   // Whether clients must present a certificate (mutual TLS).
-  bool asks_clients() const { return asks_clients_; }
+  bool requires_client_certificate() const { return requires_client_certificate_; }
 
   struct Contents {
     std::string certificate;
@@ -48,7 +48,7 @@ class TlsFiles {
   void Refresh() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   absl::StatusOr<Contents> Read() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
 
-  const bool asks_clients_;
+  const bool requires_client_certificate_;
   absl::Mutex mutex_;
   WatchedFile certificate_ ABSL_GUARDED_BY(mutex_);
   WatchedFile key_ ABSL_GUARDED_BY(mutex_);

@@ -104,15 +104,16 @@ class GrpcServer final : public Server {
       : tls_(options.tls != nullptr ? std::make_unique<TlsCredentials>(options.tls) : nullptr),
         is_fleet_(options.make_backend_factory != nullptr),
         supervisor_(options.limits, options.worker_count, &metrics_, options.art, SteadyNow,
-                    options.shared_folder,
+                    options.shared_memory_dir,
                     options.make_backend_factory == nullptr
                         ? nullptr
                         : options.make_backend_factory(&metrics_)),
         connections_(std::make_shared<Connections>(options.limits.connection_count_max,
                                                    options.limits.attach_timeout)),
-        accounting_(
-            Authenticator(options.tokens, options.tls != nullptr && options.tls->asks_clients()),
-            options.limits.attach_timeout, connections_.get(), &supervisor_.quotas(), &metrics_),
+        accounting_(Authenticator(options.tokens, options.tls != nullptr &&
+                                                      options.tls->requires_client_certificate()),
+                    options.limits.attach_timeout, connections_.get(), &supervisor_.quotas(),
+                    &metrics_),
         cluster_(options.cluster != nullptr ? options.cluster
                                             : Cluster::Alone(ClusterOptions().node_id)),
         pipe_listener_(std::move(pipe_listener)),
@@ -292,7 +293,7 @@ absl::StatusOr<std::unique_ptr<Server>> Server::Start(const ServerOptions& optio
     return status;
   }
   std::unique_ptr<PipeListener> pipe_listener;
-  if (options.shared_folder != nullptr) {
+  if (options.shared_memory_dir != nullptr) {
     auto opened = PipeListener::Open(static_cast<size_t>(options.limits.request_bytes_max));
     if (!opened.ok()) {
       return opened.status();

@@ -19,7 +19,7 @@
 #include "server/rpc/services/clone_source_allowlist.h"
 #include "server/session/backend/pool_backend.h"
 #include "server/session/quota/limits.h"
-#include "server/shared_memory/shared_folder.h"
+#include "server/shared_memory/shared_memory_dir.h"
 
 namespace procgen {
 
@@ -35,7 +35,7 @@ struct ServerOptions {
   std::shared_ptr<TlsFiles> tls;         // null: plain text
   std::shared_ptr<TokenFile> tokens;     // null: calls need no token
   // Folder of memory shared with learners on this machine; null: no shared memory.
-  std::shared_ptr<const SharedFolder> shared_folder;
+  std::shared_ptr<const SharedMemoryDir> shared_memory_dir;
   CloneSourceAllowlist clone_source_allowlist;  // servers that CloneStates may connect to
   // Makes the factory of pool backends, which counts in `metrics`; null: pools in this process.
   std::function<std::unique_ptr<PoolBackendFactory>(Metrics* metrics)> make_backend_factory;

@@ -36,7 +36,7 @@ absl::Status CheckLeaseDuration(absl::string_view field, absl::Duration lease_du
 
 PoolSupervisor::PoolSupervisor(const Limits& limits, int32_t worker_count, Metrics* metrics,
                                std::shared_ptr<const SharedArt> art, Clock clock,
-                               std::shared_ptr<const SharedFolder> shared_folder,
+                               std::shared_ptr<const SharedMemoryDir> shared_memory_dir,
                                std::unique_ptr<PoolBackendFactory> backend_factory)
     : limits_(limits),
       metrics_(metrics),
@@ -46,7 +46,7 @@ PoolSupervisor::PoolSupervisor(const Limits& limits, int32_t worker_count, Metri
       resume_buffer_bytes_(limits.resume_buffer_bytes_max),
       shared_memory_bytes_(limits.shared_memory_bytes_max),
       episode_bytes_(limits.episode_history_bytes_max),
-      shared_folder_(std::move(shared_folder)),
+      shared_memory_dir_(std::move(shared_memory_dir)),
       executor_(kBackgroundThreadCount),
       backend_factory_(backend_factory != nullptr
                            ? std::move(backend_factory)
@@ -129,7 +129,7 @@ std::shared_ptr<PoolSession> PoolSupervisor::MakeSession(const CreatePoolOptions
                           {&quotas_, &executor_, &lease_timer_, &resume_buffer_bytes_,
                            &shared_memory_bytes_, &episode_bytes_, &step_count_, metrics_},
                           session_options.encoding,
-                          session_options.shares_memory ? shared_folder_.get() : nullptr),
+                          session_options.shares_memory ? shared_memory_dir_.get() : nullptr),
           [this](PoolSession* freed) {
             executor_.Run(freed->owner(), [this, freed] {
               delete freed;

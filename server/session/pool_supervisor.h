@@ -27,7 +27,7 @@
 #include "server/session/quota/memory_trimmer.h"
 #include "server/session/quota/quotas.h"
 #include "server/session/watch/frame_publishers.h"
-#include "server/shared_memory/shared_folder.h"
+#include "server/shared_memory/shared_memory_dir.h"
 
 namespace procgen {
 
@@ -56,11 +56,11 @@ class PoolSupervisor {
 
   // `worker_count` >= 1: threads that step environments. `metrics`: receives all counts; must
   // outlive this. `art`: what all pools draw with; null: the built-in art. `clock`: the clock of
-  // leases. `shared_folder`: where pools share memory with learners; null: not supported.
+  // leases. `shared_memory_dir`: where pools share memory with learners; null: not supported.
   // `backend_factory`: creates pools, with art and workers of its own; null: in this process.
   PoolSupervisor(const Limits& limits, int32_t worker_count, Metrics* metrics,
                  std::shared_ptr<const SharedArt> art = nullptr, Clock clock = SteadyNow,
-                 std::shared_ptr<const SharedFolder> shared_folder = nullptr,
+                 std::shared_ptr<const SharedMemoryDir> shared_memory_dir = nullptr,
                  std::unique_ptr<PoolBackendFactory> backend_factory = nullptr);
   // Waits until all pools are freed. REQUIRES: every PoolSession will be released.
   ~PoolSupervisor();
@@ -72,7 +72,7 @@ class PoolSupervisor {
   const SharedArt* art() const { return art_.get(); }
 
   // Whether pools can share memory with learners.
-  bool shares_memory() const { return shared_folder_ != nullptr; }
+  bool shares_memory() const { return shared_memory_dir_ != nullptr; }
   // Whether learners find their pools again after the server restarts.
   bool keeps_pools() const { return backend_factory_->keeps_pools(); }
 
@@ -161,7 +161,7 @@ class PoolSupervisor {
   ByteBudget resume_buffer_bytes_;
   ByteBudget shared_memory_bytes_;
   ByteBudget episode_bytes_;
-  const std::shared_ptr<const SharedFolder> shared_folder_;
+  const std::shared_ptr<const SharedMemoryDir> shared_memory_dir_;
 
   absl::Mutex mutex_;
   int32_t unfreed_count_ ABSL_GUARDED_BY(mutex_) = 0;  // PoolSessions that exist

@@ -8,8 +8,8 @@
 #include "absl/status/status.h"
 #include "envcore/pool/pool.h"
 #include "server/shared_memory/mapping_guard.h"
-#include "server/shared_memory/shared_folder.h"
 #include "server/shared_memory/shared_layout.h"
+#include "server/shared_memory/shared_memory_dir.h"
 
 namespace procgen {
 
@@ -19,7 +19,7 @@ namespace procgen {
 class SharedBatchSlots {
  public:
   // Starts without batches. `folder` must outlive this.
-  SharedBatchSlots(const SharedFolder* folder, int32_t env_count, int64_t observation_bytes)
+  SharedBatchSlots(const SharedMemoryDir* folder, int32_t env_count, int64_t observation_bytes)
       : folder_(folder), layout_(env_count, observation_bytes) {}
   ~SharedBatchSlots();
   SharedBatchSlots(const SharedBatchSlots&) = delete;
@@ -43,7 +43,7 @@ class SharedBatchSlots {
   }
 
  private:
-  const SharedFolder* const folder_;
+  const SharedMemoryDir* const folder_;
   const SharedLayout layout_;
   int32_t batch_count_ = 0;
   std::unique_ptr<SharedFile> file_;     // null: no batch

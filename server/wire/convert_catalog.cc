@@ -138,7 +138,7 @@ void FillLatencyHistogram(const HistogramCounts& seconds, v1::LatencyHistogram* 
 
 }  // namespace
 
-v1::Catalog CatalogMessageOf(const ServerFacts& server, const Limits& limits) {
+v1::Catalog CatalogMessageOf(const ServerInfo& server, const Limits& limits) {
   v1::Catalog catalog;
   catalog.set_server_version(std::string(server.version));
   catalog.add_protocols("procgen.v1");

@@ -9,13 +9,13 @@
 namespace procgen {
 
 // Server-specific facts of the catalog.
-struct ServerFacts {
+struct ServerInfo {
   absl::string_view version = "";
   bool has_own_art = false;    // draws with --art_dir
   bool shares_memory = false;  // offers shared memory to local learners
 };
 
-v1::Catalog CatalogMessageOf(const ServerFacts& server, const Limits& limits);
+v1::Catalog CatalogMessageOf(const ServerInfo& server, const Limits& limits);
 
 v1::Load LoadMessageOf(const Load& load, const StreamTotals& streams);
 

@@ -14,12 +14,12 @@ constexpr char kSharedFolder[] = "/dev/shm";
 }  // namespace
 
 absl::StatusOr<std::unique_ptr<Server>> StartStreamServer() {
-  auto folder = SharedFolder::Open(kSharedFolder);
+  auto folder = SharedMemoryDir::Open(kSharedFolder);
   if (!folder.ok()) {
     return folder.status();
   }
   ServerOptions options;
-  options.shared_folder = *std::move(folder);
+  options.shared_memory_dir = *std::move(folder);
   options.address = "127.0.0.1:0";
   options.worker_count = kStreamWorkerCount;
   return Server::Start(options);

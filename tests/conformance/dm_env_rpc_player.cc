@@ -133,13 +133,13 @@ std::vector<uint64_t> Wanted(bool with_pictures) {
 }
 
 // Appends the fields of the episode that was stepped; AppendShown those of the observation.
-void AppendOutcome(const dm::StepResponse& step, Observed* observed) {
+void AppendOutcome(const dm::StepResponse& step, Observations* observed) {
   Append(step.observations().at(kReward).floats().array(), &observed->rewards);
   Append(step.observations().at(kPrevLevelSeed).int32s().array(), &observed->prev_level_seeds);
   Append(step.observations().at(kPrevLevelComplete).bools().array(),
          &observed->prev_level_complete);
 }
-void AppendShown(const dm::StepResponse& step, Observed* observed) {
+void AppendShown(const dm::StepResponse& step, Observations* observed) {
   Append(step.observations().at(kLevelSeed).int32s().array(), &observed->level_seeds);
   if (const auto rgb = step.observations().find(kRgb); rgb != step.observations().end()) {
     Append(rgb->second.uint8s().array(), &observed->observations);
@@ -154,14 +154,14 @@ class BatchPlayer final : public Player {
     wanted_.push_back(kFirst);
   }
 
-  absl::Status Observe(Observed* observed) override { return Step({}, observed); }
+  absl::Status Observe(Observations* observed) override { return Step({}, observed); }
 
-  absl::Status Step(absl::Span<const int32_t> actions, Observed* observed) override {
+  absl::Status Step(absl::Span<const int32_t> actions, Observations* observed) override {
     const absl::StatusOr<dm::StepResponse> step = agent_->Step(actions, true, wanted_);
     if (!step.ok()) {
       return step.status();
     }
-    *observed = Observed();
+    *observed = Observations();
     AppendOutcome(*step, observed);
     AppendShown(*step, observed);
     Append(step->observations().at(kFirst).bools().array(), &observed->first);
@@ -180,8 +180,8 @@ class SinglesPlayer final : public Player {
   SinglesPlayer(std::vector<std::unique_ptr<Agent>> agents, bool with_pictures)
       : agents_(std::move(agents)), wanted_(Wanted(with_pictures)) {}
 
-  absl::Status Observe(Observed* observed) override {
-    *observed = Observed();
+  absl::Status Observe(Observations* observed) override {
+    *observed = Observations();
     for (const std::unique_ptr<Agent>& agent : agents_) {
       const absl::StatusOr<dm::StepResponse> begun = agent->Step({}, false, wanted_);
       if (!begun.ok()) {
@@ -194,8 +194,8 @@ class SinglesPlayer final : public Player {
     return absl::OkStatus();
   }
 
-  absl::Status Step(absl::Span<const int32_t> actions, Observed* observed) override {
-    *observed = Observed();
+  absl::Status Step(absl::Span<const int32_t> actions, Observations* observed) override {
+    *observed = Observations();
     for (size_t i = 0; i < agents_.size(); ++i) {
       absl::StatusOr<dm::StepResponse> step =
           agents_[i]->Step(actions.subspan(i, 1), false, wanted_);

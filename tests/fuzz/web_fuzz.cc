@@ -57,14 +57,14 @@ class CheckedOutbox final : public web::Outbox {
     absl::MutexLock lock(&mutex_);
     ++answer_count_;
   }
-  void Tell(web::WireMessage message) override {
+  void SendEvent(web::WireMessage message) override {
     Require(HeaderOf(message).contains("event"), "an event has a name");
   }
-  void TellLatest(const std::string& /*key*/, web::WireMessage message) override {
-    Tell(std::move(message));
+  void SendLatestEvent(const std::string& /*key*/, web::WireMessage message) override {
+    SendEvent(std::move(message));
   }
-  void Forget(const std::string& /*key*/) override {}
-  void Welcome() override {}
+  void DropEvent(const std::string& /*key*/) override {}
+  void AcceptHello() override {}
   void Close(int /*code*/, std::string reason) override {
     Require(!reason.empty(), "the end of a socket has a reason");
     absl::MutexLock lock(&mutex_);

@@ -192,12 +192,13 @@ class Comparison {
     }
   }
 
-  std::vector<Likeness> Result() && {
-    std::vector<Likeness> result;
+  std::vector<PartDistance> Result() && {
+    std::vector<PartDistance> result;
     std::copy_if(likenesses_.begin(), likenesses_.end(), std::back_inserter(result),
-                 [](const Likeness& likeness) { return likeness.first != nullptr; });
-    std::stable_sort(result.begin(), result.end(),
-                     [](const Likeness& a, const Likeness& b) { return a.distance < b.distance; });
+                 [](const PartDistance& likeness) { return likeness.first != nullptr; });
+    std::stable_sort(
+        result.begin(), result.end(),
+        [](const PartDistance& a, const PartDistance& b) { return a.distance < b.distance; });
     return result;
   }
 
@@ -232,7 +233,7 @@ class Comparison {
       distances[i] = TotalDifference(first.drawn[i], second.drawn[i], pixels) / size;
     }
     const WorstWindow worst = Decide(distances);
-    Likeness& likeness = likenesses_[first.part * (roles_.parts.size() + 1) + second.part];
+    PartDistance& likeness = likenesses_[first.part * (roles_.parts.size() + 1) + second.part];
     if (likeness.first == nullptr || worst.distance < likeness.distance) {
       likeness = {.first = PartOf(first),
                   .second = PartOf(second),
@@ -248,13 +249,13 @@ class Comparison {
   const Roles& roles_;
   const PartRenderer& renderer_;
   std::vector<Look> looks_;
-  std::vector<Likeness> likenesses_;  // by first and second part; first == null: not compared
+  std::vector<PartDistance> likenesses_;  // by first and second part; first == null: not compared
 };
 
 }  // namespace
 
-std::vector<Likeness> CompareParts(const Roles& roles, const SharedArt& art,
-                                   absl::FunctionRef<void(int64_t, int64_t)> show) {
+std::vector<PartDistance> CompareParts(const Roles& roles, const SharedArt& art,
+                                       absl::FunctionRef<void(int64_t, int64_t)> show) {
   const std::unique_ptr<Game> stage = StageOf(roles);
   const auto game_art = art.Of(*FindGame(roles.game), stage->art());
   const PartRenderer renderer(roles, *stage, *game_art);

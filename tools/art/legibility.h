@@ -24,7 +24,7 @@ struct Appearance {
 };
 
 // The smallest distance between two parts, or between a part and its backdrop.
-struct Likeness {
+struct PartDistance {
   const Part* first = nullptr;
   const Part* second = nullptr;  // null: the backdrop
   float distance = 0;            // README.md, "The distance"
@@ -39,8 +39,8 @@ struct Likeness {
 // Compares all pairs of parts of a game that must be distinguishable, and each part with its
 // backdrops. Returns them by distance, smallest first. `show` receives the numbers of done and of
 // all backdrops.
-std::vector<Likeness> CompareParts(const Roles& roles, const SharedArt& art,
-                                   absl::FunctionRef<void(int64_t, int64_t)> show);
+std::vector<PartDistance> CompareParts(const Roles& roles, const SharedArt& art,
+                                       absl::FunctionRef<void(int64_t, int64_t)> show);
 
 }  // namespace procgen
 

@@ -36,11 +36,11 @@ int Fail(absl::string_view error) {
   return 2;
 }
 
-absl::string_view SecondName(const Likeness& likeness) {
+absl::string_view SecondName(const PartDistance& likeness) {
   return likeness.second == nullptr ? "the backdrop" : likeness.second->name;
 }
 
-absl::string_view SecondRole(const Likeness& likeness) {
+absl::string_view SecondRole(const PartDistance& likeness) {
   return likeness.second == nullptr ? "backdrop" : RoleName(likeness.second->role);
 }
 
@@ -52,7 +52,7 @@ std::string AppearanceName(const Part* part, const Appearance& appearance) {
 }
 
 // Writes the two windows side by side, enlarged.
-absl::Status WriteCrop(const Likeness& likeness, const std::string& path) {
+absl::Status WriteCrop(const PartDistance& likeness, const std::string& path) {
   constexpr int kSizePx = kWindowSizePx * kCropFactor;
   Image crop(2 * kSizePx + kCropGapPx, kSizePx);
   int left = 0;
@@ -65,7 +65,7 @@ absl::Status WriteCrop(const Likeness& likeness, const std::string& path) {
   return WritePng(crop, path);
 }
 
-absl::Status WriteCrops(const Roles& roles, const std::vector<Likeness>& likenesses) {
+absl::Status WriteCrops(const Roles& roles, const std::vector<PartDistance>& likenesses) {
   const std::string folder = absl::GetFlag(FLAGS_crops);
   if (folder.empty()) {
     return absl::OkStatus();
@@ -73,7 +73,7 @@ absl::Status WriteCrops(const Roles& roles, const std::vector<Likeness>& likenes
   if (absl::Status status = MakeFolder(folder); !status.ok()) {
     return status;
   }
-  for (const Likeness& likeness : likenesses) {
+  for (const PartDistance& likeness : likenesses) {
     const std::string name = absl::StrReplaceAll(
         absl::StrCat(roles.game, "_", likeness.first->name, "_", SecondName(likeness)),
         {{" ", "-"}, {"'", ""}});
@@ -86,12 +86,12 @@ absl::Status WriteCrops(const Roles& roles, const std::vector<Likeness>& likenes
 }
 
 // Prints the table of a game, with the closest pair in bold.
-void PrintTable(const Roles& roles, const std::vector<Likeness>& likenesses) {
+void PrintTable(const Roles& roles, const std::vector<PartDistance>& likenesses) {
   std::cout << "\n## " << roles.game
             << "\n\n| distance | part | role | compared with | role | shows | shows | on |\n"
                "| --- | --- | --- | --- | --- | --- | --- | --- |\n";
   bool least = true;
-  for (const Likeness& likeness : likenesses) {
+  for (const PartDistance& likeness : likenesses) {
     const std::string distance = absl::StrFormat("%.1f", likeness.distance);
     std::cout << "| " << (least ? absl::StrCat("**", distance, "**") : distance) << " | "
               << likeness.first->name << " | " << RoleName(likeness.first->role) << " | "
@@ -103,8 +103,8 @@ void PrintTable(const Roles& roles, const std::vector<Likeness>& likenesses) {
   }
 }
 
-int64_t WeakCount(const std::vector<Likeness>& likenesses) {
-  return std::count_if(likenesses.begin(), likenesses.end(), [](const Likeness& likeness) {
+int64_t WeakCount(const std::vector<PartDistance>& likenesses) {
+  return std::count_if(likenesses.begin(), likenesses.end(), [](const PartDistance& likeness) {
     return likeness.distance < absl::GetFlag(FLAGS_minimum);
   });
 }
@@ -132,7 +132,7 @@ int Main(const std::vector<char*>& arguments) {
   int64_t weak_count = 0;
   for (const GameSpec* game : request->games) {
     const Roles& roles = RolesOf(game->name);
-    const std::vector<Likeness> likenesses =
+    const std::vector<PartDistance> likenesses =
         CompareParts(roles, *request->art,
                      [&](int64_t done, int64_t total) { progress.Show(roles.game, done, total); });
     progress.Finish(roles.game, absl::StrFormat("%.1f", likenesses.front().distance));

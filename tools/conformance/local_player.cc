@@ -9,16 +9,16 @@ class LocalPlayer final : public Player {
   LocalPlayer(std::unique_ptr<Pool> pool, bool with_pictures)
       : pool_(std::move(pool)), with_pictures_(with_pictures) {}
 
-  absl::Status Observe(Observed* observed) override {
+  absl::Status Observe(Observations* observed) override {
     return pool_->Observe(0, pool_->env_count(), BatchOf(observed));
   }
 
-  absl::Status Step(absl::Span<const int32_t> actions, Observed* observed) override {
+  absl::Status Step(absl::Span<const int32_t> actions, Observations* observed) override {
     return pool_->Step({.count = pool_->env_count(), .actions = actions}, BatchOf(observed));
   }
 
  private:
-  Batch BatchOf(Observed* observed) const {
+  Batch BatchOf(Observations* observed) const {
     const auto count = static_cast<size_t>(pool_->env_count());
     observed->rewards.resize(count);
     observed->first.resize(count);

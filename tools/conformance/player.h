@@ -15,7 +15,7 @@
 namespace procgen {
 
 // The results of E environments after a step, or after their creation.
-struct Observed {
+struct Observations {
   std::vector<float> rewards;                // [E]
   std::vector<uint8_t> first;                // [E]
   std::vector<int32_t> level_seeds;          // [E]
@@ -29,8 +29,8 @@ class Player {
  public:
   virtual ~Player() = default;
   // Returns the results before the first step.
-  virtual absl::Status Observe(Observed* observed) = 0;
-  virtual absl::Status Step(absl::Span<const int32_t> actions, Observed* observed) = 0;
+  virtual absl::Status Observe(Observations* observed) = 0;
+  virtual absl::Status Step(absl::Span<const int32_t> actions, Observations* observed) = 0;
 };
 
 // Makes a player in this process with `worker_count` >= 1 workers. `art`: the art to draw with;

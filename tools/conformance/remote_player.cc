@@ -59,13 +59,13 @@ class RemotePlayer final : public Player {
     client_->DeletePool(pool_).IgnoreError();
   }
 
-  absl::Status Observe(Observed* observed) override {
+  absl::Status Observe(Observations* observed) override {
     procgen::v1::StepPoolRequest request;
     request.mutable_observe()->set_observation(WantedObservation());
     return Call(std::move(request), observed);
   }
 
-  absl::Status Step(absl::Span<const int32_t> actions, Observed* observed) override {
+  absl::Status Step(absl::Span<const int32_t> actions, Observations* observed) override {
     procgen::v1::StepPoolRequest request;
     request.mutable_step()->set_observation(WantedObservation());
     request.mutable_step()->mutable_actions()->Add(actions.begin(), actions.end());
@@ -77,7 +77,7 @@ class RemotePlayer final : public Player {
     return with_pictures_ ? procgen::v1::OBSERVATION_FRAME : procgen::v1::OBSERVATION_NONE;
   }
 
-  absl::Status Call(procgen::v1::StepPoolRequest request, Observed* observed) {
+  absl::Status Call(procgen::v1::StepPoolRequest request, Observations* observed) {
     if (absl::Status status = stream_->Call(std::move(request), &batch_); !status.ok()) {
       return status;
     }

@@ -30,7 +30,7 @@ std::string CompareField(int32_t step, absl::string_view field, const std::vecto
   return "";
 }
 
-std::string ComparePictures(const Trace& trace, int32_t step, const Observed& observed) {
+std::string ComparePictures(const Trace& trace, int32_t step, const Observations& observed) {
   std::vector<uint32_t> digests(static_cast<size_t>(trace.env_count));
   const size_t bytes = observed.observations.size() / digests.size();
   for (size_t i = 0; i < digests.size(); ++i) {
@@ -39,7 +39,7 @@ std::string ComparePictures(const Trace& trace, int32_t step, const Observed& ob
   return CompareField(step, "observation_fnv1a", trace.observation_digests, digests);
 }
 
-std::string Compare(const Trace& trace, int32_t step, const Observed& observed,
+std::string Compare(const Trace& trace, int32_t step, const Observations& observed,
                     bool with_pictures) {
   for (const std::string& difference :
        {CompareField(step, "reward", trace.rewards, observed.rewards),
@@ -58,7 +58,7 @@ std::string Compare(const Trace& trace, int32_t step, const Observed& observed,
 }  // namespace
 
 std::string FirstDifference(const Trace& trace, Player& player, bool with_pictures) {
-  Observed observed;
+  Observations observed;
   absl::Status status = player.Observe(&observed);
   const absl::Span<const int32_t> actions = trace.actions;
   const auto row = static_cast<size_t>(trace.env_count);

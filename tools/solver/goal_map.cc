@@ -63,19 +63,19 @@ GoalDistance GoalMap::From(const World& world) {
 GoalMap::Targets GoalMap::TargetsIn(const World& world) const {
   Targets targets;
   for (int32_t cell = 0; cell < world.grid.size(); ++cell) {
-    if (world.grid.At(cell) == guide_.goal_kind) {
+    if (world.grid.At(cell) == heuristic_.goal_kind) {
       targets.goals.push_back(cell);
       ++targets.count;
     }
   }
   for (const Entity& entity : world.entities) {
-    if (entity.kind == guide_.goal_kind) {
+    if (entity.kind == heuristic_.goal_kind) {
       AddCells(world.grid, entity, &targets.goals);
       ++targets.count;
-    } else if (entity.kind == guide_.key_kind) {
+    } else if (entity.kind == heuristic_.key_kind) {
       AddCells(world.grid, entity, &targets.keys);
       ++targets.count;
-    } else if (entity.kind == guide_.lock_kind && IsShut(world, entity.theme)) {
+    } else if (entity.kind == heuristic_.lock_kind && IsShut(world, entity.theme)) {
       AddCells(world.grid, entity, &targets.closed_locks);
     }
   }
@@ -84,13 +84,13 @@ GoalMap::Targets GoalMap::TargetsIn(const World& world) const {
 
 bool GoalMap::IsShut(const World& world, int theme) const {
   return std::any_of(world.entities.begin(), world.entities.end(), [&](const Entity& entity) {
-    return entity.kind == guide_.key_kind && entity.theme == theme;
+    return entity.kind == heuristic_.key_kind && entity.theme == theme;
   });
 }
 
 bool GoalMap::IsClosed(int kind) const {
-  return std::find(guide_.closed_kinds.begin(), guide_.closed_kinds.end(), kind) !=
-         guide_.closed_kinds.end();
+  return std::find(heuristic_.closed_kinds.begin(), heuristic_.closed_kinds.end(), kind) !=
+         heuristic_.closed_kinds.end();
 }
 
 std::vector<int32_t> GoalMap::MakeMap(const World& world, const std::vector<int32_t>& targets,

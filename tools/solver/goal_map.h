@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "envcore/world/world.h"
-#include "tools/solver/guide.h"
+#include "tools/solver/search_heuristic.h"
 
 namespace procgen {
 
@@ -18,12 +18,12 @@ struct GoalDistance {
   bool has_way = true;       // false: no target is reachable; `cells` is then the size of the grid
 };
 
-// Computes distances to the targets of a guide in one level. Caches a map for each set of remaining
-// targets and closed locks. Threads: compatible (one thread at a time).
+// Computes distances to the targets of a heuristic in one level. Caches a map for each set of
+// remaining targets and closed locks. Threads: compatible (one thread at a time).
 class GoalMap {
  public:
-  // `guide` must outlive the map.
-  explicit GoalMap(const Guide& guide) : guide_(guide) {}
+  // `heuristic` must outlive the map.
+  explicit GoalMap(const SearchHeuristic& heuristic) : heuristic_(heuristic) {}
 
   // Returns the distance to the nearest goal or, if locks close every path, to the nearest
   // reachable key.
@@ -55,7 +55,7 @@ class GoalMap {
                                const std::vector<int32_t>& closed_locks) const;
   bool IsClosed(int kind) const;
 
-  const Guide& guide_;
+  const SearchHeuristic& heuristic_;
   std::map<Targets, Maps> maps_;
 };
 

@@ -22,11 +22,11 @@
 #include "absl/time/time.h"
 #include "tools/game_mode.h"
 #include "tools/progress.h"
-#include "tools/solver/guide.h"
 #include "tools/solver/search.h"
+#include "tools/solver/search_heuristic.h"
 
 ABSL_FLAG(std::vector<std::string>, games, {},
-          "games to search, e.g. maze,heist; empty: all games with a guide");
+          "games to search, e.g. maze,heist; empty: all games with a heuristic");
 ABSL_FLAG(std::vector<std::string>, modes, {"easy"}, "distribution modes, e.g. easy,hard");
 ABSL_FLAG(int32_t, first_level, 0, "seed of the first level, at least 0");
 ABSL_FLAG(int32_t, levels, 200, "number of levels, at least 1, with consecutive seeds");
@@ -51,11 +51,11 @@ class Levels {
 
   // Searches levels until all are taken.
   void Search(int64_t burst_count_max) {
-    const Guide& guide = *FindGuide(game_mode_.game->name);
+    const SearchHeuristic& heuristic = *FindSearchHeuristic(game_mode_.game->name);
     for (int32_t i = next_++; i < level_count_; i = next_++) {
       const int32_t seed = first_level_ + i;
       SearchResult result =
-          SearchLevel(*game_mode_.game, guide, game_mode_.mode, seed, burst_count_max);
+          SearchLevel(*game_mode_.game, heuristic, game_mode_.mode, seed, burst_count_max);
       if (result.verdict == Verdict::kSolved &&
           !CompletesLevel(*game_mode_.game, game_mode_.mode, seed, result.actions)) {
         has_invalid_solution_ = true;
@@ -181,8 +181,8 @@ Summary RunGameMode(const GameMode& game_mode, Progress& progress, std::ostream&
 
 std::vector<std::string> GuidedGames() {
   std::vector<std::string> names;
-  for (const Guide& guide : Guides()) {
-    names.emplace_back(guide.game);
+  for (const SearchHeuristic& heuristic : SearchHeuristics()) {
+    names.emplace_back(heuristic.game);
   }
   return names;
 }

@@ -41,8 +41,12 @@ struct Node {
 
 class Search {
  public:
-  Search(const GameSpec& spec, const Guide& guide, DistributionMode mode, int32_t level_seed)
-      : guide_(guide), player_(spec, mode, level_seed), goal_map_(guide), random_(level_seed) {
+  Search(const GameSpec& spec, const SearchHeuristic& heuristic, DistributionMode mode,
+         int32_t level_seed)
+      : heuristic_(heuristic),
+        player_(spec, mode, level_seed),
+        goal_map_(heuristic),
+        random_(level_seed) {
     Remember(-1, {});
   }
 
@@ -89,10 +93,10 @@ class Search {
   void Burst(int32_t index) {
     player_.Restore(nodes_[static_cast<size_t>(index)].state);
     std::vector<int32_t> actions;
-    while (static_cast<int32_t>(actions.size()) < guide_.burst_steps) {
-      const int32_t choice = random_.Int(static_cast<int32_t>(guide_.actions.size()));
-      const int32_t action = guide_.actions[static_cast<size_t>(choice)];
-      const int32_t hold_steps = 1 + random_.Int(guide_.hold_steps_max);
+    while (static_cast<int32_t>(actions.size()) < heuristic_.burst_steps) {
+      const int32_t choice = random_.Int(static_cast<int32_t>(heuristic_.actions.size()));
+      const int32_t action = heuristic_.actions[static_cast<size_t>(choice)];
+      const int32_t hold_steps = 1 + random_.Int(heuristic_.hold_steps_max);
       for (int32_t step = 0; step < hold_steps; ++step) {
         player_.Play(action);
         actions.push_back(action);
@@ -139,18 +143,18 @@ class Search {
     const auto bin = [](float value, float unit) {
       return unit > 0 ? static_cast<int32_t>(std::floor(value / unit + 0.5F)) : 0;
     };
-    const auto places = static_cast<float>(guide_.places_per_cell);
-    const auto heading_count = static_cast<float>(guide_.heading_count);
+    const auto places = static_cast<float>(heuristic_.places_per_cell);
+    const auto heading_count = static_cast<float>(heuristic_.heading_count);
     const float turns = agent.rotation / (2 * std::numbers::pi_v<float>);
     const int32_t heading = bin((turns - std::floor(turns)) * heading_count, 1);
     const int32_t period =
-        guide_.period_steps > 0 ? player_.step_number() / guide_.period_steps : 0;
+        heuristic_.period_steps > 0 ? player_.step_number() / heuristic_.period_steps : 0;
     return {targets_left,
             static_cast<int32_t>(std::floor(agent.x * places)),
             static_cast<int32_t>(std::floor(agent.y * places)),
-            bin(agent.vx, guide_.velocity_unit),
-            bin(agent.vy, guide_.velocity_unit),
-            heading % guide_.heading_count,
+            bin(agent.vx, heuristic_.velocity_unit),
+            bin(agent.vy, heuristic_.velocity_unit),
+            heading % heuristic_.heading_count,
             period};
   }
 
@@ -175,7 +179,7 @@ class Search {
     return backward;
   }
 
-  const Guide& guide_;
+  const SearchHeuristic& heuristic_;
   LevelPlayer player_;
   GoalMap goal_map_;
   RandomStream random_;
@@ -190,9 +194,9 @@ class Search {
 
 }  // namespace
 
-SearchResult SearchLevel(const GameSpec& spec, const Guide& guide, DistributionMode mode,
-                         int32_t level_seed, int64_t burst_count_max) {
-  return Search(spec, guide, mode, level_seed).Run(burst_count_max);
+SearchResult SearchLevel(const GameSpec& spec, const SearchHeuristic& heuristic,
+                         DistributionMode mode, int32_t level_seed, int64_t burst_count_max) {
+  return Search(spec, heuristic, mode, level_seed).Run(burst_count_max);
 }
 
 bool CompletesLevel(const GameSpec& spec, DistributionMode mode, int32_t level_seed,

@@ -6,7 +6,7 @@
 
 #include "envcore/games/game_catalog.h"
 #include "envcore/games/game_options.h"
-#include "tools/solver/guide.h"
+#include "tools/solver/search_heuristic.h"
 
 namespace procgen {
 
@@ -26,14 +26,14 @@ struct SearchResult {
   int64_t step_count = 0;        // total number of steps played
 };
 
-// Searches for actions that complete a level. Keeps one state per place (as the guide defines it),
-// the one with the fewest steps. Repeatedly returns to the most promising one, tries a burst of
-// random actions, each held for some steps, and keeps the new places that they lead to. A place is
-// more promising the closer it is to the goal and the less often it was tried. Returns the first
+// Searches for actions that complete a level. Keeps one state per place (as the heuristic defines
+// it), the one with the fewest steps. Repeatedly returns to the most promising one, tries a burst
+// of random actions, each held for some steps, and keeps the new places that they lead to. A place
+// is more promising the closer it is to the goal and the less often it was tried. Returns the first
 // solution, which need not be short. Equal arguments give equal results. Gives up after
-// `burst_count_max` bursts. `guide`: that of the game. REQUIRES: the game has the mode.
-SearchResult SearchLevel(const GameSpec& spec, const Guide& guide, DistributionMode mode,
-                         int32_t level_seed, int64_t burst_count_max);
+// `burst_count_max` bursts. `heuristic`: that of the game. REQUIRES: the game has the mode.
+SearchResult SearchLevel(const GameSpec& spec, const SearchHeuristic& heuristic,
+                         DistributionMode mode, int32_t level_seed, int64_t burst_count_max);
 
 // Whether `actions`, in a new environment with this level only, complete it with their last step
 // and no earlier.

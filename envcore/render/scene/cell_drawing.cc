@@ -92,7 +92,7 @@ void CellDrawing::FindRanges(const Viewport& viewport) {
 CellDrawing::Look CellDrawing::FindLook(int kind) const {
   Look look;
   look.frame_number = frame_number_;
-  const CellLook& cell = cells_->looks[static_cast<size_t>(kind)];
+  const CellAppearance& cell = cells_->looks[static_cast<size_t>(kind)];
   if (cell.image_kind < 0) {
     return look;
   }

@@ -249,7 +249,7 @@ class Drawing {
     }
   }
 
-  void DrawCell(int x, int y, const CellLook& look) const {
+  void DrawCell(int x, int y, const CellAppearance& look) const {
     if (look.image_kind < 0) {
       return;
     }

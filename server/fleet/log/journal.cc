@@ -285,7 +285,7 @@ void Journal::Append(RequestLog::Entry logged) {
   Commit();
 }
 
-void Journal::TakeBack() {
+void Journal::RemoveLast() {
   absl::MutexLock lock(&mutex_);
   log_.pop_back();
   written_end_ = std::min(written_end_, log_end());

@@ -66,7 +66,7 @@ class Journal {
   // Appends an entry to the log.
   void Append(RequestLog::Entry logged);
   // Removes the last entry, which was not executed.
-  void TakeBack();
+  void RemoveLast();
   // Sets the checkpoint of one shard.
   void SetCheckpoint(Part range, std::shared_ptr<const ShardCheckpoint> checkpoint);
   // Replaces the shards and their checkpoints.

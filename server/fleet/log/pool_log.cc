@@ -49,11 +49,11 @@ int64_t PoolLog::Append(LoggedRequest logged) {
   return requests_.Append(std::move(entry));
 }
 
-void PoolLog::TakeBack() {
+void PoolLog::RemoveLast() {
   if (journal_ != nullptr) {
-    journal_->TakeBack();
+    journal_->RemoveLast();
   }
-  requests_.TakeBack();
+  requests_.RemoveLast();
 }
 
 void PoolLog::SetCheckpoint(Part range, std::shared_ptr<const ShardCheckpoint> checkpoint) {

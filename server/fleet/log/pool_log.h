@@ -35,7 +35,7 @@ class PoolLog {
   // Adds an entry and returns its number.
   int64_t Append(LoggedRequest logged);
   // Removes the last entry.
-  void TakeBack();
+  void RemoveLast();
   // Drops the entries up to `number` from memory.
   void ForgetUpTo(int64_t number) { requests_.ForgetUpTo(number); }
 

@@ -18,7 +18,7 @@ int64_t RequestLog::Append(Entry entry) {
   return number;
 }
 
-void RequestLog::TakeBack() {
+void RequestLog::RemoveLast() {
   absl::MutexLock lock(&mutex_);
   entries_.pop_back();
   byte_sums_.pop_back();

@@ -33,7 +33,7 @@ class RequestLog {
     return Append(std::make_shared<const LoggedRequest>(std::move(request)));
   }
   // Removes the last entry.
-  void TakeBack();
+  void RemoveLast();
   // Drops the entries up to `number`.
   void ForgetUpTo(int64_t number);
 

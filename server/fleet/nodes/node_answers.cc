@@ -83,8 +83,8 @@ absl::Status CheckNodeStream(const procgen_client::StepStream& stream, int32_t e
   return status;
 }
 
-AskedRows AskedRowsOf(const v1::StepPoolRequest& request) {
-  AskedRows asked;
+RequestedRows AskedRowsOf(const v1::StepPoolRequest& request) {
+  RequestedRows asked;
   asked.slice = SliceOf(request, 0);
   if (request.has_step()) {
     asked.observations = request.step().observation() != v1::OBSERVATION_NONE;
@@ -97,7 +97,7 @@ AskedRows AskedRowsOf(const v1::StepPoolRequest& request) {
   return asked;
 }
 
-absl::Status CheckNodeBatch(const procgen_client::Batch& batch, const AskedRows& asked,
+absl::Status CheckNodeBatch(const procgen_client::Batch& batch, const RequestedRows& asked,
                             size_t observation_bytes) {
   absl::Status status = CheckEqual("batch.first_env", batch.first_env(), asked.slice.first);
   status.Update(CheckEqual("batch.env_count", batch.env_count(), asked.slice.count));

@@ -36,15 +36,15 @@ absl::Status CheckNodeStream(const procgen_client::StepStream& stream, int32_t e
                              int32_t requests_in_flight_max);
 
 // The rows that a step, reset or observe asks for.
-struct AskedRows {
+struct RequestedRows {
   Part slice;
   bool observations = false;
   bool final_observations = false;
 };
-AskedRows AskedRowsOf(const v1::StepPoolRequest& request);
+RequestedRows AskedRowsOf(const v1::StepPoolRequest& request);
 // Checks the answer to a request for `asked`: exactly its rows, and the size of each array.
 // `observation_bytes`: of one environment.
-absl::Status CheckNodeBatch(const procgen_client::Batch& batch, const AskedRows& asked,
+absl::Status CheckNodeBatch(const procgen_client::Batch& batch, const RequestedRows& asked,
                             size_t observation_bytes);
 
 // Returns the snapshots of `environments`, in this order; of `env_count` environments if the list

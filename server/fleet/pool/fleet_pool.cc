@@ -145,7 +145,7 @@ void FleetPool::AnswerPart(std::optional<RequestProgress::Answer> answer) {
   } else {
     shards_.Rollback(number_ - 1);
     if (is_logged_) {
-      log_.TakeBack();
+      log_.RemoveLast();
     }
     rebalancer_.DiscardCheckpoint();
   }
@@ -231,7 +231,7 @@ void FleetPool::ApplyStates(std::vector<v1::State> states, const std::shared_ptr
                 [this, number, awaited_reset, done](absl::Status status) {
                   if (!status.ok()) {
                     shards_.Rollback(number - 1);
-                    log_.TakeBack();
+                    log_.RemoveLast();
                     awaits_reset_ = awaited_reset;
                   }
                   (*done)(std::move(status));

@@ -151,7 +151,7 @@ absl::Status RemotePool::Execute(const LoggedRequest& logged, procgen_client::Ba
     request->mutable_step()->set_chunk_count(stream_->chunk_count());
   }
   const bool has_rows = !request->has_level_sampler();
-  const AskedRows asked = AskedRowsOf(*request);
+  const RequestedRows asked = AskedRowsOf(*request);
   status = StreamError(stream_->Call(*std::move(request), answer));
   if (status.ok() && has_rows) {
     status = CheckNodeBatch(*answer, asked, context_.observation_bytes);

@@ -29,8 +29,9 @@ class ReloadedCredentials final : public grpc::ServerCredentials {
 
 std::shared_ptr<grpc::ServerCredentials> TlsCredentials::Make() {
   const grpc_ssl_client_certificate_request_type request =
-      files_->asks_clients() ? GRPC_SSL_REQUEST_AND_REQUIRE_CLIENT_CERTIFICATE_AND_VERIFY
-                             : GRPC_SSL_DONT_REQUEST_CLIENT_CERTIFICATE;
+      files_->requires_client_certificate()
+          ? GRPC_SSL_REQUEST_AND_REQUIRE_CLIENT_CERTIFICATE_AND_VERIFY
+          : GRPC_SSL_DONT_REQUEST_CLIENT_CERTIFICATE;
   return std::make_shared<ReloadedCredentials>(grpc_ssl_server_credentials_create_with_options(
       grpc_ssl_server_credentials_create_options_using_config_fetcher(
           request, &TlsCredentials::Fetch, this)));
@@ -50,7 +51,8 @@ grpc_ssl_certificate_config_reload_status TlsCredentials::Fetch(
   }
   fetched_version_ = version;
   // gRPC wants roots also where it will ask no client for a certificate.
-  const std::string& roots = files_->asks_clients() ? contents.client_ca : contents.certificate;
+  const std::string& roots =
+      files_->requires_client_certificate() ? contents.client_ca : contents.certificate;
   const grpc_ssl_pem_key_cert_pair pair = {contents.key.c_str(), contents.certificate.c_str()};
   *config = grpc_ssl_server_certificate_config_create(roots.c_str(), &pair, 1);
   return GRPC_SSL_CERTIFICATE_CONFIG_RELOAD_NEW;

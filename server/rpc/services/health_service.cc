@@ -117,7 +117,7 @@ class HealthServiceImpl::Watch final : public LatestStream {
     SendStatus();
   }
 
-  void LetGo() override {}
+  void ReleaseSource() override {}
 
   const HealthServiceImpl* const health_;
   absl::Mutex mutex_;  // held while a status is sent, so that the last one is the newest

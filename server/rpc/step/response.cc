@@ -79,7 +79,7 @@ grpc::Slice BytesBefore(const Response& response) {
 }  // namespace
 
 Batch PrepareResponse(const Request& request, Part part, int64_t observation_bytes,
-                      FrameRing* frames, Response* response) {
+                      FrameBufferPool* frames, Response* response) {
   response->message.set_sequence_number(request.sequence_number);
   if (request.kind == Request::Kind::kSample) {
     response->message.mutable_ack();

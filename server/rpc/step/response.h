@@ -7,7 +7,7 @@
 #include "grpcpp/support/byte_buffer.h"
 #include "grpcpp/support/slice.h"
 #include "procgen/v1/step.pb.h"
-#include "server/rpc/step/frame_ring.h"
+#include "server/rpc/step/frame_buffer_pool.h"
 #include "server/session/backend/request.h"
 
 namespace procgen {
@@ -22,7 +22,7 @@ struct Response {
 // written: observations in memory of `frames`, all else in its message, whose memory is kept from
 // answer to answer.
 Batch PrepareResponse(const Request& request, Part part, int64_t observation_bytes,
-                      FrameRing* frames, Response* response);
+                      FrameBufferPool* frames, Response* response);
 
 // Once the values of `batch` are written: puts the fingerprints and final observations of episodes
 // that ended one behind the other, and leaves no others in `response`, if it bears them itself.

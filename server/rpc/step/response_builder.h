@@ -7,7 +7,7 @@
 #include "envcore/pool/pool.h"
 #include "grpcpp/support/byte_buffer.h"
 #include "server/encoding/observation_encoder.h"
-#include "server/rpc/step/frame_ring.h"
+#include "server/rpc/step/frame_buffer_pool.h"
 #include "server/rpc/step/response.h"
 #include "server/session/pool/pool_session.h"
 
@@ -33,7 +33,7 @@ class ResponseBuilder {
   // Replaces the drawn observations by the encoded ones.
   void Encode(const PoolSession& pool, Response* response);
 
-  FrameRing frames_;
+  FrameBufferPool frames_;
   Batch batch_;  // where the values of the response under way are written
   // Made for the first observations; null before, and where they are not encoded.
   std::unique_ptr<ObservationEncoder> encoder_;

@@ -9,7 +9,7 @@
 #include "absl/status/status.h"
 #include "grpcpp/support/byte_buffer.h"
 #include "server/rpc/step/response.h"
-#include "server/session/pool/kept_answers.h"
+#include "server/session/pool/answer_cache.h"
 #include "server/wire/convert_step.h"
 
 namespace procgen {

@@ -50,7 +50,7 @@ void LatestStream::OnWriteDone(bool ok) {
 void LatestStream::OnCancel() { Close(absl::OkStatus()); }
 
 void LatestStream::OnDone() {
-  LetGo();
+  ReleaseSource();
   const std::shared_ptr<LatestStream> last = std::move(self_);
 }
 

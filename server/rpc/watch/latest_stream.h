@@ -43,7 +43,7 @@ class LatestStream : public OneRequestStream {
   bool IsIdle() ABSL_LOCKS_EXCLUDED(mutex_);
 
   // Releases the stream's resources after gRPC is done with it.
-  virtual void LetGo() = 0;
+  virtual void ReleaseSource() = 0;
 
  private:
   void OnWriteDone(bool ok) final;

@@ -39,7 +39,7 @@ void WatchNodesReactor::OnRequest(absl::StatusOr<grpc::ByteBuffer> request) {
   SendNodes();
 }
 
-void WatchNodesReactor::LetGo() { subscription_ = Subscription(); }
+void WatchNodesReactor::ReleaseSource() { subscription_ = Subscription(); }
 
 void WatchNodesReactor::SendNodes() {
   Send([this] {

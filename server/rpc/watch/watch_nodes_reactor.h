@@ -27,7 +27,7 @@ class WatchNodesReactor final : public LatestStream {
                     Quotas::Reservation reservation);
 
   void OnRequest(absl::StatusOr<grpc::ByteBuffer> request) override;
-  void LetGo() override;
+  void ReleaseSource() override;
 
   void SendNodes();
 

@@ -72,7 +72,7 @@ void WatchPoolReactor::End(const absl::Status& reason) {
   Close(absl::IsNotFound(reason) ? absl::AbortedError(reason.message()) : reason);
 }
 
-void WatchPoolReactor::LetGo() {
+void WatchPoolReactor::ReleaseSource() {
   supervisor_->frame_publishers().Unsubscribe(this);
   reservation_ = Quotas::Reservation();  // a frame set that is still on its way to this may hold it
                                          // for a while

@@ -35,7 +35,7 @@ class WatchPoolReactor final : public LatestStream, public FrameSubscriber {
 
   void OnRequest(absl::StatusOr<grpc::ByteBuffer> request) override;
   absl::Status Watch(const Caller& caller, const grpc::ByteBuffer& request);
-  void LetGo() override;
+  void ReleaseSource() override;
 
   PoolSupervisor* const supervisor_;
   Caller caller_;  // until the request is there

@@ -188,7 +188,7 @@ void EpisodeLog::Add(absl::Span<const StateToClone> pairs) {
   }
 }
 
-void EpisodeLog::Lose(Part part, IncompleteReason reason) {
+void EpisodeLog::MarkIncomplete(Part part, IncompleteReason reason) {
   for (int32_t index = part.first; index < part.first + part.count; ++index) {
     Environment& environment = Of(index);
     environment.current.ClearSteps();

@@ -48,7 +48,7 @@ class EpisodeLog {
   // Records environments that were set to the states of others, all at once.
   void Add(absl::Span<const StateToClone> pairs);
   // Marks the episodes of [part.first, part.first + part.count) as incomplete.
-  void Lose(Part part, IncompleteReason reason);
+  void MarkIncomplete(Part part, IncompleteReason reason);
 
   // Whether the first level seed of the current episode is known.
   bool KnowsLevel(int32_t environment) const { return Of(environment).knows_level; }

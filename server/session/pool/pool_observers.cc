@@ -9,7 +9,7 @@ namespace {
 std::vector<EpisodeLog::RestoredState> RestoredStatesOf(const std::vector<StateToRestore>& states) {
   std::vector<EpisodeLog::RestoredState> restored;
   for (const StateToRestore& state : states) {
-    const absl::StatusOr<SavedMoment> moment = ReadSavedMoment(state.snapshot);
+    const absl::StatusOr<SavedEpisode> moment = ReadSavedMoment(state.snapshot);
     if (moment.ok()) {
       restored.push_back({.environment = state.environment,
                           .options = std::make_shared<const EnvironmentOptions>(moment->options),
@@ -53,7 +53,8 @@ void PoolObservers::Remember(const Request& request, const StepInput& input, con
     episodes_->Add(input, batch);
   } else if (input.first > request.first) {
     // The request's earlier parts are void.
-    episodes_->Lose({request.first, input.first - request.first}, IncompleteReason::kRequestFailed);
+    episodes_->MarkIncomplete({request.first, input.first - request.first},
+                              IncompleteReason::kRequestFailed);
   }
 }
 
@@ -100,7 +101,7 @@ void PoolObservers::OnInvalidated() {
 
 void PoolObservers::ForgetEpisodes(int32_t env_count) {
   if (episodes_ != nullptr) {
-    episodes_->Lose({0, env_count}, IncompleteReason::kServerRestarted);
+    episodes_->MarkIncomplete({0, env_count}, IncompleteReason::kServerRestarted);
   }
 }
 

@@ -19,17 +19,17 @@ constexpr absl::Duration kPauseMax = absl::Seconds(1);
 
 PoolSession::PoolSession(std::string owner, std::string name, std::unique_ptr<PoolBackend> backend,
                          absl::Duration lease_duration, const PoolContext& context,
-                         Encoding encoding, const SharedFolder* shared_folder)
+                         Encoding encoding, const SharedMemoryDir* shared_memory_dir)
     : owner_(std::move(owner)),
       name_(std::move(name)),
       backend_(std::move(backend)),
       coding_(backend_->options().observation_format, encoding),
       context_(context),
       create_time_(context.lease_timer->Now()),
-      shared_batch_slots_(shared_folder == nullptr
+      shared_batch_slots_(shared_memory_dir == nullptr
                               ? nullptr
                               : std::make_unique<SharedBatchSlots>(
-                                    shared_folder, backend_->env_count(), observation_bytes())),
+                                    shared_memory_dir, backend_->env_count(), observation_bytes())),
       turns_(name_),
       resume_buffer_(name_, AnswerBytesMax(), context.resume_buffer_bytes,
                      shared_batch_slots_ != nullptr),

@@ -32,7 +32,7 @@
 #include "server/session/pool/stream_slot.h"
 #include "server/session/pool/turn_queue.h"
 #include "server/shared_memory/shared_batch_slots.h"
-#include "server/shared_memory/shared_folder.h"
+#include "server/shared_memory/shared_memory_dir.h"
 
 namespace procgen {
 
@@ -54,11 +54,12 @@ class PoolSession {
   using TakeState = PoolBackend::TakeState;
 
   // `lease_duration`: lifetime without a stream, beginning now; infinite: until it is closed.
-  // `shared_folder`: where it shares memory with learners; null: it shares none. REQUIRES: null, or
-  // `encoding` is kRaw.
+  // `shared_memory_dir`: where it shares memory with learners; null: it shares none. REQUIRES:
+  // null, or `encoding` is kRaw.
   PoolSession(std::string owner, std::string name, std::unique_ptr<PoolBackend> backend,
               absl::Duration lease_duration, const PoolContext& context,
-              Encoding encoding = Encoding::kRaw, const SharedFolder* shared_folder = nullptr);
+              Encoding encoding = Encoding::kRaw,
+              const SharedMemoryDir* shared_memory_dir = nullptr);
   // REQUIRES: no caller has a turn.
   ~PoolSession();
   PoolSession(const PoolSession&) = delete;

@@ -16,7 +16,7 @@
 #include "server/metrics/metrics.h"
 #include "server/session/backend/pool_backend.h"
 #include "server/session/backend/request.h"
-#include "server/session/pool/kept_answers.h"
+#include "server/session/pool/answer_cache.h"
 #include "server/session/pool/pool_observers.h"
 #include "server/session/pool/request_times.h"
 #include "server/session/pool/response_sink.h"

@@ -8,7 +8,7 @@
 #include "absl/strings/cord.h"
 #include "envcore/pool/pool.h"
 #include "server/session/backend/request.h"
-#include "server/session/pool/kept_answers.h"
+#include "server/session/pool/answer_cache.h"
 
 namespace procgen {
 

@@ -10,8 +10,8 @@
 #include "absl/status/statusor.h"
 #include "absl/synchronization/mutex.h"
 #include "server/session/backend/request.h"
+#include "server/session/pool/answer_cache.h"
 #include "server/session/pool/attach_options.h"
-#include "server/session/pool/kept_answers.h"
 #include "server/session/quota/byte_budget.h"
 #include "server/shared_memory/slot_table.h"
 
@@ -66,7 +66,7 @@ class ResumeBuffer {
   mutable absl::Mutex mutex_;
   AttachOptions stream_ ABSL_GUARDED_BY(mutex_);                // of the last stream attached
   int32_t successor_answer_count_ ABSL_GUARDED_BY(mutex_) = 0;  // answers of the waiting stream
-  KeptAnswers kept_ ABSL_GUARDED_BY(mutex_);
+  AnswerCache kept_ ABSL_GUARDED_BY(mutex_);
   int64_t reserved_bytes_ ABSL_GUARDED_BY(mutex_) = 0;  // of the budget, for kept_
   SlotTable slots_ ABSL_GUARDED_BY(mutex_);
 };

@@ -68,9 +68,9 @@ class Socket final : public Outbox,
   }
 
   void Answer(WireMessage message) override { Enqueue({std::move(message), "", true}); }
-  void Tell(WireMessage message) override { Enqueue({std::move(message), "", false}); }
+  void SendEvent(WireMessage message) override { Enqueue({std::move(message), "", false}); }
 
-  void TellLatest(const std::string& key, WireMessage message) override {
+  void SendLatestEvent(const std::string& key, WireMessage message) override {
     OnStrand([key, message = std::move(message)](Socket& self) mutable {
       const auto waiting = self.Waiting(key);
       if (waiting != self.queue_.end()) {
@@ -82,7 +82,7 @@ class Socket final : public Outbox,
     });
   }
 
-  void Forget(const std::string& key) override {
+  void DropEvent(const std::string& key) override {
     OnStrand([key](Socket& self) {
       if (const auto waiting = self.Waiting(key); waiting != self.queue_.end()) {
         self.queue_.erase(waiting);
@@ -90,7 +90,7 @@ class Socket final : public Outbox,
     });
   }
 
-  void Welcome() override {
+  void AcceptHello() override {
     OnStrand([](Socket& self) {
       self.is_welcome_ = true;
       self.socket_.read_message_max(kMessageBytesMax);
@@ -103,7 +103,7 @@ class Socket final : public Outbox,
   }
 
   void BeginClose() override {
-    Tell(EncodeEvent({{"event", "draining"}, {"message", "the server stops"}}));
+    SendEvent(EncodeEvent({{"event", "draining"}, {"message", "the server stops"}}));
     OnStrand([](Socket& self) {
       if (self.page_session_ != nullptr) {
         self.page_session_->Stop();

@@ -21,15 +21,15 @@ class Outbox {
   // answers unread, no further message is read from the page.
   virtual void Answer(WireMessage message) = 0;
   // Sends a message that must arrive, in order with the others.
-  virtual void Tell(WireMessage message) = 0;
+  virtual void SendEvent(WireMessage message) = 0;
   // Sends a message that replaces a queued one with the same key, so that the queue of a slow page
   // does not grow.
-  virtual void TellLatest(const std::string& key, WireMessage message) = 0;
+  virtual void SendLatestEvent(const std::string& key, WireMessage message) = 0;
   // Drops the queued message of `key`.
-  virtual void Forget(const std::string& key) = 0;
+  virtual void DropEvent(const std::string& key) = 0;
   // Called when hello is accepted: lifts the limits on message size and time of an unidentified
   // page.
-  virtual void Welcome() = 0;
+  virtual void AcceptHello() = 0;
   // Closes the socket after the queued messages are written, or after a timeout.
   virtual void Close(int code, std::string reason) = 0;
 };

@@ -157,7 +157,7 @@ absl::StatusOr<Answer> PageSession::Hello(const Request& request) {
   client_ = std::move(client);
   token_ = token;
   catalog_ = *std::move(catalog);
-  outbox_->Welcome();
+  outbox_->AcceptHello();
   const Json node_list = NodesJson(*nodes);
   const bool is_fleet = std::any_of(node_list.begin(), node_list.end(), [&nodes](const Json& node) {
     return node["name"] == nodes->local_node() && node["role"] == "fleet";
@@ -190,9 +190,9 @@ absl::StatusOr<Answer> PageSession::FollowPools(const Request& request) {
   }
   const auto tell = [outbox = outbox_](const absl::StatusOr<Json>& event) {
     if (event.ok()) {
-      outbox->TellLatest("pools", EncodeEvent(*event));
+      outbox->SendLatestEvent("pools", EncodeEvent(*event));
     } else {
-      outbox->Tell(EncodeEvent(EndedEvent("pools_closed", event.status())));
+      outbox->SendEvent(EncodeEvent(EndedEvent("pools_closed", event.status())));
     }
   };
   after_answer_ = [this, tell] { context_.feed->Follow(this, token_, client_, tell); };
@@ -204,7 +204,7 @@ absl::StatusOr<Answer> PageSession::UnfollowPools(const Request& request) {
     return status;
   }
   context_.feed->Unfollow(this);
-  outbox_->Forget("pools");
+  outbox_->DropEvent("pools");
   return Answer();
 }
 

@@ -29,9 +29,9 @@ PoolFeed::~PoolFeed() {
 }
 
 void PoolFeed::Follow(const void* follower, const std::string& token,
-                      std::shared_ptr<procgen_client::Client> client, Tell tell) {
+                      std::shared_ptr<procgen_client::Client> client, OnEvent on_event) {
   absl::MutexLock lock(&mutex_);
-  followers_[follower] = {token, std::move(client), std::move(tell)};
+  followers_[follower] = {token, std::move(client), std::move(on_event)};
   has_new_ = true;
   changed_.NotifyAll();
 }
@@ -85,13 +85,13 @@ void PoolFeed::TellFollowers(bool only_new) {
   for (const auto& [token, client] : clients) {
     const absl::StatusOr<Json> event = EventFor(client.get());
     absl::MutexLock telling(&telling_);
-    std::vector<Tell> tells;
+    std::vector<OnEvent> callbacks;
     {
       absl::MutexLock lock(&mutex_);
       for (auto follower = followers_.begin(); follower != followers_.end();) {
         if (follower->second.token == token && (follower->second.is_new || !only_new)) {
           follower->second.is_new = false;
-          tells.push_back(follower->second.tell);
+          callbacks.push_back(follower->second.on_event);
           if (!event.ok()) {
             follower = followers_.erase(follower);
             continue;
@@ -100,8 +100,8 @@ void PoolFeed::TellFollowers(bool only_new) {
         ++follower;
       }
     }
-    for (const Tell& tell : tells) {
-      tell(event);
+    for (const OnEvent& on_event : callbacks) {
+      on_event(event);
     }
   }
 }

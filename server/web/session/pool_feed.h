@@ -24,7 +24,7 @@ namespace procgen::web {
 class PoolFeed {
  public:
   // Receives an event, or the error after which there are no more. Must not block.
-  using Tell = std::function<void(const absl::StatusOr<Json>& event)>;
+  using OnEvent = std::function<void(const absl::StatusOr<Json>& event)>;
 
   // `list_pools` returns the pools of all owners. Followers receive only those of their owner.
   explicit PoolFeed(std::function<std::vector<procgen::v1::Pool>()> list_pools);
@@ -33,10 +33,10 @@ class PoolFeed {
   PoolFeed& operator=(const PoolFeed&) = delete;
 
   // Starts at once. Followers with the same token share one set of calls to the server; `client`
-  // presents that token. After an error `tell` is not called again.
+  // presents that token. After an error `on_event` is not called again.
   void Follow(const void* follower, const std::string& token,
-              std::shared_ptr<procgen_client::Client> client, Tell tell);
-  // `tell` is not called after the return.
+              std::shared_ptr<procgen_client::Client> client, OnEvent on_event);
+  // `on_event` is not called after the return.
   void Unfollow(const void* follower);
 
   // History of a pool; `pool` is the owner's view, from GetPool.
@@ -46,7 +46,7 @@ class PoolFeed {
   struct Follower {
     std::string token;
     std::shared_ptr<procgen_client::Client> client;
-    Tell tell;
+    OnEvent on_event;
     bool is_new = true;
   };
 

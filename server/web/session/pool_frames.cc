@@ -103,7 +103,7 @@ PoolFrames::~PoolFrames() {
   shared_->is_stopping.Notify();
   shared_->watch->Stop();
   shared_->has_ended.WaitForNotification();
-  shared_->outbox->Forget(shared_->Key());
+  shared_->outbox->DropEvent(shared_->Key());
 }
 
 std::string PoolFrames::Shared::Key() const { return absl::StrCat("frames-", number); }
@@ -112,12 +112,12 @@ void PoolFrames::Shared::Run() {
   may_begin.WaitForNotification();
   absl::StatusOr<v1::WatchPoolResponse> response = watch->Next();
   for (; response.ok(); response = watch->Next()) {
-    outbox->TellLatest(Key(), EncodeFrames(number, *std::move(response), is_png));
+    outbox->SendLatestEvent(Key(), EncodeFrames(number, *std::move(response), is_png));
   }
   if (!is_stopping.HasBeenNotified()) {
     Json event = EndedEvent("watch_ended", response.status());
     event["watch"] = number;
-    outbox->Tell(EncodeEvent(std::move(event)));
+    outbox->SendEvent(EncodeEvent(std::move(event)));
   }
   has_ended.Notify();
 }

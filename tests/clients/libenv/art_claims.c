@@ -61,7 +61,7 @@ void FolderWithoutArtIsToldInOneLine(void) {
     AddString(&list, "resource_root", kFolders[i]);
     BeginListening();
     struct LibenvHandle* handle = Make(1, &list);
-    const struct Said said = EndListening();
+    const struct CapturedOutput said = EndListening();
     CLAIM(handle != NULL);
     CLAIM(said.line_count == 1);
     CLAIM(strstr(said.text, "resource_root") != NULL && strstr(said.text, kFolders[i]) != NULL);

@@ -166,7 +166,7 @@ void UnreachableServerIsToldInOneLine(void) {
   const struct OptionList list = RequiredOptions("coinrun");
   BeginListening();
   struct LibenvHandle* handle = Make(1, &list);
-  const struct Said said = EndListening();
+  const struct CapturedOutput said = EndListening();
   CLAIM(handle == NULL);
   CLAIM(said.line_count == 1 && strstr(said.text, "127.0.0.1:1") != NULL);
 }
@@ -212,7 +212,7 @@ void LostServerIsToldOnce(void) {
     ActAll(&host, 7);
     libenv.observe(host.handle);
   }
-  const struct Said said = EndListening();
+  const struct CapturedOutput said = EndListening();
   CLAIM(said.line_count == 1 && strstr(said.text, "lost") != NULL);
   CLAIM(isnan(host.rewards[0]) && isnan(host.rewards[1]));
   CloseHost(&host);

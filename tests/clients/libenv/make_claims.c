@@ -86,7 +86,7 @@ static void ClaimIsRefused(int env_count, const struct OptionList* list,
                            const char* words) {
   BeginListening();
   struct LibenvHandle* handle = Make(env_count, list);
-  const struct Said said = EndListening();
+  const struct CapturedOutput said = EndListening();
   CLAIM(handle == NULL);
   CLAIM(said.line_count == 1);
   CLAIM(strstr(said.text, words) != NULL);

@@ -16,8 +16,8 @@ void BeginListening(void) {
   CLAIM(real_standard_error >= 0 && dup2(fileno(kept), STDERR_FILENO) >= 0);
 }
 
-struct Said EndListening(void) {
-  struct Said said;
+struct CapturedOutput EndListening(void) {
+  struct CapturedOutput said;
   memset(&said, 0, sizeof(said));
   fflush(stderr);
   dup2(real_standard_error, STDERR_FILENO);

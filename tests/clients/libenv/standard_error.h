@@ -4,13 +4,13 @@
 
 enum { kSaidBytes = 4096 };
 
-struct Said {
+struct CapturedOutput {
   char text[kSaidBytes];
   int line_count;
 };
 
 // Captures standard error until EndListening, which returns it.
 void BeginListening(void);
-struct Said EndListening(void);
+struct CapturedOutput EndListening(void);
 
 #endif  // TESTS_CLIENTS_LIBENV_STANDARD_ERROR_H_

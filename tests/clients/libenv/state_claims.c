@@ -131,7 +131,7 @@ static void ClaimRefused(struct Host* host, int environment, char* data, int len
   const uint32_t before = DigestOfHost(host);
   BeginListening();
   libenv.set_state(host->handle, environment, data, length);
-  const struct Said said = EndListening();
+  const struct CapturedOutput said = EndListening();
   CLAIM(said.line_count == 1 && strstr(said.text, told) != NULL);
   CLAIM(DigestOfHost(host) == before);
   libenv.observe(host->handle);
@@ -158,7 +158,7 @@ void BadSnapshotsAreToldInOneLine(void) {
   char small[64] = "as it was";
   BeginListening();
   CLAIM(libenv.get_state(host.handle, 0, small, sizeof(small)) == 0);
-  struct Said said = EndListening();
+  struct CapturedOutput said = EndListening();
   CLAIM(said.line_count == 1 && strstr(said.text, "the buffer has 64") != NULL);
   CLAIM(strcmp(small, "as it was") == 0);
   BeginListening();

@@ -87,7 +87,7 @@ void UnknownActionsDoNothing(void) {
     ActAll(&other, 4);
     CLAIM(ObserveDigest(&one) == ObserveDigest(&other));
   }
-  const struct Said said = EndListening();
+  const struct CapturedOutput said = EndListening();
   CLAIM(said.line_count == 1 && strstr(said.text, "action 15 of environment 0") != NULL);
   CloseHost(&one);
   CloseHost(&other);

@@ -12,7 +12,7 @@
 #include "gtest/gtest.h"
 #include "procgen/v1/step.pb.h"
 #include "tests/service/raw_call.h"
-#include "tests/service/robustness/holdings.h"
+#include "tests/service/robustness/process_resources.h"
 #include "tests/status_matchers.h"
 
 namespace procgen {

@@ -16,7 +16,7 @@
 #include "gmock/gmock.h"
 #include "gtest/gtest.h"
 #include "server/shared_memory/file_descriptor.h"
-#include "tests/server/shared_memory/learners_ends.h"
+#include "tests/server/shared_memory/learner_pipe_ends.h"
 #include "tests/status_matchers.h"
 
 namespace procgen {
@@ -37,7 +37,7 @@ class PipeConnectionTest : public testing::Test {
     const FileDescriptor ours(sockets[0]);
     const FileDescriptor theirs(sockets[1]);
     ASSERT_TRUE(pipes_->HandOver(ours.number()));
-    other_ = LearnersEnds::Receive(theirs.number());
+    other_ = LearnerPipeEnds::Receive(theirs.number());
     ASSERT_TRUE(other_.has_value());
   }
 
@@ -68,7 +68,7 @@ class PipeConnectionTest : public testing::Test {
   }
 
   std::unique_ptr<PipeConnection> pipes_;
-  std::optional<LearnersEnds> other_;
+  std::optional<LearnerPipeEnds> other_;
 };
 
 TEST_F(PipeConnectionTest, ReceiveOnAnEmptyPipeDoesNotBlock) {

@@ -21,7 +21,7 @@
 #include "gmock/gmock.h"
 #include "gtest/gtest.h"
 #include "server/shared_memory/file_descriptor.h"
-#include "tests/server/shared_memory/learners_ends.h"
+#include "tests/server/shared_memory/learner_pipe_ends.h"
 #include "tests/status_matchers.h"
 
 namespace procgen {
@@ -60,7 +60,7 @@ class Visitor {
   bool Enter(const std::string& key) {
     // A rejected connection may already be closed here.
     if (send(socket_.number(), key.data(), key.size(), MSG_NOSIGNAL) == ssize_t(key.size())) {
-      ends_ = LearnersEnds::Receive(socket_.number());
+      ends_ = LearnerPipeEnds::Receive(socket_.number());
     }
     return ends_.has_value();
   }
@@ -85,7 +85,7 @@ class Visitor {
  private:
   const FileDescriptor socket_;
   bool connected_ = false;
-  std::optional<LearnersEnds> ends_;
+  std::optional<LearnerPipeEnds> ends_;
 };
 
 // Notes what comes, and answers it with "re: " before it; hangs up after the tenth.

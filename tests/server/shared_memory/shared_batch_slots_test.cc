@@ -25,7 +25,7 @@ class SharedBatchSlotsTest : public testing::Test {
  protected:
   const TemporaryFolder temporary_;
   const std::string path_ = temporary_.path();
-  const std::unique_ptr<SharedFolder> folder_ = *SharedFolder::Open(path_);
+  const std::unique_ptr<SharedMemoryDir> folder_ = *SharedMemoryDir::Open(path_);
 };
 
 TEST_F(SharedBatchSlotsTest, WrittenBatchesKeepTheirPlaceWhenTheSlotsGrow) {

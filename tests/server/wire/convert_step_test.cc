@@ -6,7 +6,7 @@
 #include "absl/strings/str_cat.h"
 #include "gmock/gmock.h"
 #include "gtest/gtest.h"
-#include "server/rpc/step/frame_ring.h"
+#include "server/rpc/step/frame_buffer_pool.h"
 #include "server/rpc/step/response.h"
 #include "server/session/quota/limits.h"
 #include "tests/status_matchers.h"
@@ -68,7 +68,7 @@ TEST(ConvertStepTest, FullResponsesFitTheirLimitAndOneMoreRowWouldNot) {
   for (const bool with_final : {false, true}) {
     request.request.with_final_observations = with_final;
     const int32_t rows = *ResponseRowsMax("limit", request.request, CodingOf(64), limit);
-    FrameRing frames;
+    FrameBufferPool frames;
     Response response;
     const Batch batch =
         PrepareResponse(request.request, {600, rows}, kObservationBytes, &frames, &response);
@@ -87,7 +87,7 @@ TEST(ConvertStepTest, RowLimitFollowsTheObservationSize) {
   constexpr int64_t kLarge = 512 * 512 * 3;
   EXPECT_EQ(*ResponseRowsMax("limit", request.request, CodingOf(97), kResponseBytesDefault), 148);
   EXPECT_EQ(*ResponseRowsMax("limit", request.request, CodingOf(512), kResponseBytesDefault), 5);
-  FrameRing frames;
+  FrameBufferPool frames;
   Response response;
   const Batch batch = PrepareResponse(request.request, {0, 5}, kLarge, &frames, &response);
   EXPECT_EQ(batch.observations.size(), 5U * kLarge);

@@ -76,7 +76,8 @@ std::vector<size_t> Play(procgen_client::StepStream* stream,
 
 }  // namespace
 
-FaultProxy::Options BadNetwork(const std::string& target, uint32_t seed, const Carriage& carriage) {
+FaultProxy::Options BadNetwork(const std::string& target, uint32_t seed,
+                               const TransportCase& carriage) {
   FaultProxy::Options options = {
       .target = target, .seed = seed, .bytes_between_faults = kBytesBetweenFaults};
   if (carriage.transport == v1::TRANSPORT_SHARED_MEMORY) {
@@ -89,7 +90,7 @@ FaultProxy::Options BadNetwork(const std::string& target, uint32_t seed, const C
   return options;
 }
 
-v1::PoolSpec TracedSpec(const Carriage& carriage) {
+v1::PoolSpec TracedSpec(const TransportCase& carriage) {
   v1::PoolSpec spec;
   spec.set_transport(carriage.transport);
   spec.set_encoding(carriage.encoding);
@@ -102,7 +103,8 @@ v1::PoolSpec TracedSpec(const Carriage& carriage) {
 }
 
 std::vector<size_t> TraceAt(const std::string& address, const std::string& pool,
-                            const Carriage& carriage, const std::function<bool(size_t)>& goes_on,
+                            const TransportCase& carriage,
+                            const std::function<bool(size_t)>& goes_on,
                             const std::function<void()>& when_attached) {
   const auto client = procgen_client::Client::Connect(address);
   EXPECT_THAT(client, IsOk());
@@ -115,7 +117,7 @@ std::vector<size_t> TraceAt(const std::string& address, const std::string& pool,
 }
 
 void ExpectNothingIsLost(const std::string& address, uint32_t seed, int break_count,
-                         const Carriage& carriage) {
+                         const TransportCase& carriage) {
   const auto client = procgen_client::Client::Connect(address);
   ASSERT_THAT(client, IsOk());
   const auto pool = (*client)->CreatePool(TracedSpec(carriage));

@@ -7,7 +7,7 @@
 namespace procgen {
 namespace {
 
-class BrokenConnectionSlowTest : public testing::TestWithParam<Carriage> {};
+class BrokenConnectionSlowTest : public testing::TestWithParam<TransportCase> {};
 
 TEST_P(BrokenConnectionSlowTest, ThousandBreaksLoseNothing) {
   ServerProcess server({"--address=127.0.0.1:0", "--workers=2", "--log_level=error"});
@@ -15,7 +15,7 @@ TEST_P(BrokenConnectionSlowTest, ThousandBreaksLoseNothing) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Carriages, BrokenConnectionSlowTest, testing::ValuesIn(kCarriages),
-                         [](const testing::TestParamInfo<Carriage>& carriage) {
+                         [](const testing::TestParamInfo<TransportCase>& carriage) {
                            return v1::Transport_Name(carriage.param.transport) + "_" +
                                   v1::Encoding_Name(carriage.param.encoding) +
                                   (carriage.param.pipe_transport ? "" : "_BY_GRPC");

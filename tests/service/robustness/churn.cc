@@ -112,15 +112,15 @@ constexpr std::array kWays = {CancelWithoutReading, DeletePoolUnderTheStream, Se
 
 }  // namespace
 
-Holdings SettledHoldings() {
+ProcessResources SettledHoldings() {
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
   // What is resident has the sanitizer's notes in it, and what was freed.
-  Holdings holdings = Holdings::Of(getpid());
-  holdings.memory_bytes = static_cast<int64_t>(__sanitizer_get_current_allocated_bytes());
-  return holdings;
+  ProcessResources process_resources = ProcessResources::Of(getpid());
+  process_resources.memory_bytes = static_cast<int64_t>(__sanitizer_get_current_allocated_bytes());
+  return process_resources;
 #else
   malloc_trim(0);
-  return Holdings::Of(getpid());
+  return ProcessResources::Of(getpid());
 #endif
 }
 

@@ -11,9 +11,9 @@ constexpr int64_t kSettlingBytes = 16 << 20;
 
 TEST(ChurnSlowTest, MemoryAndFilesDoNotGrowOverTenThousandPools) {
   ChurnPools(500);
-  const Holdings before = SettledHoldings();
+  const ProcessResources before = SettledHoldings();
   ChurnPools(10'000);
-  const Holdings after = SettledHoldings();
+  const ProcessResources after = SettledHoldings();
   EXPECT_LT(after.memory_bytes, before.memory_bytes + kSettlingBytes);
   EXPECT_LE(after.file_count, before.file_count);
 }

@@ -12,9 +12,9 @@ constexpr int64_t kSettlingBytes = 16 << 20;
 
 TEST(ChurnTest, MemoryAndFilesDoNotGrow) {
   ChurnPools(60);
-  const Holdings before = SettledHoldings();
+  const ProcessResources before = SettledHoldings();
   ChurnPools(240);
-  const Holdings after = SettledHoldings();
+  const ProcessResources after = SettledHoldings();
   EXPECT_LT(after.memory_bytes, before.memory_bytes + kSettlingBytes);
   EXPECT_LE(after.file_count, before.file_count);
 }

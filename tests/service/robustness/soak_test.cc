@@ -18,7 +18,7 @@
 #include "procgen_client/client.h"
 #include "tests/service/robustness/broken_connection.h"
 #include "tests/service/robustness/fault_proxy.h"
-#include "tests/service/robustness/holdings.h"
+#include "tests/service/robustness/process_resources.h"
 #include "tests/service/server_process.h"
 #include "tests/service/service_fixture.h"
 #include "tests/status_matchers.h"
@@ -45,7 +45,7 @@ absl::Duration SoakLength() {
   return seconds == nullptr ? absl::Minutes(30) : absl::Seconds(std::atoi(seconds));
 }
 
-v1::PoolSpec Spec(const Carriage& carriage = {}) {
+v1::PoolSpec Spec(const TransportCase& carriage = {}) {
   v1::PoolSpec spec = TracedSpec(carriage);
   spec.mutable_lease_duration()->set_seconds(kLeaseSeconds);
   return spec;
@@ -61,7 +61,7 @@ class Learners {
     for (; absl::Now() < end && !testing::Test::HasFailure(); ++count_) {
       const auto client = Client::Connect(address_);
       ASSERT_THAT(client, IsOk());
-      const Carriage& carriage = kCarriages[random_() % kCarriages.size()];
+      const TransportCase& carriage = kCarriages[random_() % kCarriages.size()];
       const auto pool = (*client)->CreatePool(Spec(carriage));
       ASSERT_THAT(pool, IsOk());
       PlayOverABadNetwork(pool->name(), carriage);
@@ -73,7 +73,7 @@ class Learners {
   int break_count() const { return break_count_; }
 
  private:
-  void PlayOverABadNetwork(const std::string& pool, const Carriage& carriage) {
+  void PlayOverABadNetwork(const std::string& pool, const TransportCase& carriage) {
     FaultProxy::Options options = BadNetwork(address_, uint32_t(random_()), carriage);
     options.bytes_between_faults *= 2;
     FaultProxy proxy(options);
@@ -134,14 +134,14 @@ std::vector<size_t> UndisturbedTrace(const std::string& address, Client* client)
 int64_t PeakUntil(absl::Time end, pid_t process) {
   int64_t peak = 0;
   while (absl::Now() < end) {
-    peak = std::max(peak, Holdings::Of(process).memory_bytes);
+    peak = std::max(peak, ProcessResources::Of(process).memory_bytes);
     absl::SleepFor(absl::Milliseconds(200));
   }
   return peak;
 }
 
 TEST(SoakTest, AbruptLearnersReceiveTheirTracesAndLeakNothing) {
-  HaveFreedMemoryGivenBack();
+  ReturnFreedMemoryAtOnce();
   // Its log would fill the pipe that nobody reads meanwhile.
   // On a fast machine there are hundreds of pools whose leases run.
   ServerProcess server(
@@ -150,7 +150,7 @@ TEST(SoakTest, AbruptLearnersReceiveTheirTracesAndLeakNothing) {
   const auto client = Client::Connect(address);
   ASSERT_THAT(client, IsOk());
   const std::vector<size_t> undisturbed = UndisturbedTrace(address, client->get());
-  const int64_t files = Holdings::Of(server.process_id()).file_count;
+  const int64_t files = ProcessResources::Of(server.process_id()).file_count;
 
   const absl::Time begin = absl::Now();
   const absl::Duration length = SoakLength();
@@ -169,7 +169,7 @@ TEST(SoakTest, AbruptLearnersReceiveTheirTracesAndLeakNothing) {
   EXPECT_LT(last_peak, first_peak + kGrowthBytes);
   // The leases run out, and connections end a little later than their clients.
   while ((*client)->GetLoad()->pool_count() > 0 ||
-         Holdings::Of(server.process_id()).file_count > files) {
+         ProcessResources::Of(server.process_id()).file_count > files) {
     absl::SleepFor(absl::Milliseconds(20));
   }
   int count = 0;

@@ -7,7 +7,7 @@
 #include "grpcpp/security/credentials.h"
 #include "gtest/gtest.h"
 #include "procgen_client/client.h"
-#include "tests/service/robustness/holdings.h"
+#include "tests/service/robustness/process_resources.h"
 #include "tests/service/server_process.h"
 #include "tests/service/service_fixture.h"
 #include "tests/status_matchers.h"
@@ -29,7 +29,7 @@ constexpr int64_t kMemoryBytesMax = 48 << 20;
 class BackpressureTest : public testing::TestWithParam<bool> {};
 
 TEST_P(BackpressureTest, LearnerThatDoesNotReadBlocksOnlyItself) {
-  HaveFreedMemoryGivenBack();
+  ReturnFreedMemoryAtOnce();
   ServerProcess process({"--address=127.0.0.1:0", "--workers=2", "--log_level=error"});
   const std::string address = process.Address();
   const auto client = procgen_client::Client::Connect(address);
@@ -48,7 +48,7 @@ TEST_P(BackpressureTest, LearnerThatDoesNotReadBlocksOnlyItself) {
   request.mutable_attach()->set_resumable(GetParam());
   v1::StepPoolResponse response;
   ASSERT_TRUE(deaf->Write(request) && deaf->Read(&response));
-  const int64_t before = Holdings::Of(process.process_id()).memory_bytes;
+  const int64_t before = ProcessResources::Of(process.process_id()).memory_bytes;
   for (int64_t number = 1; number <= kRequestCount; ++number) {
     request = StepRequest(std::vector<int32_t>(kEnvCount, 4));
     request.set_sequence_number(number);
@@ -59,7 +59,7 @@ TEST_P(BackpressureTest, LearnerThatDoesNotReadBlocksOnlyItself) {
     ASSERT_THAT((*other)->Step({4, 4, 4, 4}, &batch), IsOk());
   }
   EXPECT_LT((*client)->GetPool(pool)->next_sequence_number(), 6);
-  EXPECT_LT(Holdings::Of(process.process_id()).memory_bytes, before + kMemoryBytesMax);
+  EXPECT_LT(ProcessResources::Of(process.process_id()).memory_bytes, before + kMemoryBytesMax);
 
   // Once it reads, it gets all.
   for (int64_t number = 1; number <= kRequestCount; ++number) {

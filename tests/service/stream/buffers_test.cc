@@ -17,7 +17,7 @@
 #include "gtest/gtest.h"
 #include "procgen/v1/render.grpc.pb.h"
 #include "server/concurrency/steady_time.h"
-#include "tests/service/robustness/holdings.h"
+#include "tests/service/robustness/process_resources.h"
 #include "tests/service/service_fixture.h"
 
 namespace procgen {
@@ -252,16 +252,16 @@ TEST_F(BuffersTest, DeletingAPoolReturnsMemoryToTheSystem) {
   for (auto& block : blocks) {
     block = std::make_unique<char[]>(64 << 10);
   }
-  const int64_t before = Holdings::Of(getpid()).memory_bytes;
+  const int64_t before = ProcessResources::Of(getpid()).memory_bytes;
   for (size_t i = 0; i < blocks.size(); ++i) {
     if (i % 8 != 7) {
       blocks[i] = nullptr;
     }
   }
-  ASSERT_GT(Holdings::Of(getpid()).memory_bytes, before - (8 << 20));
+  ASSERT_GT(ProcessResources::Of(getpid()).memory_bytes, before - (8 << 20));
   ASSERT_THAT(client_->DeletePool(pool), IsOk());
-  EXPECT_TRUE(
-      Eventually([&] { return Holdings::Of(getpid()).memory_bytes < before - (40 << 20); }));
+  EXPECT_TRUE(Eventually(
+      [&] { return ProcessResources::Of(getpid()).memory_bytes < before - (40 << 20); }));
 }
 #endif
 

@@ -35,7 +35,7 @@ class SharedMemoryTest : public testing::Test {
     options.address = address;
     options.worker_count = 3;
     options.limits = limits;
-    options.shared_folder = *SharedFolder::Open(folder_.path());
+    options.shared_memory_dir = *SharedMemoryDir::Open(folder_.path());
     absl::StatusOr<std::unique_ptr<Server>> server = Server::Start(options);
     EXPECT_THAT(server, IsOk());
     return *std::move(server);

@@ -33,7 +33,7 @@ class FlatArt {
             ArtLayout::kOwn,
             std::vector<ArtFile>{{"maze/mouse_0", pngs_[0]}, {"maze/cheese_0", pngs_[1]}})) {}
 
-  std::vector<Likeness> Compare(absl::Span<const Part> parts) const {
+  std::vector<PartDistance> Compare(absl::Span<const Part> parts) const {
     return CompareParts({"maze", DistributionMode::kHard, parts}, art_, [](int64_t, int64_t) {});
   }
 
@@ -42,9 +42,10 @@ class FlatArt {
   SharedArt art_;
 };
 
-float DistanceOf(const std::vector<Likeness>& likenesses, const Part* first, const Part* second) {
+float DistanceOf(const std::vector<PartDistance>& likenesses, const Part* first,
+                 const Part* second) {
   const auto found =
-      std::find_if(likenesses.begin(), likenesses.end(), [&](const Likeness& likeness) {
+      std::find_if(likenesses.begin(), likenesses.end(), [&](const PartDistance& likeness) {
         return likeness.first == first && likeness.second == second;
       });
   return found == likenesses.end() ? -1 : found->distance;

@@ -11,11 +11,11 @@ constexpr int kGemKind = 9;
 constexpr int kKeyKind = 2;
 constexpr int kLockKind = 1;
 constexpr int kClosed[] = {kWallKind};
-constexpr Guide kGuide = {.game = "heist",
-                          .goal_kind = kGemKind,
-                          .key_kind = kKeyKind,
-                          .lock_kind = kLockKind,
-                          .closed_kinds = kClosed};
+constexpr SearchHeuristic kHeuristic = {.game = "heist",
+                                        .goal_kind = kGemKind,
+                                        .key_kind = kKeyKind,
+                                        .lock_kind = kLockKind,
+                                        .closed_kinds = kClosed};
 const Drawing kBend = {"#####",  //
                        "#...#",  //
                        "#.#.#",  //
@@ -31,7 +31,7 @@ void Add(World& world, int kind, int x, int y, int theme = 0) {
 TEST(GoalMapTest, CountsCellsAroundWalls) {
   World world = DrawWorld(kBend, 1.5F, 0.5F);
   Add(world, kGemKind, 3, 1);
-  const GoalDistance distance = GoalMap(kGuide).From(world);
+  const GoalDistance distance = GoalMap(kHeuristic).From(world);
   EXPECT_EQ(distance.cells, 5);
   EXPECT_EQ(distance.targets_left, 1);
   EXPECT_TRUE(distance.has_way);
@@ -40,7 +40,7 @@ TEST(GoalMapTest, CountsCellsAroundWalls) {
 TEST(GoalMapTest, AGoalCanBeACell) {
   World world = DrawWorld(kBend, 1.5F, 0.5F);
   world.grid.Set(2, 2, kGemKind);
-  EXPECT_EQ(GoalMap(kGuide).From(world).cells, 3);
+  EXPECT_EQ(GoalMap(kHeuristic).From(world).cells, 3);
 }
 
 TEST(GoalMapTest, ALockedGoalIsReachedThroughItsKey) {
@@ -48,7 +48,7 @@ TEST(GoalMapTest, ALockedGoalIsReachedThroughItsKey) {
   Add(world, kGemKind, 3, 1);
   Add(world, kLockKind, 2, 2, /*theme=*/1);
   Add(world, kKeyKind, 1, 0, /*theme=*/1);
-  GoalMap map(kGuide);
+  GoalMap map(kHeuristic);
   EXPECT_EQ(map.From(world).cells, 2);
   EXPECT_EQ(map.From(world).targets_left, 2);
   world.entities.pop_back();  // the key is taken: the lock will open
@@ -62,7 +62,7 @@ TEST(GoalMapTest, WallsWithoutAGapLeaveNoPath) {
                            "...#"},
                           0.5F, 0.5F);
   Add(world, kGemKind, 3, 2);
-  EXPECT_FALSE(GoalMap(kGuide).From(world).has_way);
+  EXPECT_FALSE(GoalMap(kHeuristic).From(world).has_way);
 }
 
 }  // namespace

@@ -4,7 +4,7 @@
 
 #include "gmock/gmock.h"
 #include "gtest/gtest.h"
-#include "tools/solver/guide.h"
+#include "tools/solver/search_heuristic.h"
 
 namespace procgen {
 namespace {
@@ -18,17 +18,17 @@ constexpr int32_t kNinjaClosedLevel = 59;
 
 SearchResult SearchEasy(const std::string& game, int32_t level_seed,
                         int64_t burst_count_max = kBurstCountMax) {
-  return SearchLevel(*FindGame(game), *FindGuide(game), DistributionMode::kEasy, level_seed,
-                     burst_count_max);
+  return SearchLevel(*FindGame(game), *FindSearchHeuristic(game), DistributionMode::kEasy,
+                     level_seed, burst_count_max);
 }
 
 bool CompletesEasyMaze(const std::vector<int32_t>& actions) {
   return CompletesLevel(*FindGame("maze"), DistributionMode::kEasy, kMazeLevel, actions);
 }
 
-class EveryGuide : public testing::TestWithParam<Guide> {};
+class EveryHeuristic : public testing::TestWithParam<SearchHeuristic> {};
 
-TEST_P(EveryGuide, SolvesTheFirstLevels) {
+TEST_P(EveryHeuristic, SolvesTheFirstLevels) {
   const GameSpec& game = *FindGame(GetParam().game);
   for (int32_t level_seed = 0; level_seed < 5; ++level_seed) {
     const SearchResult result =
@@ -39,7 +39,7 @@ TEST_P(EveryGuide, SolvesTheFirstLevels) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(SearchTest, EveryGuide, testing::ValuesIn(Guides()),
+INSTANTIATE_TEST_SUITE_P(SearchTest, EveryHeuristic, testing::ValuesIn(SearchHeuristics()),
                          [](const auto& test) { return std::string(test.param.game); });
 
 TEST(SearchTest, EqualSearchesFindEqualSolutions) {

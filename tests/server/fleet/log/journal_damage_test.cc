@@ -75,7 +75,7 @@ TEST_F(JournalDamageTest, PowerCutLeavesAnEarlierCommit) {
     (*journal)->Append(EntryOf(SomeStep(i)));
     add_moment();
   }
-  (*journal)->TakeBack();
+  (*journal)->RemoveLast();
   add_moment();
   (*journal)->SetCheckpoint({0, 2}, SomeCheckpoint(10, "left"));
   add_moment();

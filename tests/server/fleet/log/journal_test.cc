@@ -83,7 +83,7 @@ TEST_F(JournalTest, RequestsAreAddedAndRemoved) {
   journal->Append(EntryOf(SomeStep(7)));
   journal->Append(EntryOf(SomeStep(8)));
   EXPECT_EQ(Read().next_sequence_number(), 9);
-  journal->TakeBack();
+  journal->RemoveLast();
   EXPECT_EQ(Read().next_sequence_number(), 8);
   journal->Append(EntryOf(SomeStates(2)));
   const JournaledPool pool = Read();
@@ -157,7 +157,7 @@ TEST_F(JournalTest, FullDiskLosesNothing) {
     journal->Append(EntryOf(SomeStep(8)));
     journal->Append(EntryOf(SomeStep(9)));
     EXPECT_EQ(NotDurable(), "procgen_fleet_pools_not_durable 1");
-    journal->TakeBack();
+    journal->RemoveLast();
     journal->SetCheckpoint({2, 2}, SomeCheckpoint(11, "right"));
   }
   EXPECT_EQ(Read().next_sequence_number(), 8) << "the last commit";

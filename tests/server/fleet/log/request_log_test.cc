@@ -29,7 +29,7 @@ TEST(RequestLogTest, LastEntryIsRemovedAndItsNumberReused) {
   log.Append(SomeStep(1));
   log.Append(SomeStep(2));
   const int64_t bytes = log.BytesAfter(0);
-  log.TakeBack();
+  log.RemoveLast();
   EXPECT_EQ(log.end(), 1);
   EXPECT_LT(log.BytesAfter(0), bytes);
   EXPECT_EQ(log.Append(SomeStep(3)), 2);

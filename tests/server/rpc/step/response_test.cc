@@ -76,7 +76,7 @@ TEST(ResponseTest, ObservationsAreNotCopied) {
 TEST(ResponseTest, OnlyFinalObservationsOfEndsAreKept) {
   Request request = StepOf(4);
   request.with_final_observations = true;
-  FrameRing frames;
+  FrameBufferPool frames;
   Response response;
   const Batch batch = PrepareResponse(request, {0, 4}, kObservationBytes, &frames, &response);
   for (size_t row = 0; row < 4; ++row) {
@@ -94,7 +94,7 @@ TEST(ResponseTest, OnlyFinalObservationsOfEndsAreKept) {
 
 TEST(ResponseTest, OnlyFingerprintsOfEndsAreKept) {
   const Request request = StepOf(5);
-  FrameRing frames;
+  FrameBufferPool frames;
   Response response;
   const Batch batch = PrepareResponse(request, {0, 5}, kObservationBytes, &frames, &response);
   ASSERT_EQ(batch.fingerprints.size(), 5U);
@@ -110,7 +110,7 @@ TEST(ResponseTest, OnlyFingerprintsOfEndsAreKept) {
 
 TEST(ResponseTest, ResponseMemoryIsReused) {
   const Request request = StepOf(8);
-  FrameRing frames;
+  FrameBufferPool frames;
   Response response;
   const uint8_t* const before =
       PrepareResponse(request, {0, 8}, kObservationBytes, &frames, &response).observations.data();

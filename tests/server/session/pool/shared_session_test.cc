@@ -35,7 +35,7 @@ class SharedSessionTest : public testing::Test {
     EXPECT_THAT(pool, IsOk());
     return std::make_unique<PoolSession>("", "pools/7", context_.Backend(*std::move(pool)),
                                          absl::InfiniteDuration(), context_.Get(), Encoding::kRaw,
-                                         shared_folder_.get());
+                                         shared_memory_dir_.get());
   }
 
   absl::Status Attach(const AttachOptions& options) {
@@ -68,7 +68,8 @@ class SharedSessionTest : public testing::Test {
   }
 
   const TemporaryFolder folder_;
-  const std::unique_ptr<SharedFolder> shared_folder_ = *SharedFolder::Open(folder_.path());
+  const std::unique_ptr<SharedMemoryDir> shared_memory_dir_ =
+      *SharedMemoryDir::Open(folder_.path());
   TestPoolContext context_;
   std::unique_ptr<PoolSession> session_ = Make();
 };

@@ -1,5 +1,5 @@
-#ifndef TESTS_SERVER_SHARED_MEMORY_LEARNERS_ENDS_H_
-#define TESTS_SERVER_SHARED_MEMORY_LEARNERS_ENDS_H_
+#ifndef TESTS_SERVER_SHARED_MEMORY_LEARNER_PIPE_ENDS_H_
+#define TESTS_SERVER_SHARED_MEMORY_LEARNER_PIPE_ENDS_H_
 
 #include <sys/socket.h>
 
@@ -12,12 +12,12 @@
 namespace procgen {
 
 // The learner's ends of a PipeConnection, byte by byte.
-struct LearnersEnds {
+struct LearnerPipeEnds {
   FileDescriptor requests;
   FileDescriptor responses;
 
   // Those that come by a socket; none: it ended without.
-  static std::optional<LearnersEnds> Receive(int socket) {
+  static std::optional<LearnerPipeEnds> Receive(int socket) {
     std::array<int, 2> ends = {-1, -1};
     alignas(cmsghdr) std::array<char, CMSG_SPACE(sizeof(ends))> control = {};
     char byte = 'x';
@@ -34,10 +34,10 @@ struct LearnersEnds {
       return std::nullopt;
     }
     std::memcpy(ends.data(), CMSG_DATA(head), sizeof(ends));
-    return LearnersEnds{FileDescriptor(ends[0]), FileDescriptor(ends[1])};
+    return LearnerPipeEnds{FileDescriptor(ends[0]), FileDescriptor(ends[1])};
   }
 };
 
 }  // namespace procgen
 
-#endif  // TESTS_SERVER_SHARED_MEMORY_LEARNERS_ENDS_H_
+#endif  // TESTS_SERVER_SHARED_MEMORY_LEARNER_PIPE_ENDS_H_

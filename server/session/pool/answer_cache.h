@@ -1,5 +1,5 @@
-#ifndef SERVER_SESSION_POOL_KEPT_ANSWERS_H_
-#define SERVER_SESSION_POOL_KEPT_ANSWERS_H_
+#ifndef SERVER_SESSION_POOL_ANSWER_CACHE_H_
+#define SERVER_SESSION_POOL_ANSWER_CACHE_H_
 
 #include <cstddef>
 #include <cstdint>
@@ -17,7 +17,7 @@ using Answer = std::vector<absl::Cord>;
 
 // Answers to the last requests of a pool, for streams that resume.
 // Threads: compatible.
-class KeptAnswers {
+class AnswerCache {
  public:
   // Stores the answer to request `number`.
   void Keep(int64_t number, Answer answer);
@@ -38,4 +38,4 @@ class KeptAnswers {
 
 }  // namespace procgen
 
-#endif  // SERVER_SESSION_POOL_KEPT_ANSWERS_H_
+#endif  // SERVER_SESSION_POOL_ANSWER_CACHE_H_

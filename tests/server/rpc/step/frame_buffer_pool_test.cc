@@ -1,4 +1,4 @@
-#include "server/rpc/step/frame_ring.h"
+#include "server/rpc/step/frame_buffer_pool.h"
 
 #include <algorithm>
 #include <memory>
@@ -8,8 +8,8 @@
 namespace procgen {
 namespace {
 
-TEST(FrameRingTest, SliceContainsTheWrittenBytes) {
-  FrameRing ring;
+TEST(FrameBufferPoolTest, SliceContainsTheWrittenBytes) {
+  FrameBufferPool ring;
   const Frames frames = ring.Take(100000);
   ASSERT_EQ(frames.slice.size(), 100000U);
   ASSERT_EQ(frames.bytes.size(), 100000U);
@@ -18,10 +18,12 @@ TEST(FrameRingTest, SliceContainsTheWrittenBytes) {
   EXPECT_EQ(*(frames.slice.end() - 1), 7);
 }
 
-TEST(FrameRingTest, ZeroBytesGiveAnEmptySlice) { EXPECT_EQ(FrameRing().Take(0).slice.size(), 0U); }
+TEST(FrameBufferPoolTest, ZeroBytesGiveAnEmptySlice) {
+  EXPECT_EQ(FrameBufferPool().Take(0).slice.size(), 0U);
+}
 
-TEST(FrameRingTest, MemoryIsReusedAfterTheLastSliceCopy) {
-  FrameRing ring;
+TEST(FrameBufferPoolTest, MemoryIsReusedAfterTheLastSliceCopy) {
+  FrameBufferPool ring;
   Frames frames = ring.Take(1000);
   const uint8_t* const memory = frames.bytes.data();
   grpc::Slice copy = frames.slice;
@@ -33,8 +35,8 @@ TEST(FrameRingTest, MemoryIsReusedAfterTheLastSliceCopy) {
   EXPECT_EQ(ring.Take(2000).bytes.size(), 2000U);
 }
 
-TEST(FrameRingTest, SlicesOutliveTheRing) {
-  auto ring = std::make_unique<FrameRing>();
+TEST(FrameBufferPoolTest, SlicesOutliveTheRing) {
+  auto ring = std::make_unique<FrameBufferPool>();
   const Frames frames = ring->Take(1000);
   ring = nullptr;
   std::fill(frames.bytes.begin(), frames.bytes.end(), 1);

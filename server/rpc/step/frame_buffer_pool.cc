@@ -1,4 +1,4 @@
-#include "server/rpc/step/frame_ring.h"
+#include "server/rpc/step/frame_buffer_pool.h"
 
 #include <utility>
 #include <vector>
@@ -15,12 +15,12 @@ constexpr size_t kOnShelfMax = 3;
 
 }  // namespace
 
-struct FrameRing::Memory {
+struct FrameBufferPool::Memory {
   std::unique_ptr<uint8_t[]> bytes;
   size_t size = 0;
 };
 
-class FrameRing::Shelf {
+class FrameBufferPool::Shelf {
  public:
   // Memory of at least `size` bytes.
   Memory Take(size_t size) {
@@ -50,11 +50,11 @@ class FrameRing::Shelf {
   std::vector<Memory> free_ ABSL_GUARDED_BY(mutex_);
 };
 
-FrameRing::FrameRing() : shelf_(std::make_shared<Shelf>()) {}
+FrameBufferPool::FrameBufferPool() : shelf_(std::make_shared<Shelf>()) {}
 
-FrameRing::~FrameRing() = default;
+FrameBufferPool::~FrameBufferPool() = default;
 
-Frames FrameRing::Take(size_t size) {
+Frames FrameBufferPool::Take(size_t size) {
   if (size == 0) {
     return {};
   }

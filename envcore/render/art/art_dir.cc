@@ -1,4 +1,4 @@
-#include "envcore/render/art/art_folder.h"
+#include "envcore/render/art/art_dir.h"
 
 #include <cstddef>
 #include <cstdint>
@@ -94,7 +94,7 @@ class FileErrors {
 
 }  // namespace
 
-absl::StatusOr<std::shared_ptr<const ArtPack>> ReadArtFolder(
+absl::StatusOr<std::shared_ptr<const ArtPack>> ReadArtDir(
     const std::string& folder, absl::Span<const RequiredImage> required) {
   std::error_code error;
   if (!std::filesystem::is_directory(folder, error)) {

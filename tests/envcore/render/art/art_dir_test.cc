@@ -1,4 +1,4 @@
-#include "envcore/render/art/art_folder.h"
+#include "envcore/render/art/art_dir.h"
 
 #include <filesystem>
 #include <fstream>
@@ -24,7 +24,7 @@ constexpr RequiredImage kFishPicture = {"sea/fish.png", 6, 4};
 constexpr Rgba kRed = {255, 0, 0, 255};
 
 // A temporary folder.
-class ArtFolderTest : public testing::Test {
+class ArtDirTest : public testing::Test {
  protected:
   void SetUp() override { std::filesystem::create_directories(folder_ + "/sea"); }
   void TearDown() override { std::filesystem::remove_all(folder_); }
@@ -34,7 +34,7 @@ class ArtFolderTest : public testing::Test {
   }
 
   absl::Status StatusOfReading(const std::vector<RequiredImage>& required) const {
-    return ReadArtFolder(folder_, required).status();
+    return ReadArtDir(folder_, required).status();
   }
 
   const std::string folder_ =
@@ -42,9 +42,9 @@ class ArtFolderTest : public testing::Test {
                    testing::UnitTest::GetInstance()->current_test_info()->name());
 };
 
-TEST_F(ArtFolderTest, ImagesAreFoundBySlotAfterTheFolderIsDeleted) {
+TEST_F(ArtDirTest, ImagesAreFoundBySlotAfterTheFolderIsDeleted) {
   Write("sea/fish.png", OneColourPng(6, 4, kRed));
-  const auto pack = ReadArtFolder(folder_ + "/", {kFishPicture});
+  const auto pack = ReadArtDir(folder_ + "/", {kFishPicture});
   ASSERT_THAT(pack, IsOk());
   std::filesystem::remove_all(folder_);
   const MipmappedImage* fish = (*pack)->Sprite("bigfish", kFish);
@@ -53,13 +53,13 @@ TEST_F(ArtFolderTest, ImagesAreFoundBySlotAfterTheFolderIsDeleted) {
   EXPECT_EQ(fish->level_count(), 1);
 }
 
-TEST_F(ArtFolderTest, AMissingFolderIsNamed) {
-  EXPECT_THAT(ReadArtFolder(folder_ + "/sky", {kFishPicture}),
+TEST_F(ArtDirTest, AMissingFolderIsNamed) {
+  EXPECT_THAT(ReadArtDir(folder_ + "/sky", {kFishPicture}),
               StatusIs(absl::StatusCode::kNotFound,
                        AllOf(HasSubstr("/sky'"), HasSubstr("there is no such folder"))));
 }
 
-TEST_F(ArtFolderTest, TheFirstMissingFilesAreNamedAndTheOthersCounted) {
+TEST_F(ArtDirTest, TheFirstMissingFilesAreNamedAndTheOthersCounted) {
   Write("sea/fish.png", OneColourPng(6, 4, kRed));
   const std::vector<RequiredImage> required = {{"a.png"}, {"b.png"}, kFishPicture, {"c.png"},
                                                {"d.png"}, {"e.png"}, {"f.png"},    {"g.png"}};
@@ -71,26 +71,26 @@ TEST_F(ArtFolderTest, TheFirstMissingFilesAreNamedAndTheOthersCounted) {
                      Not(HasSubstr("fish")))));
 }
 
-TEST_F(ArtFolderTest, AWrongSizeIsReportedWithTheRequiredOne) {
+TEST_F(ArtDirTest, AWrongSizeIsReportedWithTheRequiredOne) {
   Write("sea/fish.png", OneColourPng(4, 6, kRed));
   EXPECT_THAT(StatusOfReading({kFishPicture}),
               StatusIs(absl::StatusCode::kInvalidArgument,
                        HasSubstr("sea/fish.png is 4 x 6 pixels, must be 6 x 4")));
 }
 
-TEST_F(ArtFolderTest, AnImageWithoutARequiredSizeMayHaveAny) {
+TEST_F(ArtDirTest, AnImageWithoutARequiredSizeMayHaveAny) {
   Write("sea/fish.png", OneColourPng(4, 6, kRed));
   EXPECT_THAT(StatusOfReading({{"sea/fish.png"}}), IsOk());
 }
 
-TEST_F(ArtFolderTest, AFileThatIsNotAPngIsReported) {
+TEST_F(ArtDirTest, AFileThatIsNotAPngIsReported) {
   Write("sea/fish.png", "a fish");
   EXPECT_THAT(
       StatusOfReading({kFishPicture}),
       StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr("sea/fish.png is not a PNG file")));
 }
 
-TEST_F(ArtFolderTest, ATruncatedFileIsReported) {
+TEST_F(ArtDirTest, ATruncatedFileIsReported) {
   const std::string png = OneColourPng(6, 4, kRed);
   Write("sea/fish.png", png.substr(0, png.size() - 1));
   EXPECT_THAT(
@@ -120,7 +120,7 @@ std::string PngWith(const std::string& deflated, int width, int height) {
                       part("IDAT", deflated), part("IEND", ""));
 }
 
-TEST_F(ArtFolderTest, AnUndecodableFileIsReported) {
+TEST_F(ArtDirTest, AnUndecodableFileIsReported) {
   for (const std::string& deflated :
        {std::string(), std::string(300, 'x'), std::string("x\x9c\x03\x00\x00\x00\x00\x01", 8)}) {
     Write("sea/fish.png", PngWith(deflated, 6, 4));
@@ -130,7 +130,7 @@ TEST_F(ArtFolderTest, AnUndecodableFileIsReported) {
   }
 }
 
-TEST_F(ArtFolderTest, TheTotalNumberOfPixelsIsLimited) {
+TEST_F(ArtDirTest, TheTotalNumberOfPixelsIsLimited) {
   std::vector<std::string> paths;
   std::vector<RequiredImage> required;
   for (int i = 0; i < 4; ++i) {
@@ -149,7 +149,7 @@ TEST_F(ArtFolderTest, TheTotalNumberOfPixelsIsLimited) {
                                  "256000000 pixels")));
 }
 
-TEST_F(ArtFolderTest, AFolderInPlaceOfAFileIsReported) {
+TEST_F(ArtDirTest, AFolderInPlaceOfAFileIsReported) {
   std::filesystem::create_directories(folder_ + "/sea/fish.png");
   EXPECT_THAT(StatusOfReading({kFishPicture}), StatusIs(absl::StatusCode::kInvalidArgument,
                                                         HasSubstr("sea/fish.png cannot be read")));

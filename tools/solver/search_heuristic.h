@@ -1,5 +1,5 @@
-#ifndef TOOLS_SOLVER_GUIDE_H_
-#define TOOLS_SOLVER_GUIDE_H_
+#ifndef TOOLS_SOLVER_SEARCH_HEURISTIC_H_
+#define TOOLS_SOLVER_SEARCH_HEURISTIC_H_
 
 #include <cstdint>
 #include <optional>
@@ -11,7 +11,7 @@ namespace procgen {
 
 // The search's knowledge of a game. It determines where the search looks first and which states it
 // distinguishes, never what counts as completed: that is the game's own level_complete.
-struct Guide {
+struct SearchHeuristic {
   absl::string_view game;
   int goal_kind = 0;                 // of cells or entities; all of them must be reached
   std::optional<int> key_kind = {};  // of entities that must be taken first
@@ -28,12 +28,12 @@ struct Guide {
   int32_t period_steps = 0;     // times are distinguished in this unit; 0: not at all
 };
 
-// The guides, sorted by game: one for each game whose levels are completed by reaching goals.
-absl::Span<const Guide> Guides();
+// The heuristics, sorted by game: one for each game whose levels are completed by reaching goals.
+absl::Span<const SearchHeuristic> SearchHeuristics();
 
-// Returns the guide of a game, or null.
-const Guide* FindGuide(absl::string_view game);
+// Returns the heuristic of a game, or null.
+const SearchHeuristic* FindSearchHeuristic(absl::string_view game);
 
 }  // namespace procgen
 
-#endif  // TOOLS_SOLVER_GUIDE_H_
+#endif  // TOOLS_SOLVER_SEARCH_HEURISTIC_H_

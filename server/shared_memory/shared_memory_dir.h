@@ -1,5 +1,5 @@
-#ifndef SERVER_SHARED_MEMORY_SHARED_FOLDER_H_
-#define SERVER_SHARED_MEMORY_SHARED_FOLDER_H_
+#ifndef SERVER_SHARED_MEMORY_SHARED_MEMORY_DIR_H_
+#define SERVER_SHARED_MEMORY_SHARED_MEMORY_DIR_H_
 
 #include <memory>
 #include <string>
@@ -31,11 +31,11 @@ class SharedFile {
 // server's files are locked; a starting server removes files of killed ones. Only processes of the
 // same user can open the files.
 // Threads: any method from any thread.
-class SharedFolder {
+class SharedMemoryDir {
  public:
   // Also removes stale files. Errors: INVALID_ARGUMENT not a directory in which files can be
   // created.
-  static absl::StatusOr<std::unique_ptr<SharedFolder>> Open(const std::string& path);
+  static absl::StatusOr<std::unique_ptr<SharedMemoryDir>> Open(const std::string& path);
 
   const std::string& path() const { return path_; }
   // Number of stale files that were removed.
@@ -45,7 +45,7 @@ class SharedFolder {
   absl::StatusOr<std::unique_ptr<SharedFile>> MakeFile() const;
 
  private:
-  SharedFolder(std::string path, int stale_file_count)
+  SharedMemoryDir(std::string path, int stale_file_count)
       : path_(std::move(path)), stale_file_count_(stale_file_count) {}
 
   const std::string path_;
@@ -54,4 +54,4 @@ class SharedFolder {
 
 }  // namespace procgen
 
-#endif  // SERVER_SHARED_MEMORY_SHARED_FOLDER_H_
+#endif  // SERVER_SHARED_MEMORY_SHARED_MEMORY_DIR_H_

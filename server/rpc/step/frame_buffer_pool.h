@@ -1,5 +1,5 @@
-#ifndef SERVER_RPC_STEP_FRAME_RING_H_
-#define SERVER_RPC_STEP_FRAME_RING_H_
+#ifndef SERVER_RPC_STEP_FRAME_BUFFER_POOL_H_
+#define SERVER_RPC_STEP_FRAME_BUFFER_POOL_H_
 
 #include <cstddef>
 #include <cstdint>
@@ -20,12 +20,12 @@ struct Frames {
 // sent it, and no answer that is kept refers to it), and is taken again. Slices may outlive the
 // ring.
 // Threads: compatible; slices may be let go of on any thread, at any time, under any lock.
-class FrameRing {
+class FrameBufferPool {
  public:
-  FrameRing();
-  ~FrameRing();
-  FrameRing(const FrameRing&) = delete;
-  FrameRing& operator=(const FrameRing&) = delete;
+  FrameBufferPool();
+  ~FrameBufferPool();
+  FrameBufferPool(const FrameBufferPool&) = delete;
+  FrameBufferPool& operator=(const FrameBufferPool&) = delete;
 
   // Memory of `size` bytes, of any content.
   Frames Take(size_t size);
@@ -39,4 +39,4 @@ class FrameRing {
 
 }  // namespace procgen
 
-#endif  // SERVER_RPC_STEP_FRAME_RING_H_
+#endif  // SERVER_RPC_STEP_FRAME_BUFFER_POOL_H_

@@ -1,5 +1,5 @@
-#ifndef SERVER_DM_ENV_RPC_WORLD_PLAY_H_
-#define SERVER_DM_ENV_RPC_WORLD_PLAY_H_
+#ifndef SERVER_DM_ENV_RPC_WORLD_SESSION_H_
+#define SERVER_DM_ENV_RPC_WORLD_SESSION_H_
 
 #include <cstdint>
 #include <memory>
@@ -25,11 +25,11 @@ namespace procgen {
 //
 // Threads: compatible, one call at a time; a call has ended when its `done` is called, on any
 // thread, and nothing of this is touched after that.
-class WorldPlay {
+class WorldSession {
  public:
   using Done = PoolSession::Done;
 
-  WorldPlay(std::shared_ptr<JoinedWorld> world, const WorldForm& form);
+  WorldSession(std::shared_ptr<JoinedWorld> world, const WorldForm& form);
 
   const WorldForm& form() const { return form_; }
   JoinedWorld& world() const { return *world_; }
@@ -102,4 +102,4 @@ class WorldPlay {
 
 }  // namespace procgen
 
-#endif  // SERVER_DM_ENV_RPC_WORLD_PLAY_H_
+#endif  // SERVER_DM_ENV_RPC_WORLD_SESSION_H_

@@ -1,4 +1,4 @@
-#include "server/shared_memory/shared_folder.h"
+#include "server/shared_memory/shared_memory_dir.h"
 
 #include <fcntl.h>
 #include <sys/file.h>
@@ -22,7 +22,7 @@ namespace {
 
 using testing::HasSubstr;
 
-class SharedFolderTest : public testing::Test {
+class SharedMemoryDirTest : public testing::Test {
  protected:
   ptrdiff_t FileCount() const {
     return std::distance(std::filesystem::directory_iterator(path_),
@@ -33,8 +33,8 @@ class SharedFolderTest : public testing::Test {
   const std::string path_ = temporary_.path();
 };
 
-TEST_F(SharedFolderTest, FilesArePrivateAndRemovedWithTheirOwner) {
-  const auto folder = SharedFolder::Open(path_);
+TEST_F(SharedMemoryDirTest, FilesArePrivateAndRemovedWithTheirOwner) {
+  const auto folder = SharedMemoryDir::Open(path_);
   ASSERT_THAT(folder, IsOk());
   auto file = (*folder)->MakeFile();
   auto other = (*folder)->MakeFile();
@@ -49,23 +49,23 @@ TEST_F(SharedFolderTest, FilesArePrivateAndRemovedWithTheirOwner) {
   EXPECT_EQ(FileCount(), 0);
 }
 
-TEST_F(SharedFolderTest, FilesOfRunningProcessesAreKept) {
-  const auto folder = SharedFolder::Open(path_);
+TEST_F(SharedMemoryDirTest, FilesOfRunningProcessesAreKept) {
+  const auto folder = SharedMemoryDir::Open(path_);
   ASSERT_THAT(folder, IsOk());
   const auto file = (*folder)->MakeFile();
   ASSERT_THAT(file, IsOk());
-  const auto second = SharedFolder::Open(path_);
+  const auto second = SharedMemoryDir::Open(path_);
   ASSERT_THAT(second, IsOk());
   EXPECT_EQ((*second)->stale_file_count(), 0);
   EXPECT_TRUE(std::filesystem::exists((*file)->path()));
 }
 
-TEST_F(SharedFolderTest, FilesOfKilledProcessesAreRemoved) {
+TEST_F(SharedMemoryDirTest, FilesOfKilledProcessesAreRemoved) {
   int ends[2];
   ASSERT_EQ(pipe(ends), 0);
   const pid_t process = fork();
   if (process == 0) {
-    const auto folder = SharedFolder::Open(path_);
+    const auto folder = SharedMemoryDir::Open(path_);
     const auto file = (*folder)->MakeFile();
     const char made = file.ok() ? 'y' : 'n';
     if (write(ends[1], &made, 1) == 1) {
@@ -79,7 +79,7 @@ TEST_F(SharedFolderTest, FilesOfKilledProcessesAreRemoved) {
   ASSERT_EQ(kill(process, SIGKILL), 0);
   ASSERT_EQ(waitpid(process, nullptr, 0), process);
   ASSERT_EQ(FileCount(), 1);
-  const auto folder = SharedFolder::Open(path_);
+  const auto folder = SharedMemoryDir::Open(path_);
   ASSERT_THAT(folder, IsOk());
   EXPECT_EQ((*folder)->stale_file_count(), 1);
   EXPECT_EQ(FileCount(), 0);
@@ -87,7 +87,7 @@ TEST_F(SharedFolderTest, FilesOfKilledProcessesAreRemoved) {
   close(ends[1]);
 }
 
-TEST_F(SharedFolderTest, ForeignFilesAreKept) {
+TEST_F(SharedMemoryDirTest, ForeignFilesAreKept) {
   for (const char* name : {"procgen-server-1", "procgen-server-000000000000000g", "sem.x",
                            "procgen-server-00000000000000000"}) {
     std::ofstream(path_ + "/" + name) << "x";
@@ -95,27 +95,27 @@ TEST_F(SharedFolderTest, ForeignFilesAreKept) {
   std::filesystem::create_directory(path_ + "/procgen-server-0000000000000001");
   std::filesystem::create_symlink("sem.x", path_ + "/procgen-server-0000000000000002");
   const ptrdiff_t before = FileCount();
-  const auto folder = SharedFolder::Open(path_);
+  const auto folder = SharedMemoryDir::Open(path_);
   ASSERT_THAT(folder, IsOk());
   EXPECT_EQ((*folder)->stale_file_count(), 0);
   EXPECT_EQ(FileCount(), before);
 }
 
-TEST_F(SharedFolderTest, NonFolderIsRejected) {
+TEST_F(SharedMemoryDirTest, NonFolderIsRejected) {
   std::ofstream(path_ + "/file") << "x";
-  EXPECT_THAT(SharedFolder::Open(path_ + "/none"),
+  EXPECT_THAT(SharedMemoryDir::Open(path_ + "/none"),
               StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr("/none")));
-  EXPECT_THAT(SharedFolder::Open(path_ + "/file"),
+  EXPECT_THAT(SharedMemoryDir::Open(path_ + "/file"),
               StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr("directory")));
 }
 
-TEST_F(SharedFolderTest, UnwritableFolderIsRejectedAtOpen) {
-  EXPECT_THAT(SharedFolder::Open("/proc"),
+TEST_F(SharedMemoryDirTest, UnwritableFolderIsRejectedAtOpen) {
+  EXPECT_THAT(SharedMemoryDir::Open("/proc"),
               StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr("a folder to make files in")));
 }
 
-TEST_F(SharedFolderTest, RemovedFolderIsReported) {
-  const auto folder = SharedFolder::Open(path_);
+TEST_F(SharedMemoryDirTest, RemovedFolderIsReported) {
+  const auto folder = SharedMemoryDir::Open(path_);
   ASSERT_THAT(folder, IsOk());
   std::filesystem::remove_all(path_);
   EXPECT_THAT((*folder)->MakeFile(),

@@ -1,4 +1,4 @@
-#include "tests/service/robustness/holdings.h"
+#include "tests/service/robustness/process_resources.h"
 
 #include <malloc.h>
 #include <unistd.h>
@@ -16,7 +16,7 @@ extern "C" size_t __sanitizer_get_current_allocated_bytes() __attribute__((weak)
 
 namespace procgen {
 
-Holdings Holdings::Of(pid_t process) {
+ProcessResources ProcessResources::Of(pid_t process) {
   const std::string folder = "/proc/" + std::to_string(process);
   int64_t pages = 0;
   int64_t resident_pages = 0;
@@ -33,6 +33,6 @@ int64_t AllocatedBytes() {
   return static_cast<int64_t>(info.uordblks + info.hblkhd);
 }
 
-void HaveFreedMemoryGivenBack() { setenv("ASAN_OPTIONS", "quarantine_size_mb=1", 1); }
+void ReturnFreedMemoryAtOnce() { setenv("ASAN_OPTIONS", "quarantine_size_mb=1", 1); }
 
 }  // namespace procgen

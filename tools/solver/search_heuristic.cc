@@ -1,4 +1,4 @@
-#include "tools/solver/guide.h"
+#include "tools/solver/search_heuristic.h"
 
 #include <algorithm>
 
@@ -39,7 +39,7 @@ constexpr int kJumperClosed[] = {6, 7};             // rock, ground
 constexpr int kMazeClosed[] = {51};                 // wall
 constexpr int kNinjaClosed[] = {14, 20};            // fire, bricks
 
-constexpr Guide kGuides[] = {
+constexpr SearchHeuristic kHeuristics[] = {
     {.game = "caveflyer",
      .goal_kind = 1,
      .closed_kinds = kCaveFlyerClosed,
@@ -109,12 +109,13 @@ constexpr Guide kGuides[] = {
 
 }  // namespace
 
-absl::Span<const Guide> Guides() { return kGuides; }
+absl::Span<const SearchHeuristic> SearchHeuristics() { return kHeuristics; }
 
-const Guide* FindGuide(absl::string_view game) {
-  const auto* guide = std::find_if(std::begin(kGuides), std::end(kGuides),
-                                   [game](const Guide& known) { return known.game == game; });
-  return guide == std::end(kGuides) ? nullptr : guide;
+const SearchHeuristic* FindSearchHeuristic(absl::string_view game) {
+  const auto* heuristic =
+      std::find_if(std::begin(kHeuristics), std::end(kHeuristics),
+                   [game](const SearchHeuristic& known) { return known.game == game; });
+  return heuristic == std::end(kHeuristics) ? nullptr : heuristic;
 }
 
 }  // namespace procgen

@@ -1,4 +1,4 @@
-#include "server/session/pool/kept_answers.h"
+#include "server/session/pool/answer_cache.h"
 
 #include "gmock/gmock.h"
 #include "gtest/gtest.h"
@@ -8,8 +8,8 @@ namespace {
 
 using testing::ElementsAre;
 
-TEST(KeptAnswersTest, KeptAnswerHasAllItsResponses) {
-  KeptAnswers kept;
+TEST(AnswerCacheTest, KeptAnswerHasAllItsResponses) {
+  AnswerCache kept;
   kept.Keep(7, {absl::Cord("a"), absl::Cord("b")});
   ASSERT_NE(kept.Find(7), nullptr);
   EXPECT_THAT(*kept.Find(7), ElementsAre("a", "b"));
@@ -17,8 +17,8 @@ TEST(KeptAnswersTest, KeptAnswerHasAllItsResponses) {
   EXPECT_EQ(kept.Find(8), nullptr);
 }
 
-TEST(KeptAnswersTest, DropRemovesAllUpToANumber) {
-  KeptAnswers kept;
+TEST(AnswerCacheTest, DropRemovesAllUpToANumber) {
+  AnswerCache kept;
   for (const int64_t number : {3, 4, 5}) {
     kept.Keep(number, {absl::Cord("x")});
   }

@@ -1,5 +1,5 @@
-#ifndef ENVCORE_RENDER_ART_ART_FOLDER_H_
-#define ENVCORE_RENDER_ART_ART_FOLDER_H_
+#ifndef ENVCORE_RENDER_ART_ART_DIR_H_
+#define ENVCORE_RENDER_ART_ART_DIR_H_
 
 #include <memory>
 #include <string>
@@ -25,9 +25,9 @@ struct RequiredImage {
 // Errors: NOT_FOUND: the folder or a file does not exist. INVALID_ARGUMENT: a file cannot be read,
 // is not a valid PNG, has another size, or exceeds the pixel limit of all images together. The
 // message names the folder, the first few files with their errors, and the number of further files.
-absl::StatusOr<std::shared_ptr<const ArtPack>> ReadArtFolder(
-    const std::string& folder, absl::Span<const RequiredImage> required);
+absl::StatusOr<std::shared_ptr<const ArtPack>> ReadArtDir(const std::string& folder,
+                                                          absl::Span<const RequiredImage> required);
 
 }  // namespace procgen
 
-#endif  // ENVCORE_RENDER_ART_ART_FOLDER_H_
+#endif  // ENVCORE_RENDER_ART_ART_DIR_H_

@@ -1,4 +1,4 @@
-#include "server/session/pool/kept_answers.h"
+#include "server/session/pool/answer_cache.h"
 
 #include <utility>
 
@@ -6,24 +6,24 @@
 
 namespace procgen {
 
-void KeptAnswers::Keep(int64_t number, Answer answer) {
+void AnswerCache::Keep(int64_t number, Answer answer) {
   answers_.insert_or_assign(number, std::move(answer));
 }
 
-void KeptAnswers::ForgetUpTo(int64_t number) {
+void AnswerCache::ForgetUpTo(int64_t number) {
   answers_.erase(answers_.begin(), answers_.upper_bound(number));
 }
 
-const Answer* KeptAnswers::Find(int64_t number) const {
+const Answer* AnswerCache::Find(int64_t number) const {
   const auto found = answers_.find(number);
   return found == answers_.end() ? nullptr : &found->second;
 }
 
-int64_t KeptAnswers::OldestOr(int64_t none) const {
+int64_t AnswerCache::OldestOr(int64_t none) const {
   return answers_.empty() ? none : answers_.begin()->first;
 }
 
-std::string KeptAnswers::Range() const {
+std::string AnswerCache::Range() const {
   if (answers_.empty()) {
     return "none";
   }

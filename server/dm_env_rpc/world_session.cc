@@ -1,4 +1,4 @@
-#include "server/dm_env_rpc/world_play.h"
+#include "server/dm_env_rpc/world_session.h"
 
 #include <utility>
 
@@ -14,18 +14,18 @@ Request RequestOf(Request::Kind kind) {
 
 }  // namespace
 
-WorldPlay::WorldPlay(std::shared_ptr<JoinedWorld> world, const WorldForm& form)
+WorldSession::WorldSession(std::shared_ptr<JoinedWorld> world, const WorldForm& form)
     : world_(std::move(world)),
       form_(form),
       values_(form),
       next_(static_cast<size_t>(form.env_count)) {}
 
-void WorldPlay::Observe(Done done) {
+void WorldSession::Observe(Done done) {
   world_->Run(RequestOf(Request::Kind::kObserve), values_.BatchOf({}), std::move(done));
 }
 
-void WorldPlay::Step(const dm::StepRequest& request, int64_t response_bytes_max,
-                     dm::StepResponse* response, Done done) {
+void WorldSession::Step(const dm::StepRequest& request, int64_t response_bytes_max,
+                        dm::StepResponse* response, Done done) {
   absl::Status status = CheckRequestedObservations(form_, request, response_bytes_max);
   if (status.ok() && running_) {
     absl::StatusOr<std::vector<int32_t>> actions = ReadActions(form_, request);
@@ -46,7 +46,8 @@ void WorldPlay::Step(const dm::StepRequest& request, int64_t response_bytes_max,
   }
 }
 
-void WorldPlay::TakeActions(const dm::StepRequest& request, dm::StepResponse* response, Done done) {
+void WorldSession::TakeActions(const dm::StepRequest& request, dm::StepResponse* response,
+                               Done done) {
   next_levels_.clear();
   for (size_t i = 0; i < next_.size(); ++i) {
     if (next_[i].level_seed.has_value()) {
@@ -59,12 +60,12 @@ void WorldPlay::TakeActions(const dm::StepRequest& request, dm::StepResponse* re
   Run(asked, std::nullopt, request, response, std::move(done));
 }
 
-void WorldPlay::TellInterruption(const dm::StepRequest& request, dm::StepResponse* response,
-                                 Done done) {
+void WorldSession::TellInterruption(const dm::StepRequest& request, dm::StepResponse* response,
+                                    Done done) {
   Run(RequestOf(Request::Kind::kObserve), dm::INTERRUPTED, request, response, std::move(done));
 }
 
-void WorldPlay::Begin(const dm::StepRequest& request, dm::StepResponse* response, Done done) {
+void WorldSession::Begin(const dm::StepRequest& request, dm::StepResponse* response, Done done) {
   if (!interruptions_.empty()) {
     Adopt(interruptions_.back()->settings());
     reset_all_ = true;
@@ -82,8 +83,8 @@ void WorldPlay::Begin(const dm::StepRequest& request, dm::StepResponse* response
   Run(asked, dm::RUNNING, request, response, std::move(done));
 }
 
-void WorldPlay::Run(const Request& asked, std::optional<dm::EnvironmentStateType> state,
-                    const dm::StepRequest& request, dm::StepResponse* response, Done done) {
+void WorldSession::Run(const Request& asked, std::optional<dm::EnvironmentStateType> state,
+                       const dm::StepRequest& request, dm::StepResponse* response, Done done) {
   const absl::Span<uint8_t> frames = AddFrames(form_, request, response);
   world_->Run(
       asked, values_.BatchOf(frames),
@@ -93,8 +94,8 @@ void WorldPlay::Run(const Request& asked, std::optional<dm::EnvironmentStateType
       });
 }
 
-void WorldPlay::OnRun(const absl::Status& status, std::optional<dm::EnvironmentStateType> state,
-                      const dm::StepRequest& request, dm::StepResponse* response) {
+void WorldSession::OnRun(const absl::Status& status, std::optional<dm::EnvironmentStateType> state,
+                         const dm::StepRequest& request, dm::StepResponse* response) {
   if (!status.ok()) {
     SettleInterruptions(Interruption::End::kLeft);
     return;
@@ -114,14 +115,14 @@ void WorldPlay::OnRun(const absl::Status& status, std::optional<dm::EnvironmentS
   SettleInterruptions(Interruption::End::kTold);
 }
 
-dm::EnvironmentStateType WorldPlay::StateAfterActions() const {
+dm::EnvironmentStateType WorldSession::StateAfterActions() const {
   if (form_.is_single && values_.terminated(0)) {
     return dm::TERMINATED;
   }
   return form_.is_single && values_.truncated(0) ? dm::INTERRUPTED : dm::RUNNING;
 }
 
-absl::Status WorldPlay::Reset(const Settings& settings) {
+absl::Status WorldSession::Reset(const Settings& settings) {
   const absl::StatusOr<EpisodeSettings> read = ReadEpisodeSettings(settings, form_.shape());
   if (!read.ok()) {
     return read.status();
@@ -132,7 +133,7 @@ absl::Status WorldPlay::Reset(const Settings& settings) {
   return absl::OkStatus();
 }
 
-void WorldPlay::ResetNow(const EpisodeSettings& settings, Done done) {
+void WorldSession::ResetNow(const EpisodeSettings& settings, Done done) {
   struct Exchange {
     dm::StepRequest request;
     dm::StepResponse response;
@@ -148,7 +149,7 @@ void WorldPlay::ResetNow(const EpisodeSettings& settings, Done done) {
         });
 }
 
-void WorldPlay::Adopt(const EpisodeSettings& settings) {
+void WorldSession::Adopt(const EpisodeSettings& settings) {
   for (size_t i = 0; i < next_.size(); ++i) {
     if (settings.level_seeds[i].has_value()) {
       next_[i].level_seed = settings.level_seeds[i];
@@ -159,17 +160,17 @@ void WorldPlay::Adopt(const EpisodeSettings& settings) {
   }
 }
 
-void WorldPlay::SettleInterruptions(Interruption::End end) {
+void WorldSession::SettleInterruptions(Interruption::End end) {
   for (const std::shared_ptr<Interruption>& interruption : std::exchange(interruptions_, {})) {
     interruption->Settle(end);
   }
 }
 
-void WorldPlay::SetNextLevel(int32_t environment, int32_t level_seed) {
+void WorldSession::SetNextLevel(int32_t environment, int32_t level_seed) {
   next_[static_cast<size_t>(environment)].level_seed = level_seed;
 }
 
-void WorldPlay::SaveState(int32_t environment, SaveDone done) {
+void WorldSession::SaveState(int32_t environment, SaveDone done) {
   saved_environment_ = environment;
   world_->InTurn(
       [this](PoolSession* pool, Done end) {
@@ -190,7 +191,7 @@ void WorldPlay::SaveState(int32_t environment, SaveDone done) {
       });
 }
 
-void WorldPlay::RestoreState(int32_t environment, absl::string_view snapshot, Done done) {
+void WorldSession::RestoreState(int32_t environment, absl::string_view snapshot, Done done) {
   world_->InTurn(
       [this, environment, snapshot](PoolSession* pool, Done end) {
         pool->RestoreStates(

@@ -1,4 +1,4 @@
-#include "server/shared_memory/shared_folder.h"
+#include "server/shared_memory/shared_memory_dir.h"
 
 #include <fcntl.h>
 #include <sys/file.h>
@@ -85,7 +85,7 @@ SharedFile::~SharedFile() {
   close(descriptor_);
 }
 
-absl::StatusOr<std::unique_ptr<SharedFolder>> SharedFolder::Open(const std::string& path) {
+absl::StatusOr<std::unique_ptr<SharedMemoryDir>> SharedMemoryDir::Open(const std::string& path) {
   // Clients may have other working directories.
   std::error_code error;
   const std::string folder = std::filesystem::canonical(path, error);
@@ -99,7 +99,7 @@ absl::StatusOr<std::unique_ptr<SharedFolder>> SharedFolder::Open(const std::stri
     return absl::InvalidArgumentError(
         absl::StrCat("'", path, "': ", error.message(), "; allowed: a folder to make files in"));
   }
-  std::unique_ptr<SharedFolder> opened(new SharedFolder(folder, RemoveStaleFiles(folder)));
+  std::unique_ptr<SharedMemoryDir> opened(new SharedMemoryDir(folder, RemoveStaleFiles(folder)));
   // Some directories are writable but accept no files: /proc.
   if (const auto file = opened->MakeFile(); !file.ok()) {
     return absl::InvalidArgumentError(absl::StrCat("'", path, "': ", file.status().message(),
@@ -108,7 +108,7 @@ absl::StatusOr<std::unique_ptr<SharedFolder>> SharedFolder::Open(const std::stri
   return opened;
 }
 
-absl::StatusOr<std::unique_ptr<SharedFile>> SharedFolder::MakeFile() const {
+absl::StatusOr<std::unique_ptr<SharedFile>> SharedMemoryDir::MakeFile() const {
   int error = EAGAIN;
   std::string path;
   for (int i = 0; i < kTriesMax; ++i) {
