@@ -1,8 +1,10 @@
 #include "tests/benchmark/benchmark_run.h"
 
+#include <iostream>
 #include <string>
 #include <vector>
 
+#include "absl/flags/parse.h"
 #include "absl/strings/str_cat.h"
 #include "benchmark/benchmark.h"
 
@@ -15,7 +17,10 @@ int RunBenchmarks(int argc, char** argv, double min_time_seconds, void (*registe
   arguments.insert(arguments.begin() + 1, min_time.data());
   int count = static_cast<int>(arguments.size());
   benchmark::Initialize(&count, arguments.data());
-  if (benchmark::ReportUnrecognizedArguments(count, arguments.data())) {
+  // Google Benchmark has removed its own flags.
+  if (const std::vector<char*> rest = absl::ParseCommandLine(count, arguments.data());
+      rest.size() > 1) {
+    std::cerr << "unexpected argument '" << rest[1] << "'\n";
     return 1;
   }
   register_all();

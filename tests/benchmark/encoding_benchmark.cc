@@ -18,15 +18,14 @@
 #include <vector>
 
 #include "absl/status/status.h"
-#include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/string_view.h"
-#include "absl/strings/strip.h"
 #include "absl/types/span.h"
 #include "benchmark/benchmark.h"
 #include "envcore/games/game_catalog.h"
 #include "procgen_client/observation_decoder.h"
 #include "server/encoding/observation_encoder.h"
+#include "tests/benchmark/art_flag.h"
 #include "tests/benchmark/benchmark_run.h"
 #include "tests/benchmark/local_learner.h"
 #include "tests/benchmark/round_clock.h"
@@ -254,16 +253,12 @@ void RunCase(const LocalCase& local_case, Way way, const std::string& group,
   AllFigures()[group][local_case.game] = trip.Result();
 }
 
-std::shared_ptr<const SharedArt>& Art() {
-  static auto& art = *new std::shared_ptr<const SharedArt>;
-  return art;
-}
-
 void RegisterCases() {
+  const std::shared_ptr<const SharedArt> art = ArtOfFlag();
   for (const DistributionMode mode : {DistributionMode::kEasy, DistributionMode::kHard}) {
     for (const auto& [way, way_name] : kWays) {
       for (const GameSpec& game : GameCatalog()) {
-        const LocalCase local_case = {.game = std::string(game.name), .mode = mode, .art = Art()};
+        const LocalCase local_case = {.game = std::string(game.name), .mode = mode, .art = art};
         const std::string group = absl::StrCat(DistributionModeName(mode), "/", way_name);
         const std::string name = absl::StrCat("encoding/", game.name, "/", group);
         benchmark::RegisterBenchmark(name.c_str(),
@@ -300,38 +295,12 @@ void PrintMeans() {
   }
 }
 
-// Removes --art_dir DIR or --art_dir=DIR from the arguments and returns DIR.
-std::optional<std::string> TakeArtDir(std::vector<char*>& arguments) {
-  for (auto at = arguments.begin() + 1; at != arguments.end(); ++at) {
-    absl::string_view argument = *at;
-    if (absl::ConsumePrefix(&argument, "--art_dir=")) {
-      arguments.erase(at);
-      return std::string(argument);
-    }
-    if (argument == "--art_dir" && at + 1 != arguments.end()) {
-      std::string folder = *(at + 1);
-      arguments.erase(at, at + 2);
-      return folder;
-    }
-  }
-  return std::nullopt;
-}
-
 }  // namespace
 }  // namespace procgen
 
 int main(int argc, char** argv) {
-  std::vector<char*> arguments(argv, argv + argc);
-  if (const std::optional<std::string> folder = procgen::TakeArtDir(arguments)) {
-    auto art = procgen::SharedArt::LoadFolder(*folder);
-    if (!art.ok()) {
-      std::cerr << "procgen-benchmark-encoding: " << art.status() << "\n";
-      return 2;
-    }
-    procgen::Art() = *std::move(art);
-  }
-  const int status = procgen::RunBenchmarks(static_cast<int>(arguments.size()), arguments.data(),
-                                            procgen::kMinTimeSeconds, procgen::RegisterCases);
+  const int status =
+      procgen::RunBenchmarks(argc, argv, procgen::kMinTimeSeconds, procgen::RegisterCases);
   if (status == 0) {
     procgen::PrintMeans();
   }

@@ -1,7 +1,16 @@
 // procgen-benchmark-engine: cost of a step in process, per game and mode, with and without drawing,
-// with one and two workers. README.md in this folder describes the counters.
+// with one and two workers, with the built-in art and with that of --art_dir. README.md in this
+// folder describes the counters.
+#include <algorithm>
+#include <cmath>
 #include <cstdint>
+#include <iomanip>
+#include <iostream>
+#include <map>
+#include <memory>
+#include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "absl/status/status.h"
@@ -9,6 +18,7 @@
 #include "absl/strings/str_cat.h"
 #include "benchmark/benchmark.h"
 #include "envcore/games/game_catalog.h"
+#include "tests/benchmark/art_flag.h"
 #include "tests/benchmark/benchmark_run.h"
 #include "tests/benchmark/local_learner.h"
 #include "tests/benchmark/round_clock.h"
@@ -20,21 +30,37 @@ namespace {
 // Seven rounds, as Procgen 0.10.7 was measured.
 constexpr double kMinTimeSeconds = 2.1;
 
-std::string NameOf(const LocalCase& local_case) {
-  return absl::StrCat("step/", local_case.game, "/", DistributionModeName(local_case.mode),
-                      "/workers:", local_case.worker_count, "/drawn:", local_case.drawn ? 1 : 0);
+// The part of a benchmark's name that follows the game.
+std::string GroupOf(const LocalCase& local_case) {
+  const char* art = local_case.art == nullptr ? "built-in" : "art_dir";
+  return absl::StrCat(DistributionModeName(local_case.mode), "/workers:", local_case.worker_count,
+                      "/drawn:", local_case.drawn ? 1 : 0,
+                      local_case.drawn ? absl::StrCat("/art:", art) : "");
+}
+
+struct StepCost {
+  double yardstick_units;
+  // Absent without drawing: upstream always draws.
+  std::optional<double> upstream_ratio;
+};
+
+// Costs of one environment step, by group and game.
+std::map<std::string, std::map<std::string, StepCost>>& AllCosts() {
+  static auto& costs = *new std::map<std::string, std::map<std::string, StepCost>>;
+  return costs;
 }
 
 void Report(const LocalCase& local_case, const RoundClock& clock, benchmark::State& state) {
-  const double units = clock.BestInUnits() / LocalLearner::kEnvCount;
-  state.counters["yardstick_units"] = units;
-  // Upstream always draws, so there is no reference without drawing.
+  StepCost cost = {clock.BestInUnits() / LocalLearner::kEnvCount, std::nullopt};
+  state.counters["yardstick_units"] = cost.yardstick_units;
   if (const auto upstream_cost = UpstreamCost(local_case.game, local_case.mode);
       upstream_cost && local_case.drawn) {
-    state.counters["upstream_ratio"] = units / *upstream_cost;
+    cost.upstream_ratio = cost.yardstick_units / *upstream_cost;
+    state.counters["upstream_ratio"] = *cost.upstream_ratio;
   }
   state.counters["items_per_second"] =
       LocalLearner::kEnvCount / absl::ToDoubleSeconds(clock.Best());
+  AllCosts()[GroupOf(local_case)][local_case.game] = cost;
 }
 
 void RunCase(const LocalCase& local_case, benchmark::State& state) {
@@ -62,18 +88,55 @@ void RunCase(const LocalCase& local_case, benchmark::State& state) {
   }
 }
 
+void RegisterCase(const LocalCase& local_case) {
+  benchmark::RegisterBenchmark(
+      absl::StrCat("step/", local_case.game, "/", GroupOf(local_case)).c_str(),
+      [local_case](benchmark::State& state) { RunCase(local_case, state); });
+}
+
 void RegisterCases() {
+  const std::shared_ptr<const SharedArt> art = ArtOfFlag();
   for (const GameSpec& game : GameCatalog()) {
     for (const DistributionMode mode : {DistributionMode::kEasy, DistributionMode::kHard}) {
       for (const int worker_count : {1, 2}) {
-        for (const bool drawn : {false, true}) {
-          const LocalCase local_case = {std::string(game.name), mode, worker_count, drawn};
-          benchmark::RegisterBenchmark(
-              NameOf(local_case).c_str(),
-              [local_case](benchmark::State& state) { RunCase(local_case, state); });
+        LocalCase local_case = {std::string(game.name), mode, worker_count, /*drawn=*/false};
+        RegisterCase(local_case);
+        local_case.drawn = true;
+        RegisterCase(local_case);
+        if (art != nullptr) {
+          local_case.art = art;
+          RegisterCase(local_case);
         }
       }
     }
+  }
+}
+
+// Prints to standard error: standard output may be JSON.
+void PrintMeans() {
+  std::cerr << "\n"
+            << std::left << std::setw(38) << "geometric means of one step"
+            << "games  yardstick_units  upstream_ratio  highest\n"
+            << std::fixed << std::setprecision(3);
+  for (const auto& [group, cost_of] : AllCosts()) {
+    double units_log = 0;
+    double ratio_log = 0;
+    std::pair<double, std::string> highest;
+    for (const auto& [game, cost] : cost_of) {
+      units_log += std::log(cost.yardstick_units);
+      if (cost.upstream_ratio) {
+        ratio_log += std::log(*cost.upstream_ratio);
+        highest = std::max(highest, {*cost.upstream_ratio, game});
+      }
+    }
+    const auto count = static_cast<double>(cost_of.size());
+    std::cerr << std::left << std::setw(38) << group << std::right << std::setw(5) << cost_of.size()
+              << std::setw(17) << std::exp(units_log / count);
+    if (highest.first > 0) {
+      std::cerr << std::setw(16) << std::exp(ratio_log / count) << "  " << highest.first << " "
+                << highest.second;
+    }
+    std::cerr << "\n";
   }
 }
 
@@ -81,5 +144,10 @@ void RegisterCases() {
 }  // namespace procgen
 
 int main(int argc, char** argv) {
-  return procgen::RunBenchmarks(argc, argv, procgen::kMinTimeSeconds, procgen::RegisterCases);
+  const int status =
+      procgen::RunBenchmarks(argc, argv, procgen::kMinTimeSeconds, procgen::RegisterCases);
+  if (status == 0) {
+    procgen::PrintMeans();
+  }
+  return status;
 }
