@@ -102,7 +102,8 @@ bool PipeTransport::TakeEnds(int socket) {
   }
   const std::string again = absl::StrCat("/proc/self/fd/", requests_);
   requests_read_ = open(again.c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC);
-  return requests_read_ >= 0 && fcntl(requests_, F_SETFL, O_NONBLOCK) == 0;
+  return requests_read_ >= 0 && fcntl(requests_, F_SETFL, O_NONBLOCK) == 0 &&
+         fcntl(responses_, F_SETFL, O_NONBLOCK) == 0;
 }
 
 PipeTransport::~PipeTransport() {
@@ -182,11 +183,9 @@ bool PipeTransport::Fill(size_t count) {
     buffer_.resize(std::max({buffer_.size(), count, kBufferBytes}));
   }
   while (end_ - begin_ < count) {
-    if (!AwaitResponse()) {
-      return false;
-    }
+    // The response is often there already; then one system call is enough.
     const ssize_t received = read(responses_, buffer_.data() + end_, buffer_.size() - end_);
-    if (received < 0 && errno == EINTR) {
+    if (received < 0 && (errno == EINTR || (errno == EAGAIN && AwaitResponse()))) {
       continue;
     }
     if (received <= 0) {
