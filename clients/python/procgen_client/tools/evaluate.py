@@ -315,7 +315,7 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument(
         "--environments", type=int, default=default.env_count, help="default: %(default)s"
     )
-    parser.add_argument("--seed", type=int, default=0, help="of the choice of levels; default: %(default)s")
+    parser.add_argument("--seed", type=int, default=0, help="of levels; default: %(default)s")
     parser.add_argument("--plot", metavar="FILE", help="draw the normalised returns")
     parser.add_argument("--json", metavar="FILE", help="write all results")
     return parser
