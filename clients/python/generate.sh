@@ -3,10 +3,9 @@
 #
 # Usage: generate.sh [OUTPUT_DIRECTORY]
 #
-# The package's own place, not a top-level `procgen`: that name belongs to the package of Procgen
-# 0.10.7, which people have installed beside this one. So imports are rewritten; the files' names
-# as protobuf knows them stay.
-# Each file appears at once and whole, so that two builds may run this at a time.
+# The modules are not in a package `procgen.v1`, since the package of Procgen 0.10.7 has that name.
+# Their imports are rewritten; the names of the files in protobuf's registry do not change.
+# Files are replaced atomically, so that two builds may run this at a time.
 set -eu
 
 here=$(cd "$(dirname "$0")" && pwd)

@@ -1,4 +1,4 @@
-"""Build hook: a wheel built in a checkout holds modules generated from that checkout's protos."""
+"""Build hook: generates the modules of the protos before a wheel is built."""
 
 import pathlib
 import subprocess
@@ -10,7 +10,7 @@ _HERE = pathlib.Path(__file__).resolve().parent
 
 
 class GenerateAndBuild(build_py):
-    """Runs generate.sh first, unless there are no protos: in a source distribution."""
+    """Runs generate.sh first, except in a source distribution, which has no protos."""
 
     def run(self) -> None:
         """Generates, then builds as usual."""
@@ -19,6 +19,6 @@ class GenerateAndBuild(build_py):
         super().run()
 
 
-# What reads the package's metadata wants the folder, before anything is generated.
+# setuptools reads the list of packages before the modules are generated.
 (_HERE / "procgen_client/_proto").mkdir(exist_ok=True)
 setup(cmdclass={"build_py": GenerateAndBuild})

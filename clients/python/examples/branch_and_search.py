@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
-"""Searches for a better way by branching from saved states.
+"""Searches for a high return by branching from saved states.
 
-One state is cloned into all environments of a pool; each tries random moves of its own. The best
-becomes the state from which the next round begins, so the search keeps what it has found and never
-plays it again. Here better means: a higher return, and of equal ones one whose episode goes on.
+Each round restores one state in all environments of a pool and tries random moves in each. The next
+round starts from the best resulting state: the highest return, and among equal returns one whose
+episode has not ended.
 
     PYTHONPATH=clients/python clients/python/examples/branch_and_search.py localhost:50051
 """
@@ -23,16 +23,15 @@ def branch(
     """Tries random moves from a state in all environments.
 
     Returns:
-        The best return of the moves, the state that they led to, and whether they ended the
-        episode.
+        The best return of the moves, the resulting state, and whether the episode ended.
     """
     pool.restore_states([state] * pool.env_count)
     returns = np.zeros(pool.env_count)
-    running = np.ones(pool.env_count, bool)  # What comes after an episode's end does not count.
+    running = np.ones(pool.env_count, bool)  # Later episodes do not count.
     for _ in range(moves):
         batch = pool.step(
             random.integers(0, procgen_client.ACTION_COUNT, pool.env_count),
-            repeat_count=4,  # An action for some time leads farther than another in each step.
+            repeat_count=4,  # Repeated actions explore farther.
             observe=False,
         )
         returns[running] += batch.rewards[running]
@@ -44,7 +43,7 @@ def branch(
 def search(
     pool: procgen_client.Pool, *, rounds: int, moves: int, random: np.random.Generator
 ) -> float:
-    """Continues from the best of each round; returns the return that was reached."""
+    """Continues from the best state of each round; returns the total return."""
     state = pool.save_states([0])[0]
     total = 0.0
     for number in range(1, rounds + 1):

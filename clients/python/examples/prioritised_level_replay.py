@@ -1,14 +1,12 @@
 #!/usr/bin/env python3
 """Prioritised level replay (Jiang et al., 2021) with the server's level sampler.
 
-Levels from which there is most to learn are played more often. The learner scores each level when
-an episode in it ends; every so often the scores become the weights of a new sampler, which takes
-effect as episodes end. Levels that were not played for long get a share of their own, for their
-scores are stale.
+Levels with a high learning potential are played more often. The learner scores each level when an
+episode in it ends. At intervals the scores become the weights of a new sampler, which takes effect
+as episodes end. A share of the draws goes to levels with stale scores.
 
-What plays here is a random agent, and a level's score is how far its returns lie apart from what
-was expected of it: put your own agent and its value loss in their place (`act` and the call of
-`LevelReplay.add`).
+The agent is random, and a level's score is the error of its expected return. Replace them by your
+agent and its value loss (`act` and the call of `LevelReplay.add`).
 
     python3 clients/python/examples/prioritised_level_replay.py localhost:50051 --steps 2000
 """
@@ -23,29 +21,30 @@ import procgen_client
 
 
 class LevelReplay:
-    """Scores of a fixed set of levels, and the sampler that follows from them.
+    """Scores of a fixed set of levels, and the level sampler computed from them.
 
     Attributes:
         level_seeds: int [n].
-        expected_returns: float [n], of what was played so far.
+        expected_returns: float [n], running means.
         episode_counts: int [n].
     """
 
     def __init__(
         self, level_seeds: np.ndarray, *, temperature: float = 0.1, staleness: float = 0.1
     ) -> None:
-        """Begins with no level played.
+        """Starts with no level played.
 
         Args:
             level_seeds: int [n], each once.
-            temperature: A level of rank r has weight r ** (-1 / temperature): the lower, the more
-                the best are preferred.
-            staleness: Share of the draws that goes to levels by how long they were not played.
+            temperature: A level of rank r has weight r ** (-1 / temperature). Lower values prefer
+                the best levels more.
+            staleness: Share of the draws weighted by the number of episodes since a level was
+                played.
         """
         self.level_seeds = level_seeds
         self.expected_returns = np.zeros(len(level_seeds))
         self.episode_counts = np.zeros(len(level_seeds), np.int64)
-        self._scores = np.full(len(level_seeds), np.inf)  # not played: nothing is known, so first
+        self._scores = np.full(len(level_seeds), np.inf)  # infinite until played
         self._last_played = np.zeros(len(level_seeds))
         self._episode_count = 0
         self._sampler_count = 0
@@ -54,7 +53,7 @@ class LevelReplay:
         self._place_of = {int(seed): place for place, seed in enumerate(level_seeds)}
 
     def add(self, level_seed: int, episode_return: float) -> None:
-        """Scores a level whose episode has ended."""
+        """Updates the score of a level whose episode has ended."""
         place = self._place_of[level_seed]
         error = episode_return - self.expected_returns[place]
         self._scores[place] = abs(error)
@@ -64,8 +63,8 @@ class LevelReplay:
         self._last_played[place] = self._episode_count
 
     def sampler(self) -> procgen_client.LevelSampler:
-        """Gives the sampler for what is known now."""
-        # Equal scores have equal ranks, as all levels have that were not played.
+        """Returns a sampler with weights of the current scores."""
+        # Equal scores have equal ranks, e.g. all levels that were not played.
         ranks = 1 + np.searchsorted(np.sort(-self._scores), -self._scores)
         by_score = ranks.astype(float) ** (-1 / self._temperature)
         by_age = self._episode_count - self._last_played + 1
@@ -76,14 +75,14 @@ class LevelReplay:
 
 
 def act(observations: np.ndarray, random: np.random.Generator) -> np.ndarray:
-    """Chooses what to do: here, anything. int [N]."""
+    """Returns random actions, int [N]."""
     return random.integers(0, procgen_client.ACTION_COUNT, len(observations))
 
 
 def train(
     pool: procgen_client.Pool, replay: LevelReplay, *, steps: int, steps_per_sampler: int
 ) -> None:
-    """Plays, scores and replaces the sampler; prints the progress."""
+    """Steps the pool, scores levels and replaces the sampler; prints the progress."""
     random = np.random.default_rng(0)
     batch = pool.observe()
     for step in range(1, steps + 1):
@@ -106,7 +105,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
     parser.add_argument("server", help="address of a server, e.g. localhost:50051")
     parser.add_argument("--game", default="bigfish", help="default: %(default)s")
-    parser.add_argument("--levels", type=int, default=200, help="levels 0 ... default: %(default)s")
+    parser.add_argument("--levels", type=int, default=200, help="number; default: %(default)s")
     parser.add_argument("--environments", type=int, default=64, help="default: %(default)s")
     parser.add_argument("--steps", type=int, default=5000, help="of each; default: %(default)s")
     parser.add_argument("--steps-per-sampler", type=int, default=500, help="default: %(default)s")

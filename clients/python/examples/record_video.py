@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Records four environments side by side as an mp4; needs the program ffmpeg.
+"""Records four environments as an mp4 file; needs the program ffmpeg.
 
     PYTHONPATH=clients/python clients/python/examples/record_video.py localhost:50051 coinrun.mp4
 """

@@ -1,9 +1,9 @@
-"""Whether two runs had the same episodes: levels, returns and lengths, step for step.
+"""Compares the episodes of two runs: step, environment, level seed, return and length.
 
     python3 -m learners.compare_runs runs/here runs/upstream
 
-Where they differ, the first difference is shown and the exit status is 1. A run on upstream's
-package is made by `python3 -m learners.upstream`, with the options of learners.ppo.
+Prints the first difference and exits with status 1 if they differ. `python3 -m learners.upstream`
+makes a run on upstream's package, with the options of learners.ppo.
 """
 
 from __future__ import annotations
@@ -19,11 +19,11 @@ from learners.training_run import EPISODE_COLUMNS
 
 
 class Comparison(NamedTuple):
-    """How far two runs are equal."""
+    """The result of a comparison."""
 
     equal_count: int  # Episodes before the first difference, or before the shorter run's end.
-    step: int  # Of the last of them.
-    difference: str  # What differs then; empty if nothing does.
+    step: int  # Up to which the runs are equal.
+    difference: str  # The first difference; empty: none.
 
 
 def read_episodes(run: Path) -> list[tuple[float, ...]]:
@@ -44,7 +44,7 @@ def read_episodes(run: Path) -> list[tuple[float, ...]]:
 
 
 def compare(one: list[tuple[float, ...]], other: list[tuple[float, ...]]) -> Comparison:
-    """Compares the episodes of two runs, as far as both go."""
+    """Compares the episodes of two runs up to the end of the shorter one."""
     last_common_step = min(one[-1][0], other[-1][0]) if one and other else 0
     for number, rows in enumerate(zip(one, other, strict=False)):
         if rows[0] != rows[1]:
@@ -67,7 +67,7 @@ def _shown(row: tuple[float, ...]) -> str:
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Compares as the command line says; returns the exit status, 1 where the runs differ."""
+    """Runs the command line; returns the exit status, 1 if the runs differ."""
     parser = argparse.ArgumentParser(
         prog="python3 -m learners.compare_runs",
         description=__doc__,

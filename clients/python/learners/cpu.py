@@ -1,4 +1,4 @@
-"""How PyTorch uses a CPU: one thread in each operator, and memory that is kept."""
+"""Settings of PyTorch on CPUs: one thread per operator, and freed memory is kept."""
 
 from __future__ import annotations
 
@@ -6,17 +6,17 @@ import ctypes
 
 import torch
 
-# Parameters of mallopt, in bytes: above the first, memory is mapped and unmapped for each tensor;
-# above the second, what is free at the heap's end is given back. The third is a number of heaps:
-# those of threads besides the main one are too small for both.
+# Parameters of mallopt: the sizes in bytes above which an allocation is mapped separately and the
+# free end of the heap is returned, and the number of heaps. The heaps of other threads are too
+# small for large tensors.
 _M_MMAP_THRESHOLD, _M_TRIM_THRESHOLD, _M_ARENA_MAX = -3, -1, -8
 
 
 def use_one_thread() -> None:
-    """Has each operator computed by the thread that calls it.
+    """Computes each operator on the calling thread.
 
-    ChunkedGradients has threads around operators. The sums in an operator are then the same,
-    however many threads there are.
+    ChunkedGradients runs operators on several threads. The sums within an operator then do not
+    depend on the number of threads.
     """
     torch.set_num_threads(1)
     for path in _loaded_libraries("blas"):
@@ -27,18 +27,18 @@ def use_one_thread() -> None:
 
 
 def keep_freed_memory() -> None:
-    """Has glibc keep what tensors free: to map and clear it again took up to half of an update."""
+    """Lets glibc keep freed memory: mapping and clearing it took up to half of an update."""
     try:
         mallopt = ctypes.CDLL(None).mallopt
     except (AttributeError, OSError):
-        return  # Another C library.
+        return  # The C library is not glibc.
     mallopt(_M_ARENA_MAX, 1)
     mallopt(_M_MMAP_THRESHOLD, 1 << 30)
     mallopt(_M_TRIM_THRESHOLD, (1 << 31) - 1)
 
 
 def _loaded_libraries(name: str) -> set[str]:
-    """Returns the paths of this process's shared libraries whose file's name has `name` in it."""
+    """Returns the paths of loaded shared libraries whose file name contains `name`."""
     try:
         with open("/proc/self/maps") as maps:
             paths = {line.split(maxsplit=5)[-1].strip() for line in maps}

@@ -1,4 +1,4 @@
-"""The environments of a learner: a pool on a server, stepped in halves that take turns.
+"""The environments of a learner: a pool whose halves are stepped alternately.
 
 All calls of the client are in this file.
 """
@@ -28,19 +28,18 @@ from procgen_client.errors import (
 from procgen_client.tools.evaluate import return_range
 from procgen_client.tools.local_server import is_local, open_client
 
-# Errors after which the pool may be made again on the same address: its server stopped.
+# Errors of a stopped server, after which the pool is created again.
 LOST = (UnavailableError, NotFoundError, DeadlineExceededError)
-# A pool whose learner was killed is freed after this time. In seconds.
+# Time after which the server deletes the pool of a killed learner, in seconds.
 _LEASE_DURATION = 300.0
 _RETRY_INTERVAL = 1.0
 
 
 class Environments:
-    """A pool in two halves: while the learner looks at one, the server steps the other.
+    """A pool in two halves: the server steps one half while the learner processes the other.
 
-    A turn of the learner is :meth:`receive` for a half and :meth:`send` for the same half; halves
-    alternate. The server draws observations into memory that this process maps, if both are on one
-    machine.
+    The learner calls :meth:`receive` and :meth:`send` for one half, then for the other. On the
+    server's machine observations are in shared memory.
 
     Attributes:
         env_count: Number of environments, N.
@@ -56,14 +55,14 @@ class Environments:
         server_timeout: float = 600.0,
         **options: Any,  # noqa: ANN401
     ) -> None:
-        """Makes the pool.
+        """Creates the pool.
 
         Args:
             game: Name of the game.
             env_count: Number of environments, at least 2.
-            server: Address. None: what PROCGEN_SERVER says, else a server of this program's own.
-            server_timeout: How long to wait for a server that stopped, in seconds.
-            **options: As Client.create_pool takes them.
+            server: Address. None: the variable PROCGEN_SERVER, else a local server.
+            server_timeout: Time to wait for a server that stopped, in seconds.
+            **options: As for Client.create_pool.
 
         Raises:
             ProcgenError: As Client and Client.create_pool.
@@ -80,41 +79,41 @@ class Environments:
         self._open(None)
 
     def send_observe(self) -> None:
-        """Requests the observations of both halves as they are now; two are to be received."""
+        """Requests the current observations of both halves: two answers."""
         for rows in self.halves:
             self._pool.send_observe(
                 first_env=rows.start, env_count=rows.stop - rows.start
             )
 
     def send(self, half: int, actions: np.ndarray) -> None:
-        """Begins a step of a half; `actions` is int [its number of rows]."""
+        """Sends a step of a half; `actions`: int [rows of the half]."""
         self._pool.send_step(actions, first_env=self.halves[half].start)
 
     def receive(self) -> Batch:
-        """Waits for the oldest request.
+        """Waits for the answer to the oldest request.
 
         Raises:
-            LOST: The server stopped; :meth:`reopen` makes the pool again.
+            LOST: The server stopped; :meth:`reopen` creates the pool again.
         """
         return self._pool.receive()
 
     def save_states(self) -> list[bytes]:
-        """Returns a snapshot of each environment; nothing may be in flight."""
+        """Returns a snapshot of each environment. No request may be in flight."""
         return self._pool.save_states()
 
     def return_range(self, mode: str) -> tuple[float, float]:
-        """Returns the returns that are normalised to 0 and 1; of hard mode where this has none."""
+        """Returns the returns that are normalised to 0 and 1; hard mode's if `mode` has none."""
         own = return_range_or_none(self._client, self._game, mode)
         return own or return_range(self._client.catalog(), self._game, "hard")
 
     def reopen(self, states: list[bytes] | None) -> None:
-        """Makes the pool again, also on a server that has just been restarted.
+        """Creates the pool again, also on a restarted server.
 
         Args:
-            states: Snapshots that the environments continue from. None: a new pool's.
+            states: Snapshots to restore. None: a new pool's states.
 
         Raises:
-            ProcgenError: There was no server within server_timeout.
+            ProcgenError: No server answered within server_timeout.
         """
         was_local = is_local(self._client)
         deadline = time.monotonic() + (0 if was_local else self._server_timeout)
@@ -129,11 +128,11 @@ class Environments:
                 time.sleep(_RETRY_INTERVAL)
 
     def close(self) -> None:
-        """Deletes the pool, if its server is there, and disconnects."""
+        """Deletes the pool, unless the server is unreachable, and disconnects."""
         try:
             self._pool.close()
         except ProcgenError:
-            pass  # The server is gone, or will free it when its lease expires.
+            pass  # The pool's lease will expire.
         self._client.close()
 
     def _open(self, states: list[bytes] | None) -> None:
@@ -147,7 +146,7 @@ class Environments:
             raise
 
     def _create_pool(self) -> Pool:
-        """Makes a pool that shares memory, or, on another machine than the server's, a stream."""
+        """Creates a pool with shared memory, or with a stream from another machine."""
         try:
             pool = self._client.create_pool(
                 self._game,
@@ -170,7 +169,7 @@ class Environments:
 
 
 def pool_options(options: argparse.Namespace, rank: int, rank_count: int) -> dict[str, Any]:
-    """Returns what Client.create_pool takes, for a rank's part of one logical pool."""
+    """Returns options of Client.create_pool, for a rank's part of one logical pool."""
     return {
         "distribution_mode": options.mode,
         "num_levels": options.levels,
@@ -183,19 +182,16 @@ def pool_options(options: argparse.Namespace, rank: int, rank_count: int) -> dic
 
 
 def tensor_of(batch: Batch) -> torch.Tensor:
-    """Returns the observations, uint8 [n, 64, 64, 3], in the memory that the server drew into.
-
-    Only to be read.
-    """
+    """Returns the observations, uint8 [n, 64, 64, 3], without a copy; read-only."""
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # Once, that the array is read-only.
+        warnings.simplefilter("ignore")  # PyTorch warns of read-only arrays.
         return torch.from_numpy(batch.observations)
 
 
 class Episode(NamedTuple):
     """An episode that ended in an update of a learner."""
 
-    t: int  # It ended in this step of the update, counted from 1.
+    t: int  # Step of the update in which it ended, from 1.
     environment: int  # Index in the pool.
     level_seed: int
     episode_return: float
@@ -225,15 +221,15 @@ def play_episodes(
     each: int,
     **options: Any,  # noqa: ANN401
 ) -> np.ndarray:
-    """Plays equally many episodes in each environment.
+    """Plays the same number of episodes in each environment.
 
     Args:
-        client: Of the server to play on.
+        client: Connection to the server.
         game: Name of the game.
         act: From observations, uint8 [N, 64, 64, 3], to actions, int [N].
         env_count: Number of environments, N.
-        each: Episodes of each environment.
-        **options: As Client.create_pool takes them.
+        each: Episodes per environment.
+        **options: As for Client.create_pool.
 
     Returns:
         The episodes' returns, float32 [N, each].
@@ -260,7 +256,7 @@ def games_with_mode(client: Client, mode: str) -> list[str]:
 
 
 def return_range_or_none(client: Client, game: str, mode: str) -> tuple[float, float] | None:
-    """Returns the returns that the paper normalises to 0 and 1; None: it has none for this mode."""
+    """Returns the returns that the paper normalises to 0 and 1; None: not for this mode."""
     try:
         return return_range(client.catalog(), game, mode)
     except InvalidArgumentError:

@@ -2,9 +2,8 @@
 
     python3 -m learners.experiments generalization --scale small --games coinrun bigfish
 
-Finished runs are kept and a stopped run is continued, so the same command resumes an interrupted
-experiment. Everything is in DIR/EXPERIMENT-SCALE: a folder for each run, curves.png
-(with matplotlib) and table.md.
+The same command resumes an interrupted experiment: it keeps finished runs and continues a stopped
+one. DIR/EXPERIMENT-SCALE has a folder for each run, curves.png (with matplotlib) and table.md.
 """
 
 from __future__ import annotations
@@ -34,15 +33,15 @@ RANDOM_SEEDS = 3
 
 
 class Scale(NamedTuple):
-    """How large an experiment is."""
+    """The size of an experiment."""
 
     mode: str  # Distribution mode.
-    levels: int  # That are trained on, where an experiment does not vary them.
+    levels: int  # Number of training levels, unless an experiment varies it.
     total_steps: int
     network: str
     games: tuple[str, ...]
     seeds: int  # Runs of each variant.
-    episode_count: int  # That a policy is tested with, on each set of levels.
+    episode_count: int  # Of a policy's test, per set of levels.
 
 
 SCALES = {
@@ -53,10 +52,10 @@ SCALES = {
 
 
 class Variant(NamedTuple):
-    """A curve of the figure: what a learner is run with."""
+    """A curve of the figure: a learner with options."""
 
     label: str
-    options: dict[str, Any]  # Of the learner, by their names with _; True is a flag.
+    options: dict[str, Any]  # Of the learner, by their names with _; True: a flag.
     program: str = "ppo"
 
 
@@ -66,7 +65,7 @@ class Experiment(NamedTuple):
     description: str
     variants: Callable[[Scale], list[Variant]]
     change: Callable[[Scale], Scale] = lambda scale: scale
-    test_levels: int | None = 0  # What policies are tested on; None: no test.
+    test_levels: int | None = 0  # Number of test levels, 0: all; None: no test.
     seeds_of: Callable[[str, Scale], int] = lambda game, scale: scale.seeds
     has_random_agent: bool = False
 
@@ -117,13 +116,13 @@ EXPERIMENTS = {
         ],
     ),
     "exploration": Experiment(
-        "one level that takes exploration",
+        "one level of exploration mode",
         _one("PPO", levels=1),
         change=lambda scale: scale._replace(mode="exploration"),
         test_levels=None,
     ),
     "memory": Experiment(
-        "all levels of a mode that takes memory, by a policy that has none",
+        "all levels of memory mode, policy without memory",
         _one("PPO", levels=0),
         change=lambda scale: scale._replace(mode="memory"),
         test_levels=None,
@@ -147,7 +146,7 @@ class Job(NamedTuple):
 
 
 def jobs_of(experiment: Experiment, scale: Scale, root: Path) -> Iterator[Job]:
-    """Yields the runs: all games with the first seed first."""
+    """Yields the runs, ordered by seed, then by game."""
     for seed in range(max(experiment.seeds_of(game, scale) for game in scale.games)):
         for game in scale.games:
             if seed < experiment.seeds_of(game, scale):
@@ -157,10 +156,10 @@ def jobs_of(experiment: Experiment, scale: Scale, root: Path) -> Iterator[Job]:
 
 
 def train(job: Job, scale: Scale, more: Sequence[str]) -> None:
-    """Runs a learner until its last step, from where it was.
+    """Runs a learner to its last step; continues a stopped run.
 
     Raises:
-        SystemExit: It was stopped, or has failed.
+        SystemExit: It was stopped, or failed.
     """
     progress = job.folder / "progress.csv"
     if (job.folder / CHECKPOINT).exists() and progress.exists():
@@ -181,7 +180,7 @@ def train(job: Job, scale: Scale, more: Sequence[str]) -> None:
         words += [f"--{name.replace('_', '-')}", *([] if value is True else [str(value)])]
     command = [sys.executable, "-m", f"learners.{job.variant.program}", *words, *more]
     with subprocess.Popen(command) as process:
-        # Ctrl-C reaches the learner, too, which saves its state first.
+        # Ctrl-C reaches the learner, which saves its state before it ends.
         handlers = {n: signal.signal(n, lambda n, _: process.send_signal(n)) for n in _SIGNALS}
         status = process.wait()
         for number, handler in handlers.items():
@@ -194,7 +193,7 @@ _SIGNALS = (signal.SIGTERM, signal.SIGINT)
 
 
 def test(client: Client, job: Job, experiment: Experiment, scale: Scale) -> None:
-    """Plays the trained policy on its levels and on those of the test, and writes the returns."""
+    """Plays the trained policy on training and test levels, and writes the returns."""
     path = job.folder / "test.json"
     if experiment.test_levels is None or path.exists():
         return
@@ -214,7 +213,7 @@ def test(client: Client, job: Job, experiment: Experiment, scale: Scale) -> None
 
 
 def random_baseline(client: Client, game: str, scale: Scale, root: Path) -> list[float]:
-    """Returns the mean returns of some runs of a random agent."""
+    """Returns the mean returns of RANDOM_SEEDS runs of a random agent."""
     path = root / game / "random.json"
     if not path.exists():
         means = []
@@ -251,7 +250,7 @@ def _play(
 
 
 def run_of(job: Job) -> report.Run:
-    """Reads what a run has written."""
+    """Reads the results of a run."""
     columns = np.genfromtxt(
         job.folder / "progress.csv", delimiter=",", skip_header=1, usecols=(0, 1), ndmin=2
     )
@@ -266,7 +265,7 @@ def run_of(job: Job) -> report.Run:
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Runs an experiment as the command line says; returns the exit status."""
+    """Runs the command line; returns the exit status."""
     given, more = _parser().parse_known_args(arguments)
     experiment = EXPERIMENTS[given.name]
     scale = experiment.change(SCALES[given.scale])
@@ -306,15 +305,15 @@ def _parser() -> argparse.ArgumentParser:
         prog="python3 -m learners.experiments",
         description=f"{__doc__}\nexperiments:\n{described}",
         formatter_class=argparse.RawDescriptionHelpFormatter,
-        epilog="All other options are those of the learners, for all runs.",
+        epilog="Other options are passed to the learners of all runs.",
     )
     parser.add_argument("name", choices=EXPERIMENTS, metavar="EXPERIMENT")
     parser.add_argument("--games", nargs="+", choices=ENV_NAMES, metavar="GAME")
     parser.add_argument("--scale", choices=SCALES, default="small", help="default: %(default)s")
-    parser.add_argument("--total-steps", type=int, help="default: as the scale has it")
-    parser.add_argument("--seeds", type=int, help="of each variant; default: as the scale has it")
+    parser.add_argument("--total-steps", type=int, help="default: the scale's")
+    parser.add_argument("--seeds", type=int, help="of each variant; default: the scale's")
     parser.add_argument("--output", default="experiments", metavar="DIR")
-    parser.add_argument("--server", help="its address; default: PROCGEN_SERVER, else its own")
+    parser.add_argument("--server", help="address; default: PROCGEN_SERVER, else a local server")
     return parser
 
 

@@ -1,4 +1,4 @@
-"""Gradients of a minibatch in chunks, each the work of one thread."""
+"""Gradients of a minibatch in chunks, each computed by one thread."""
 
 from __future__ import annotations
 
@@ -7,31 +7,31 @@ from concurrent.futures import ThreadPoolExecutor
 
 import torch
 
-# From a chunk of each tensor: the loss, summed over the chunk, and what else is to be returned.
+# From a chunk of each tensor to the loss, summed over the chunk, and further results.
 Loss = Callable[..., tuple[torch.Tensor, torch.Tensor]]
 
 
 class ChunkedGradients:
-    """Computes gradients with threads that meet once a minibatch.
+    """Computes gradients with threads that synchronise once per minibatch.
 
-    Threads within operators meet thousands of times in a minibatch; where other programs use the
-    cores, that takes most of the time. The gradients of chunks are added in order, so the number of
-    threads changes no bit of them. A chunk that fits the caches is also faster on one thread.
+    Threads within operators synchronise thousands of times per minibatch, which takes most of the
+    time on busy cores. Gradients of chunks are added in order, so the result does not depend on the
+    number of threads. A chunk that fits the caches is also faster on one thread.
     """
 
     def __init__(
         self, parameters: Sequence[torch.nn.Parameter], chunk_size: int, thread_count: int
     ) -> None:
-        """Takes the parameters, and rows of a chunk; 0: the whole minibatch is one."""
+        """Takes the parameters and the rows per chunk; 0: the whole minibatch."""
         self._parameters = parameters
         self._chunk_size = chunk_size
-        # A GPU's current device is one of each thread: there, all is done in this one.
+        # CUDA's current device is per thread, so a GPU uses the calling thread only.
         self._map = map if thread_count == 1 else ThreadPoolExecutor(thread_count).map
 
     def __call__(
         self, loss: Loss, *tensors: torch.Tensor
     ) -> tuple[list[torch.Tensor], list[torch.Tensor]]:
-        """Returns the gradients of the mean loss, and what `loss` returned for each chunk."""
+        """Returns the gradients of the mean loss, and the further results of each chunk."""
         row_count = len(tensors[0])
 
         def of_chunk(*chunk: torch.Tensor) -> tuple[Sequence[torch.Tensor], torch.Tensor]:

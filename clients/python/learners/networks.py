@@ -10,16 +10,16 @@ from typing import Any
 
 import torch
 from torch import nn
-from torch.nn import functional as F  # noqa: N812 - the name that everyone knows
+from torch.nn import functional as F  # noqa: N812 - the usual name
 
 NETWORKS = ("impala", "nature")
 
 
 class Encoder(nn.Module):
-    """Casts pixels, runs the layers in that precision, and returns float32 features.
+    """Casts pixels, runs the layers in `precision`, and returns float32 features.
 
-    Weights are float32 with either precision; bfloat16 is for activations and products only. The
-    layout is channels-last, which is how observations arrive.
+    Weights are float32 with either precision; bfloat16 applies to activations and products. The
+    layout is channels-last, as that of observations.
 
     Attributes:
         feature_count: Number of features of an observation.
@@ -35,7 +35,7 @@ class Encoder(nn.Module):
     def forward(self, observations: torch.Tensor) -> torch.Tensor:
         """Returns features, float32 [n, feature_count], of uint8 [n, 64, 64, 3]."""
         pixels = observations.permute(0, 3, 1, 2).to(self.precision).mul_(1 / 255)
-        # Without its cache of weights, autocast can be captured in a CUDA graph.
+        # Autocast can be captured in a CUDA graph only without its cache of weights.
         with torch.autocast(
             observations.device.type,
             torch.bfloat16,
@@ -46,16 +46,16 @@ class Encoder(nn.Module):
 
 
 class ResidualBlock(nn.Module):
-    """Two 3 x 3 convolutions beside a shortcut."""
+    """Two 3 x 3 convolutions with a shortcut."""
 
     def __init__(self, channels: int) -> None:
-        """Takes the number of channels, in and out."""
+        """Takes the number of input and output channels."""
         super().__init__()
         self.first = nn.Conv2d(channels, channels, 3, padding=1)
         self.second = nn.Conv2d(channels, channels, 3, padding=1)
 
     def forward(self, x: torch.Tensor) -> torch.Tensor:
-        """Returns x plus what the convolutions make of it."""
+        """Returns x plus the output of the convolutions."""
         return x + self.second(F.relu(self.first(F.relu(x))))
 
 
@@ -64,7 +64,7 @@ def make_encoder(name: str, width: int, precision: torch.dtype) -> Encoder:
 
     Args:
         name: One of NETWORKS.
-        width: Factor of the number of channels; the paper has 1, 2 and 4.
+        width: Factor of the number of channels; 1, 2 or 4 in the paper.
         precision: torch.float32 or torch.bfloat16.
     """
     layers = _impala(width) if name == "impala" else _nature(width)
@@ -106,7 +106,7 @@ def _nature(width: int) -> list[nn.Module]:
 
 
 def default_precision(device: torch.device) -> torch.dtype:
-    """Returns bfloat16 where the device multiplies it faster than float32, else float32."""
+    """Returns bfloat16 if the device multiplies it faster than float32, else float32."""
     if device.type == "cuda":
         return torch.bfloat16
     try:
@@ -118,18 +118,18 @@ def default_precision(device: torch.device) -> torch.dtype:
 def captured(function: Callable[..., Any], *examples: torch.Tensor) -> Callable[..., Any]:
     """Captures a function of tensors as a CUDA graph, so that a call is one launch.
 
-    The graph reads and writes the same memory each time: what a call returns holds until the next.
-    It sees changes of parameters that were made in place, as optimisers do.
+    The graph uses the same memory for each call: results are valid until the next call. It uses the
+    current values of parameters that are changed in place, as optimisers do.
 
     Args:
-        function: Launches kernels only; it neither waits for the GPU nor allocates outside of it.
-        *examples: Arguments of the shapes that it will be called with.
+        function: Launches kernels only; neither waits for the GPU nor allocates other memory.
+        *examples: Arguments with the shapes of later calls.
     """
     inputs = [example.clone() for example in examples]
     stream = torch.cuda.Stream()
     stream.wait_stream(torch.cuda.current_stream())
     with torch.cuda.stream(stream):
-        for _ in range(3):  # Libraries choose their kernels before the capture.
+        for _ in range(3):  # Libraries select their kernels before the capture.
             function(*inputs)
     torch.cuda.current_stream().wait_stream(stream)
     graph = torch.cuda.CUDAGraph()

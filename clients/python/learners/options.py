@@ -1,4 +1,4 @@
-"""Options that all learners have: what is trained on, where, and for how long."""
+"""Options of all learners: environments, duration, devices."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from learners import cpu
 from learners.networks import NETWORKS, default_precision
 from procgen_client import ENV_NAMES
 
-TRAIN_LEVELS = {"easy": 200, "hard": 500}  # As the paper has it.
+TRAIN_LEVELS = {"easy": 200, "hard": 500}  # As in the paper.
 
 
 def run_parser(program: str, description: str) -> argparse.ArgumentParser:
@@ -21,12 +21,12 @@ def run_parser(program: str, description: str) -> argparse.ArgumentParser:
         description=description,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
-    what = parser.add_argument_group("what is trained").add_argument
+    what = parser.add_argument_group("training").add_argument
     what("--game", default="coinrun", choices=ENV_NAMES, metavar="GAME")
     what("--mode", default="easy", help="distribution mode; default: %(default)s")
     what("--levels", type=int, help="train on levels 0 ...; 0: all; default: 200 easy, 500 hard")
-    what("--start-level", type=int, default=0, help="the first of them; default: %(default)s")
-    what("--sequential-levels", action="store_true", help="levels follow one another in order")
+    what("--start-level", type=int, default=0, help="the first level seed; default: %(default)s")
+    what("--sequential-levels", action="store_true", help="play the levels in order")
     what("--network", default="impala", choices=NETWORKS)
     what("--width", type=int, default=1, help="factor of its channels: 1, 2 or 4 in the paper")
     what("--seed", type=int, default=0)
@@ -36,13 +36,13 @@ def run_parser(program: str, description: str) -> argparse.ArgumentParser:
     run("--output", default="run", metavar="DIR", help="default: %(default)s")
     run("--resume", action="store_true", help="continue from the checkpoint in DIR, if any")
     run("--checkpoint-interval", type=float, default=300, help="in seconds; default: %(default)s")
-    run("--time-limit", type=float, default=float("inf"), help="save and stop then; in seconds")
-    run("--server", help="address, or one for each rank with commas between; default: its own")
-    run("--server-timeout", type=float, default=600, help="wait for one that stopped; in seconds")
+    run("--time-limit", type=float, default=float("inf"), help="in seconds; then save and stop")
+    run("--server", help="address, or one per rank, comma-separated; default: a local server")
+    run("--server-timeout", type=float, default=600, help="wait for a stopped server; in seconds")
     speed = parser.add_argument_group("speed").add_argument
     speed("--device", default="cuda" if torch.cuda.is_available() else "cpu")
-    speed("--threads", type=int, default=os.cpu_count(), help="of a CPU; default: %(default)s")
-    speed("--precision", choices=("float32", "bfloat16"), help="default: what is fast there")
+    speed("--threads", type=int, default=os.cpu_count(), help="on a CPU; default: %(default)s")
+    speed("--precision", choices=("float32", "bfloat16"), help="default: the device's faster one")
     speed("--compile", action=argparse.BooleanOptionalAction, default=True, help="on a GPU only")
     return parser
 
@@ -64,7 +64,7 @@ def complete(options: argparse.Namespace) -> argparse.Namespace:
 
 
 def set_device(options: argparse.Namespace) -> torch.device:
-    """Makes the device of the options the current one, and returns it."""
+    """Sets the current device from the options, and returns it."""
     device = torch.device(options.device)
     if device.type == "cuda":
         torch.cuda.set_device(device)

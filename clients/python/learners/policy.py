@@ -2,7 +2,7 @@
 
     PROCGEN_RUN=runs/coinrun procgen-evaluate coinrun --mode easy --policy learners.policy:load
 
-PROCGEN_RUN is a run's folder, or a folder with one for each game, named after it.
+PROCGEN_RUN is a run's folder, or a folder with a run's folder for each game.
 """
 
 from __future__ import annotations
@@ -44,8 +44,8 @@ def load(game: str) -> Policy:
 def load_run(folder: Path, game: str | None = None) -> Policy:
     """Returns the policy of a run; errors as :func:`load`.
 
-    PPO's actions are sampled, as in training and in the paper; Rainbow's are its best. Equal calls
-    give equal actions.
+    PPO samples actions, as in training and in the paper; Rainbow takes the best ones. Equal calls
+    return equal actions.
     """
     checkpoint = load_checkpoint(folder / CHECKPOINT)
     options = checkpoint["options"]

@@ -3,9 +3,9 @@
     python3 -m learners.ppo --game coinrun --mode easy --levels 200 --output runs/coinrun
     torchrun --nproc_per_node 2 -m learners.ppo --game coinrun --output runs/coinrun
 
-The environments are one pool in two halves: while the network looks at one half, the server steps
-the other. Everything that a run depends on is in its checkpoint, so a run that is stopped and
-continued (--resume) has the numbers of an undisturbed one; on a CPU, bit for bit.
+The environments are one pool in two halves: the server steps one half while the network processes
+the other. The checkpoint has the complete state of a run, so a run that is stopped and continued
+(--resume) equals an uninterrupted one; on a CPU, bit for bit.
 
 T: steps in a rollout; N: environments of this process; B = T * N.
 """
@@ -21,7 +21,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import torch
 from torch import nn
-from torch.nn import functional as F  # noqa: N812 - the name that everyone knows
+from torch.nn import functional as F  # noqa: N812 - the usual name
 
 from learners.environments import (
     LOST,
@@ -39,14 +39,14 @@ from learners.training_run import TrainingRun, Update
 from procgen_client import ACTION_COUNT
 from procgen_client.errors import ProcgenError
 
-REWARD_MAX = 10.0  # Of normalised rewards.
+REWARD_MAX = 10.0  # Clip of normalised rewards.
 
 
 class Agent(nn.Module):
-    """An actor and a critic on one encoder."""
+    """An actor and a critic with a shared encoder."""
 
     def __init__(self, network: str, width: int, precision: torch.dtype) -> None:
-        """Takes the encoder's name and width, and what it computes in."""
+        """Takes the encoder's name, width and precision."""
         super().__init__()
         self.encoder = make_encoder(network, width, precision)
         self.policy = nn.Linear(self.encoder.feature_count, ACTION_COUNT)
@@ -81,13 +81,13 @@ class RewardNormalizer:
     """Divides rewards by the standard deviation of the discounted returns seen so far."""
 
     def __init__(self, env_count: int, gamma: float) -> None:
-        """Begins with a variance of 1."""
+        """Starts with a variance of 1."""
         self.gamma = gamma
         self.returns = np.zeros(env_count)
         self.mean, self.variance, self.count = 0.0, 1.0, 1e-4
 
     def __call__(self, rewards: np.ndarray, ended: np.ndarray) -> np.ndarray:
-        """Returns normalised rewards [T, N]; the statistics advance step by step."""
+        """Returns normalised rewards [T, N]; updates the statistics after each step."""
         normalized = np.empty_like(rewards)
         for t, reward in enumerate(rewards):
             self.returns = self.returns * self.gamma + reward
@@ -97,7 +97,7 @@ class RewardNormalizer:
         return normalized.clip(-REWARD_MAX, REWARD_MAX)
 
     def _add(self, values: np.ndarray) -> None:
-        """Joins the moments of some values with those before."""
+        """Adds values to the running mean and variance."""
         total = self.count + values.size
         delta = values.mean() - self.mean
         squares = self.variance * self.count + values.var() * values.size
@@ -111,8 +111,8 @@ class Rollout(NamedTuple):
 
     observations: torch.Tensor  # uint8   [B, 64, 64, 3]
     actions: torch.Tensor  # int64   [B]
-    log_probabilities: torch.Tensor  # Of the actions, when they were chosen   float32 [B]
-    values: torch.Tensor  # Of the critic, then   float32 [B]
+    log_probabilities: torch.Tensor  # Of the actions, at their choice   float32 [B]
+    values: torch.Tensor  # Of the critic, at that time   float32 [B]
     advantages: torch.Tensor  # float32 [B]
     returns: torch.Tensor  # advantages + values   float32 [B]
 
@@ -122,7 +122,7 @@ def estimate_advantages(
 ) -> np.ndarray:
     """Returns generalised advantage estimates [T, N] of rewards and ended [T, N], values [T+1, N].
 
-    The time limit ends an episode as everything else does, as in the paper's code.
+    As in the paper's code, the time limit ends an episode without a bootstrapped value.
     """
     advantages = np.zeros_like(rewards)
     following = np.zeros_like(rewards[0])
@@ -135,7 +135,7 @@ def estimate_advantages(
 
 
 class Ppo:
-    """The algorithm: agent, optimiser, environments and what is random, of one rank."""
+    """The algorithm of one rank: agent, optimiser, environments, random generators."""
 
     metric_names = ("policy_loss", "value_loss", "entropy", "kl", "clip_fraction")
     needs_checkpoint = False
@@ -143,7 +143,7 @@ class Ppo:
     def __init__(
         self, options: argparse.Namespace, ranks: Ranks, environments: Environments
     ) -> None:
-        """Begins with a new agent."""
+        """Starts with a new agent."""
         self.options, self.ranks, self.environments = options, ranks, environments
         self.device = torch.device(options.device)
         on_gpu = self.device.type == "cuda"
@@ -158,11 +158,11 @@ class Ppo:
         if on_gpu and options.compile:
             self.evaluate = torch.compile(self.agent)
         self.normalizer = RewardNormalizer(options.num_envs, options.gamma)
-        # One draws on the device, for actions; the other on the host, for minibatches.
+        # The device's generator is for actions, the host's for minibatches.
         seed = options.seed + 1_000_003 * ranks.rank
         self.random = torch.Generator(self.device).manual_seed(seed)
         self.host_random = torch.Generator().manual_seed(seed)
-        self.states: list[bytes] | None = None  # Of the environments, before the next rollout.
+        self.states: list[bytes] | None = None  # Snapshots before the next rollout.
 
         shape = (options.num_steps + 1, options.num_envs)  # [T + 1, N]
         self.observations = torch.zeros(
@@ -192,13 +192,13 @@ class Ppo:
                 self.states = self.environments.save_states()
                 waited = update.environment_seconds + time.perf_counter() - begin
                 break
-            except LOST:  # The server was restarted: the same steps are taken again.
+            except LOST:  # The server was restarted: repeat the same steps.
                 self.environments.reopen(self.states)
                 self.random.set_state(before)
         return update._replace(environment_seconds=waited, metrics=self.learn(rollout))
 
     def collect(self) -> tuple[Rollout, Update]:
-        """Takes T steps."""
+        """Takes T steps and returns the rollout."""
         step_count, env_count = self.options.num_steps, self.options.num_envs
         rewards = np.zeros((step_count, env_count), np.float32)
         ended = np.zeros((step_count, env_count), bool)
@@ -226,7 +226,7 @@ class Ppo:
                 sent = clock()
                 environment_seconds += received - begin + sent - decided
                 policy_seconds += decided - received
-                if t > 0:  # The first batch shows how the environments are: nothing was stepped.
+                if t > 0:  # The first batch is an observation without a step.
                     rewards[t - 1, rows], ended[t - 1, rows] = batch.rewards, batch.ended
                     episodes += episodes_of(batch, t, rows.start)
                 begin = clock()
@@ -234,7 +234,7 @@ class Ppo:
         return self.rollout(rewards, ended), update
 
     def rollout(self, rewards: np.ndarray, ended: np.ndarray) -> Rollout:
-        """Returns what was collected, with advantages; the last observation gives a value only."""
+        """Returns the collected steps with advantages; the last observation has only a value."""
         advantages = torch.from_numpy(
             estimate_advantages(
                 *(self.normalizer(rewards, ended), ended, self.values.cpu().numpy()),
@@ -256,7 +256,7 @@ class Ppo:
         return (sums / (size * self.options.epochs)).tolist()
 
     def optimize(self, rollout: Rollout, indices: torch.Tensor) -> torch.Tensor:
-        """Takes one step of the optimiser on a minibatch; returns the sums of metric_names."""
+        """Takes an optimiser step on a minibatch; returns the sums of metric_names."""
         advantages = rollout.advantages[indices]
         advantages = (advantages - advantages.mean()) / (advantages.std() + 1e-8)
         gradients, metrics = self.gradients(
@@ -288,17 +288,17 @@ class Ppo:
         entropy = -(log_softmax.exp() * log_softmax).sum()
         loss = policy_loss + self.options.value_coefficient * value_loss
         loss = loss - self.options.entropy_coefficient * entropy
-        kl = (ratio - 1 - log_ratio).sum()  # Of the new policy from the old one, estimated.
+        kl = (ratio - 1 - log_ratio).sum()  # Estimate, from old to new policy.
         clipped = ((ratio - 1).abs() > clip).sum()
         metrics = torch.stack([policy_loss, value_loss, entropy, kl, clipped])
         return loss, metrics.detach()
 
     def state(self) -> dict[str, Any]:
-        """Returns what all ranks have in common, for a checkpoint."""
+        """Returns the state that all ranks share, for a checkpoint."""
         return {"agent": self.agent.state_dict(), "optimizer": self.optimizer.state_dict()}
 
     def rank_state(self) -> dict[str, Any]:
-        """Returns what this rank has for itself."""
+        """Returns the state of this rank."""
         return {
             "normalizer": vars(self.normalizer),
             "random": self.random.get_state(),
@@ -318,11 +318,11 @@ class Ppo:
 
 
 def parse(arguments: Sequence[str] | None = None) -> argparse.Namespace:
-    """Returns the options; the paper's are the defaults."""
+    """Returns the options; the defaults are the paper's."""
     parser = run_parser("ppo", __doc__)
     add = parser.add_argument_group("hyperparameters").add_argument
-    add("--chunk-size", type=int, help="observations a pass; 0: all; default: 256, on a GPU 0")
-    add("--num-steps", type=int, default=256, help="in a rollout; default: %(default)s")
+    add("--chunk-size", type=int, help="observations per pass; 0: all; default: 256, on a GPU 0")
+    add("--num-steps", type=int, default=256, help="per rollout; default: %(default)s")
     add("--epochs", type=int, default=3, help="default: %(default)s")
     add("--minibatches", type=int, default=8, help="default: %(default)s")
     for name, value in {
@@ -344,7 +344,7 @@ def parse(arguments: Sequence[str] | None = None) -> argparse.Namespace:
 def train(
     options: argparse.Namespace, make_environments: Callable[..., Any] = Environments
 ) -> int:
-    """Trains; `make_environments` may step another Procgen. Returns the exit status."""
+    """Trains, and returns the exit status. learners.upstream passes `make_environments`."""
     device = set_device(options)
     ranks = Ranks("nccl" if device.type == "cuda" else "gloo")
     servers = options.server.split(",") if options.server else [None]
@@ -362,7 +362,7 @@ def train(
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Trains as the command line says; returns the exit status, 1 where the server has failed."""
+    """Runs the command line; returns the exit status, 1 after an error of the server."""
     try:
         return train(parse(arguments))
     except ProcgenError as error:

@@ -1,11 +1,11 @@
-"""Rainbow (Hessel et al., 2018) on a Procgen Server: a DQN with everything that helps it.
+"""Rainbow (Hessel et al., 2018) on a Procgen Server.
 
     python3 -m learners.rainbow --game bigfish --mode easy --levels 200 --output runs/bigfish
 
-Distributional (51 atoms over the game's range of returns), double, duelling, n-step returns, noisy
-layers for exploration, and prioritised replay. As in ppo.py the environments are one pool in two
-halves, and they are stepped while the network learns. The replay is a file in DIR beside the
-checkpoint; a run that is stopped and continued has the numbers of an undisturbed one.
+A double, duelling, distributional DQN (51 atoms over the game's range of returns) with n-step
+returns, noisy layers and prioritised replay. As in ppo.py the environments are one pool in two
+halves; the server steps them while the network learns. The replay is a file in DIR beside the
+checkpoint. A run that is stopped and continued equals an uninterrupted one.
 
 N: environments; B: transitions of a minibatch; A: actions; Z: atoms.
 """
@@ -22,7 +22,7 @@ from typing import Any
 import numpy as np
 import torch
 from torch import nn
-from torch.nn import functional as F  # noqa: N812 - the name that everyone knows
+from torch.nn import functional as F  # noqa: N812 - the usual name
 
 from learners.environments import (
     LOST,
@@ -43,10 +43,10 @@ from procgen_client.errors import ProcgenError
 
 
 class NoisyLinear(nn.Module):
-    """A linear layer whose weights have noise, of a scale that is learnt (Fortunato et al.)."""
+    """A linear layer with noisy weights, of learnt scale (Fortunato et al.)."""
 
     def __init__(self, in_count: int, out_count: int, sigma: float = 0.5) -> None:
-        """Begins without noise: :meth:`resample` draws it."""
+        """Starts without noise; :meth:`resample` draws it."""
         super().__init__()
         bound = in_count**-0.5
         self.weight = nn.Parameter(torch.empty(out_count, in_count).uniform_(-bound, bound))
@@ -69,12 +69,12 @@ class NoisyLinear(nn.Module):
 
 
 class QNetwork(nn.Module):
-    """Distributions of returns, for each action."""
+    """Distributions of returns for each action."""
 
     def __init__(
         self, network: str, width: int, precision: torch.dtype, atoms: torch.Tensor
     ) -> None:
-        """Takes the encoder's name and width, what it computes in, and returns, [Z]."""
+        """Takes the encoder's name, width and precision, and the atoms, [Z]."""
         super().__init__()
         self.encoder = make_encoder(network, width, precision)
         self.value = NoisyLinear(self.encoder.feature_count, len(atoms))
@@ -121,14 +121,14 @@ def project(
 
 
 class Rainbow:
-    """The algorithm: networks, optimiser, replay, environments and what is random."""
+    """The algorithm: networks, optimiser, replay, environments, random generators."""
 
     metric_names = ("loss", "q_mean")
 
     def __init__(
         self, options: argparse.Namespace, environments: Environments, replay: Replay
     ) -> None:
-        """Begins with a new network."""
+        """Starts with a new network."""
         self.options, self.environments, self.replay = options, environments, replay
         self.device = torch.device(options.device)
         on_gpu = self.device.type == "cuda"
@@ -147,8 +147,8 @@ class Rainbow:
         )
         self.random = torch.Generator(self.device).manual_seed(options.seed)
         self.host_random = np.random.default_rng(options.seed)
-        self.states: list[bytes] | None = None  # Of the environments, before the next update.
-        self.saved_row_count = 0  # Of the replay, at the last checkpoint.
+        self.states: list[bytes] | None = None  # Snapshots before the next update.
+        self.saved_row_count = 0  # Rows of the replay at the last checkpoint.
         best = torch.no_grad()(self.online.best)
         self.best = [
             captured(best, torch.zeros(rows.stop - rows.start, 64, 64, 3).byte().to(self.device))
@@ -166,7 +166,7 @@ class Rainbow:
     def update(self) -> Update:
         """Takes num_steps steps of each environment, and learns after each.
 
-        Where the server was restarted, the environments are set back to the update's beginning.
+        After a restart of the server the environments are restored to the update's start.
         """
         while True:
             try:
@@ -180,7 +180,7 @@ class Rainbow:
                 self.replay.cut()
 
     def play(self) -> Update:
-        """Takes the steps; the server steps both halves while the network learns."""
+        """Takes the steps. The server steps both halves while the network learns."""
         step_count = self.options.num_steps
         episodes: list[Episode] = []
         metrics: list[torch.Tensor] = []
@@ -211,14 +211,14 @@ class Rainbow:
         return Update(step_count, episodes, environment_seconds, policy_seconds, means)
 
     def choose(self, half: int, observations: torch.Tensor) -> np.ndarray:
-        """Returns the best actions under new noise; at first, random ones."""
+        """Returns the best actions with new noise; random ones before learning starts."""
         if self.replay.row_count * self.options.num_envs < self.options.learning_starts:
             return self.host_random.integers(0, ACTION_COUNT, len(observations))
         self.online.resample(self.random)
         return self.best[half](observations.to(self.device)).cpu().numpy()
 
     def learn(self) -> torch.Tensor:
-        """Takes one step of the optimiser; returns means of metric_names."""
+        """Takes an optimiser step; returns means of metric_names."""
         options = self.options
         step = self.replay.row_count * options.num_envs
         share = min(1.0, step / options.total_steps)
@@ -239,7 +239,7 @@ class Rainbow:
         return torch.stack([losses.mean(), q_values.mean()])
 
     def loss(self, *tensors: torch.Tensor) -> tuple[torch.Tensor, torch.Tensor]:
-        """Returns the weighted loss, summed, and losses and values of each transition, [2, B]."""
+        """Returns the summed weighted loss, and losses and values of each transition, [2, B]."""
         observations, actions, returns, discounts, next_observations, weights = tensors
         with torch.no_grad():
             chosen = self.online.best(next_observations)
@@ -260,7 +260,7 @@ class Rainbow:
         }
 
     def rank_state(self) -> dict[str, Any]:
-        """Returns the rest; the observations of the replay are on disk then."""
+        """Returns all other state; writes the observations of the replay to disk."""
         self.saved_row_count = self.replay.row_count
         return {
             "replay": self.replay.state(),
@@ -283,7 +283,7 @@ class Rainbow:
 
 
 def make_network(options: dict[str, Any]) -> QNetwork:
-    """Makes a network, of a run's options."""
+    """Makes a network from the options of a run."""
     atoms = torch.linspace(options["value_min"], options["value_max"], options["atoms"])
     precision = getattr(torch, options["precision"])
     return QNetwork(options["network"], options["width"], precision, atoms)
@@ -292,7 +292,7 @@ def make_network(options: dict[str, Any]) -> QNetwork:
 def load_policy(
     options: dict[str, Any], state: dict[str, Any]
 ) -> Callable[[np.ndarray], np.ndarray]:
-    """Returns the policy of a run's options and state: the best actions, without noise."""
+    """Returns the policy of a run: the best actions, without noise."""
     network = make_network(options)
     network.load_state_dict(state["online"])
     for layer in (network.value, network.advantage):
@@ -310,15 +310,15 @@ def parse(arguments: Sequence[str] | None = None) -> argparse.Namespace:
     """Returns the options."""
     parser = run_parser("rainbow", __doc__)
     add = parser.add_argument_group("hyperparameters").add_argument
-    add("--num-steps", type=int, default=256, help="steps of an update; default: %(default)s")
-    add("--chunk-size", type=int, help="transitions a pass; 0: all; default: 128, on a GPU 0")
+    add("--num-steps", type=int, default=256, help="steps per update; default: %(default)s")
+    add("--chunk-size", type=int, help="transitions per pass; 0: all; default: 128, on a GPU 0")
     add("--replay-size", type=int, default=1_000_000, help="observations; default: %(default)s")
     add("--learning-starts", type=int, default=20_000, help="in steps; default: %(default)s")
-    add("--batch-size", type=int, default=512, help="one a step of all; default: %(default)s")
+    add("--batch-size", type=int, default=512, help="of a minibatch; default: %(default)s")
     add("--n", type=int, default=3, help="steps of a transition; default: %(default)s")
     add("--atoms", type=int, default=51, help="default: %(default)s")
-    add("--value-min", type=float, help="default: the game's least return, or 0 if that is more")
-    add("--value-max", type=float, help="default: the game's largest return")
+    add("--value-min", type=float, help="default: the game's lowest return, at most 0")
+    add("--value-max", type=float, help="default: the game's highest return")
     add("--target-interval", type=int, default=32_000, help="in steps; default: %(default)s")
     for name, value in {
         "--learning-rate": 2.5e-4,
@@ -339,7 +339,7 @@ def train(options: argparse.Namespace) -> int:
     device = set_device(options)
     ranks = Ranks("nccl" if device.type == "cuda" else "gloo")
     if ranks.count > 1:
-        raise SystemExit("Rainbow has one rank: its replay is one process's")
+        raise SystemExit("Rainbow has one rank: only one process can use its replay")
     environments = Environments(
         options.game,
         options.num_envs,
@@ -368,7 +368,7 @@ def train(options: argparse.Namespace) -> int:
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Trains as the command line says; returns the exit status, 1 where the server has failed."""
+    """Runs the command line; returns the exit status, 1 after an error of the server."""
     try:
         return train(parse(arguments))
     except ProcgenError as error:

@@ -1,4 +1,4 @@
-"""The processes of one training run, as torchrun starts them."""
+"""The processes of a training run, started by torchrun."""
 
 from __future__ import annotations
 
@@ -11,22 +11,22 @@ import torch.distributed as dist
 
 
 class Ranks:
-    """All ranks have the same parameters, and each its own environments.
+    """Communication between the ranks, which share parameters and have separate environments.
 
     Without torchrun this process is the only rank.
 
     Attributes:
-        rank: Number of this one.
-        count: How many there are.
+        rank: Index of this rank.
+        count: Number of ranks.
     """
 
     def __init__(self, backend: str) -> None:
-        """Joins the others; `backend` is nccl on GPUs, else gloo."""
+        """Joins the process group; `backend`: "nccl" on GPUs, else "gloo"."""
         self.rank = int(os.environ.get("RANK", 0))
         self.count = int(os.environ.get("WORLD_SIZE", 1))
         if self.count > 1:
             dist.init_process_group(backend)
-            self._host_group = dist.new_group(backend="gloo")  # For what is not on a GPU.
+            self._host_group = dist.new_group(backend="gloo")  # For data on the host.
 
     def average(self, gradients: Sequence[torch.Tensor]) -> None:
         """Replaces gradients by their means over all ranks."""
@@ -48,7 +48,7 @@ class Ranks:
         return values or []
 
     def largest(self, value: int) -> int:
-        """Returns the largest of all ranks' values on each."""
+        """Returns the maximum over all ranks, on each rank."""
         if self.count == 1:
             return value
         tensor = torch.tensor(value)

@@ -1,7 +1,7 @@
-"""Prioritised experience replay (Schaul et al., 2016) of observations as the bytes that they are.
+"""Prioritised experience replay (Schaul et al., 2016) in a memory-mapped file.
 
-Rows are steps of all N environments, in a ring on disk that the system keeps in memory. Its pages
-are written as they are, so a checkpoint of millions of observations costs no more than what is new.
+A row is a step of all N environments; rows form a ring. A checkpoint only writes the pages that
+have changed since the last one.
 """
 
 from __future__ import annotations
@@ -12,16 +12,16 @@ from typing import Any, NamedTuple
 import numpy as np
 
 OBSERVATION_SHAPE = (64, 64, 3)
-# More rows than are sampled, as a share: what is written between two checkpoints goes there, so
-# that a run that was killed continues with the rows that it had.
+# Share of additional rows, which are written between two checkpoints. A killed run therefore
+# continues with the rows of its checkpoint.
 _SLACK = 0.05
 
 
 class SumTree:
-    """Priorities whose sums over ranges are kept, so that drawing takes logarithmic time."""
+    """Priorities in a binary tree of sums; sampling takes logarithmic time."""
 
     def __init__(self, size: int) -> None:
-        """Begins with all priorities 0."""
+        """Starts with all priorities 0."""
         self._leaf_count = 1 << max(1, (size - 1).bit_length())
         self._sums = np.zeros(2 * self._leaf_count)  # Node i is the sum of 2 i and 2 i + 1.
 
@@ -35,7 +35,7 @@ class SumTree:
         return self._sums[indices + self._leaf_count]
 
     def __setitem__(self, indices: np.ndarray, priorities: np.ndarray | float) -> None:
-        """Sets priorities; of an index that is given twice, the last."""
+        """Sets priorities; for repeated indices the last one."""
         nodes = np.asarray(indices) + self._leaf_count
         self._sums[nodes] = priorities
         while nodes[0] > 1:
@@ -43,13 +43,13 @@ class SumTree:
             self._sums[nodes] = self._sums[2 * nodes] + self._sums[2 * nodes + 1]
 
     def find(self, sums: np.ndarray) -> np.ndarray:
-        """Returns the index of each, in which the running sum of priorities exceeds it."""
+        """Returns for each sum the first index whose cumulative priority exceeds it."""
         sums = sums.copy()
         nodes = np.ones(len(sums), np.int64)
         while nodes[0] < self._leaf_count:
             nodes *= 2
             left = self._sums[nodes]
-            # Where rounding leads beyond the last priority, the way stays with what is not 0.
+            # Rounding must not lead to a priority of 0 beyond the last one.
             is_right = (sums >= left) & (self._sums[nodes + 1] > 0)
             sums = np.where(is_right, sums - left, sums)
             nodes += is_right
@@ -61,23 +61,23 @@ class SumTree:
 
 
 class Transitions(NamedTuple):
-    """A sample, of n-step transitions."""
+    """A sample of n-step transitions."""
 
-    indices: np.ndarray  # Of set_priorities   int64 [B]
+    indices: np.ndarray  # For set_priorities   int64 [B]
     observations: np.ndarray  # uint8   [B, 64, 64, 3]
     actions: np.ndarray  # int64   [B]
-    returns: np.ndarray  # Discounted rewards of n steps, up to an episode's end   float32 [B]
-    discounts: np.ndarray  # Of the value after them; 0: the episode ended   float32 [B]
+    returns: np.ndarray  # Discounted rewards of n steps, up to the episode's end   float32 [B]
+    discounts: np.ndarray  # Of the value after n steps; 0: the episode ended   float32 [B]
     next_observations: np.ndarray  # uint8   [B, 64, 64, 3]
-    weights: np.ndarray  # Of importance sampling, the largest 1   float32 [B]
+    weights: np.ndarray  # Of importance sampling, at most 1   float32 [B]
 
 
 class Replay:
     """The last steps of N environments.
 
     Attributes:
-        row_count: Steps of each environment that were ever added.
-        slack: Rows that may be added between two checkpoints.
+        row_count: Total number of added rows.
+        slack: Maximum number of rows added between two checkpoints.
     """
 
     def __init__(
@@ -91,13 +91,13 @@ class Replay:
         gamma: float,
         alpha: float,
     ) -> None:
-        """Opens the ring, which is made where missing.
+        """Opens the ring, and creates the file if it does not exist.
 
         Args:
             path: File of the observations.
             capacity: Number of observations.
             env_count: Number of environments, N.
-            slack_min: Rows that may be added between two checkpoints, at least.
+            slack_min: Lower bound of `slack`.
             n: Steps of a transition.
             gamma: Discount of one step.
             alpha: Exponent of priorities.
@@ -122,15 +122,16 @@ class Replay:
         self.row_count = 0
 
     def add(self, rows: slice, observations: np.ndarray, actions: np.ndarray) -> None:
-        """Writes what some environments see and do, in the row that :meth:`finish` ends."""
+        """Writes observations and actions of some environments to the current row."""
         row = self.row_count % self._rows
         self._observations[row, rows] = observations
         self._actions[row, rows] = actions
 
     def finish(self) -> None:
-        """Ends the row: the one n steps before it is a transition now, with the largest priority.
+        """Ends the current row.
 
-        The oldest row is forgotten. Rewards of the row itself come with :meth:`set_outcome`.
+        The row n steps before becomes a transition with the largest priority, and the oldest row is
+        dropped. :meth:`set_outcome` adds the rewards of the row that ended.
         """
         newest = self.row_count
         self.row_count += 1
@@ -140,12 +141,12 @@ class Replay:
             self._tree[self._leaves(newest - self._capacity)] = 0.0
 
     def set_outcome(self, rows: slice, rewards: np.ndarray, ended: np.ndarray) -> None:
-        """Writes what the actions of the row that was ended last have led to."""
+        """Writes rewards and ends of the row that was ended last."""
         row = (self.row_count - 1) % self._rows
         self._rewards[row, rows], self._ended[row, rows] = rewards, ended
 
     def cut(self) -> None:
-        """No transition leads from a row before to one after: environments were set back."""
+        """Prevents transitions across this point, where environments were restored."""
         self._row_of_gap = self.row_count
 
     def sample(self, size: int, beta: float, random: np.random.Generator) -> Transitions:
@@ -172,13 +173,13 @@ class Replay:
         )
 
     def set_priorities(self, indices: np.ndarray, losses: np.ndarray) -> None:
-        """Sets the priorities of a sample by what the agent has lost on it."""
+        """Sets the priorities of a sample from its losses."""
         priorities = (losses.astype(np.float64) + 1e-6) ** self._alpha
         self._tree[indices] = priorities
         self._priority_max = max(self._priority_max, float(priorities.max()))
 
     def state(self) -> dict[str, Any]:
-        """Returns all but the observations, which are on disk then."""
+        """Returns all state but the observations, and writes those to disk."""
         self._observations.flush()
         return {
             "actions": self._actions,

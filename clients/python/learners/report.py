@@ -12,21 +12,21 @@ Range = tuple[float, float]  # Returns that are normalised to 0 and 1.
 
 
 class Run(NamedTuple):
-    """What a run has led to."""
+    """The results of a run."""
 
     game: str
-    label: str  # Of its variant.
+    label: str  # The variant's.
     seed: int
     steps: np.ndarray  # [updates]
-    returns: np.ndarray  # Mean of the last episodes at each; NaN before the first   [updates]
-    train_return: float | None  # Of the trained policy, on its levels.
-    test_return: float | None  # On those of the test.
+    returns: np.ndarray  # Mean of the last episodes; NaN before the first   [updates]
+    train_return: float | None  # Of the trained policy on the training levels.
+    test_return: float | None  # On the test levels.
 
 
 def table(
     runs: Sequence[Run], ranges: dict[str, Range | None], random: dict[str, list[float]]
 ) -> str:
-    """Returns the last returns as a table in Markdown: means over seeds, and their spread."""
+    """Returns the last returns as a Markdown table: means over seeds, with their range."""
     has_test = any(run.test_return is not None for run in runs)
     head = ["game", "variant", "seeds", "last training episodes"]
     head += ["train levels", "test levels"] if has_test else []
@@ -63,7 +63,7 @@ def plot(
     title: str,
     path: Path,
 ) -> None:
-    """Draws returns against steps, a picture a game, then the mean; nothing without matplotlib."""
+    """Plots returns over steps, per game and their mean; nothing without matplotlib."""
     try:
         from matplotlib.figure import Figure
     except ImportError:
@@ -71,7 +71,7 @@ def plot(
         return
     games = list(_unique(run.game for run in runs))
     labels = list(_unique(run.label for run in runs))
-    # Where some mode has no constants, there is no mean.
+    # No mean if a game has no constants in this mode.
     pictures = [*games, "mean, normalised"] if all(ranges[game] for game in games) else games
     columns = min(4, len(pictures))
     rows = -(-len(pictures) // columns)
@@ -95,7 +95,7 @@ def plot(
         for value in random.get(game, []):
             axes.axhline(value, color="gray", linewidth=0.8)
     grid[0].legend(fontsize="small")
-    figure.suptitle(f"{title}\n(dots: on the test's levels; grey: a random agent)", fontsize=9)
+    figure.suptitle(f"{title}\n(dots: test levels; grey: random agent)", fontsize=9)
     figure.savefig(path, dpi=120)
 
 
@@ -105,7 +105,7 @@ def _draw(
     color: str,
     label: str,
 ) -> None:
-    """Draws the mean of curves, and between the least and the most of them."""
+    """Plots the mean of curves, and shades their range."""
     if not curves:
         return
     length = min(len(steps) for steps, _ in curves)
@@ -119,7 +119,7 @@ def _draw(
 def _normalized_means(
     runs: Sequence[Run], ranges: dict[str, Range | None]
 ) -> list[tuple[np.ndarray, np.ndarray]]:
-    """Returns a curve for each seed that all games have: the mean of normalised returns."""
+    """Returns the mean normalised returns for each seed that all games have."""
     games = list(_unique(run.game for run in runs))
     curves = []
     for seed in sorted({run.seed for run in runs}):
@@ -143,7 +143,7 @@ def _last(returns: np.ndarray) -> float:
 
 
 def _spread(values: Sequence[float]) -> str:
-    """Returns the mean, and with several values the least and the most of them."""
+    """Returns the mean, and the range of several values."""
     mean = _number(float(np.mean(values)))
     return f"{mean} ({min(values):.2f} to {max(values):.2f})" if len(values) > 1 else mean
 

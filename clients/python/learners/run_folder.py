@@ -14,20 +14,20 @@ import torch
 
 CHECKPOINT = "checkpoint.pt"
 _BAR_WIDTH = 20
-# Time between two lines of progress where the output is no terminal. In seconds.
+# Time between two lines of progress if the output is not a terminal, in seconds.
 _LINE_INTERVAL = 30.0
 
 
 class Table:
-    """A CSV file that can be cut back to what it was at a checkpoint."""
+    """A CSV file that can be truncated to its size at a checkpoint."""
 
     def __init__(self, path: Path, columns: Sequence[str], size: int | None) -> None:
-        """Opens it.
+        """Opens the file.
 
         Args:
-            path: The file.
+            path: Path of the file.
             columns: Names of its columns.
-            size: Its size at the checkpoint, in bytes; the rest is cut off. None: it is new.
+            size: Size to truncate it to, in bytes. None: a new file.
         """
         self._file = open(path, "w" if size is None else "r+", newline="")
         self._writer = csv.writer(self._file, lineterminator="\n")
@@ -38,12 +38,12 @@ class Table:
             self._file.seek(0, os.SEEK_END)
 
     def write(self, rows: Sequence[Sequence[Any]]) -> None:
-        """Appends rows; a reader sees them at once."""
+        """Appends rows and flushes."""
         self._writer.writerows(rows)
         self._file.flush()
 
     def size(self) -> int:
-        """Returns its size in bytes."""
+        """Returns the size in bytes."""
         return self._file.tell()
 
     def close(self) -> None:
@@ -52,7 +52,7 @@ class Table:
 
 
 class RunFolder:
-    """What a run writes; all of it can be continued from the last checkpoint."""
+    """The files of a run, which continue from the last checkpoint."""
 
     def __init__(
         self, path: Path, tables: dict[str, Sequence[str]], sizes: dict[str, int] | None
@@ -60,9 +60,9 @@ class RunFolder:
         """Opens the folder.
 
         Args:
-            path: The folder, made where missing.
+            path: The folder; created if it does not exist.
             tables: Columns of each CSV file, by its name without suffix.
-            sizes: Sizes of the files at the checkpoint that is continued from. None: a new run.
+            sizes: Sizes of the files at the checkpoint. None: a new run.
         """
         self._path = path
         path.mkdir(parents=True, exist_ok=True)
@@ -77,7 +77,7 @@ class RunFolder:
         self._tables[table].write(rows)
 
     def plot(self, step: int, values: dict[str, float]) -> None:
-        """Adds scalars to TensorBoard's events, where it is installed."""
+        """Adds scalars to TensorBoard's events, if it is installed."""
         if self._events is not None:
             for name, value in values.items():
                 self._events.add_scalar(name, value, step)
@@ -87,7 +87,7 @@ class RunFolder:
         return {name: table.size() for name, table in self._tables.items()}
 
     def save(self, checkpoint: dict[str, Any]) -> None:
-        """Replaces the checkpoint as a whole: a reader finds the old one or the new one."""
+        """Replaces the checkpoint atomically."""
         write_atomically(self._path / CHECKPOINT, checkpoint)
 
     def close(self) -> None:
@@ -99,7 +99,7 @@ class RunFolder:
 
 
 def write_atomically(path: Path, checkpoint: dict[str, Any]) -> None:
-    """Writes a checkpoint beside its place, and moves it there once it is on disk."""
+    """Writes a checkpoint to a temporary file, syncs it, and renames it to `path`."""
     part = path.with_suffix(".part")
     with open(part, "wb") as file:
         torch.save(checkpoint, file)
@@ -109,8 +109,8 @@ def write_atomically(path: Path, checkpoint: dict[str, Any]) -> None:
 
 
 def load_checkpoint(path: Path, device: torch.device | str = "cpu") -> dict[str, Any]:
-    """Reads a checkpoint; only of runs that you trust, since it is a pickle."""
-    # Besides tensors it has random states and options. PyTorch 1.13 knows the argument already.
+    """Reads a checkpoint. It is a pickle: load only those of runs that you trust."""
+    # It also has random states and options, not only tensors.
     return torch.load(path, map_location=device, weights_only=False)
 
 
@@ -123,13 +123,13 @@ def _event_writer(path: Path) -> Any:  # noqa: ANN401 - its type is TensorBoard'
 
 
 class ProgressLine:
-    """How far a run is and how long it will take: a line that is written over on a terminal.
+    """Prints progress and remaining time: on a terminal one line that is overwritten.
 
-    Elsewhere it writes a line from time to time.
+    Otherwise a line every _LINE_INTERVAL seconds.
     """
 
     def __init__(self, name: str, total_steps: int, stream: IO[str] = sys.stderr) -> None:
-        """Takes what runs, and its number of steps."""
+        """Takes the run's name and number of steps."""
         self._name = name
         self._total_steps = total_steps
         self._stream = stream
@@ -137,7 +137,7 @@ class ProgressLine:
         self._last_line = -_LINE_INTERVAL
 
     def show(self, step: int, text: str) -> None:
-        """Shows how far it is, and a text behind that."""
+        """Prints the progress, followed by `text`."""
         now = time.monotonic()
         if self._begin is None:
             self._begin = (now, step)

@@ -1,4 +1,4 @@
-"""The loop of a training run: updates, progress, checkpoints, a stop in good order."""
+"""The loop of a training run: updates, progress, checkpoints, clean stops."""
 
 from __future__ import annotations
 
@@ -16,13 +16,13 @@ from learners.environments import Episode
 from learners.ranks import Ranks
 from learners.run_folder import CHECKPOINT, ProgressLine, RunFolder, load_checkpoint
 
-EPISODE_WINDOW = 100  # Episodes that return_mean and length_mean are means of.
+EPISODE_WINDOW = 100  # Number of episodes in return_mean and length_mean.
 PROGRESS_COLUMNS = (
     *("step", "return_mean", "length_mean", "steps_per_second"),
     *("environment_share", "policy_share", "learning_share"),
 )
 EPISODE_COLUMNS = ("step", "environment", "level_seed", "return", "length")
-# Options that do not change a number of the results; a run may be continued with others.
+# Options that do not affect results; they may differ when a run is continued.
 FREE_OPTIONS = {
     *("total_steps", "output", "server", "server_timeout", "resume", "time_limit"),
     *("checkpoint_interval", "threads"),
@@ -30,13 +30,13 @@ FREE_OPTIONS = {
 
 
 class Update(NamedTuple):
-    """What an update of one rank was like."""
+    """The result of an update of one rank."""
 
     step_count: int  # Steps of each environment.
     episodes: list[Episode]
-    environment_seconds: float  # Waited for the environments.
-    policy_seconds: float  # Chose actions.
-    metrics: Sequence[float]  # Of learning.
+    environment_seconds: float  # Time of waiting for environments.
+    policy_seconds: float  # Time of choosing actions.
+    metrics: Sequence[float]  # Of Learner.metric_names.
 
 
 class Learner(Protocol):
@@ -48,16 +48,16 @@ class Learner(Protocol):
 
     @property
     def needs_checkpoint(self) -> bool:
-        """Whether one must be saved before the next update."""
+        """Whether a checkpoint must be saved before the next update."""
 
     def update(self) -> Update:
         """Collects experience and learns from it."""
 
     def state(self) -> dict[str, Any]:
-        """Returns what all ranks have in common, for a checkpoint."""
+        """Returns the state that all ranks share, for a checkpoint."""
 
     def rank_state(self) -> dict[str, Any]:
-        """Returns what this rank has for itself."""
+        """Returns the state of this rank."""
 
     def restore(self, state: dict[str, Any], rank_state: dict[str, Any]) -> None:
         """Continues from a checkpoint."""
@@ -70,7 +70,7 @@ class TrainingRun:
         """Opens the run's folder; with options.resume, continues from its checkpoint.
 
         Raises:
-            SystemExit: The folder has a checkpoint that is not to be continued, or cannot be.
+            SystemExit: The folder has a checkpoint, without options.resume or of other options.
         """
         self._options, self._learner, self._ranks = options, learner, ranks
         self._step = 0
@@ -105,7 +105,7 @@ class TrainingRun:
                 )
 
     def train(self) -> int:
-        """Runs; returns the exit status, which after a signal is 128 and its number."""
+        """Runs; returns the exit status: 128 plus the number of a signal, or 0."""
         numbers = (signal.SIGINT, signal.SIGTERM)
         handlers = [signal.signal(number, self._on_signal) for number in numbers]
         try:

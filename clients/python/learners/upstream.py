@@ -1,11 +1,11 @@
-"""PPO on upstream's package in place of a server, to be compared with a run on a server.
+"""PPO on upstream's package instead of a server, for comparison with a run on a server.
 
     python3 -m learners.upstream --game coinrun --seed 1 --output runs/upstream
     python3 -m learners.ppo --game coinrun --seed 1 --output runs/here --server localhost:50051
     python3 -m learners.compare_runs runs/here runs/upstream
 
 Needs `pip install procgen` (Procgen 0.10.7). The server needs upstream's art (its flag --art_dir),
-since the policy acts on pixels. The options are those of learners.ppo. A run can't be continued.
+since the policy acts on pixels. The options are those of learners.ppo. Runs cannot be continued.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from learners import ppo
 
 
 class Step(NamedTuple):
-    """What a learner reads of a Batch, for a half of the environments."""
+    """The fields of a Batch that a learner reads, for a half of the environments."""
 
     observations: np.ndarray
     rewards: np.ndarray
@@ -36,7 +36,7 @@ class Step(NamedTuple):
 class UpstreamEnvironments:
     """The interface of learners.environments.Environments over a ProcgenGym3Env.
 
-    That steps all environments at once: when both halves have been sent.
+    It steps all environments together, once both halves were sent.
     """
 
     def __init__(
@@ -51,9 +51,9 @@ class UpstreamEnvironments:
         total_env_count: int,
         **options: Any,  # noqa: ANN401
     ) -> None:
-        """Makes the environments; what only a server has (addresses, ranks) must not be used."""
+        """Creates the environments; addresses and ranks are not supported."""
         if server or total_env_count != env_count:
-            raise SystemExit("upstream's package has neither servers nor ranks")
+            raise SystemExit("upstream's package supports neither --server nor several ranks")
         middle = env_count // 2
         self.halves = (slice(0, middle), slice(middle, env_count))
         make = importlib.import_module(package).ProcgenGym3Env
@@ -65,11 +65,11 @@ class UpstreamEnvironments:
         self._answers: deque[Step] = deque()
 
     def send_observe(self) -> None:
-        """Requests the observations of both halves as they are now."""
+        """Requests the current observations of both halves."""
         self._answer()
 
     def send(self, half: int, actions: np.ndarray) -> None:
-        """Takes the actions of a half, and steps with those of the second."""
+        """Takes the actions of a half; steps after those of the second half."""
         self._actions[self.halves[half]] = actions
         self._sent_count += 1
         if self._sent_count % 2 == 0:
@@ -83,7 +83,7 @@ class UpstreamEnvironments:
         return self._answers.popleft()
 
     def save_states(self) -> list[bytes]:
-        """Returns nothing: a run cannot be continued."""
+        """Returns an empty list: a run cannot be continued."""
         return []
 
     def reopen(self, states: list[bytes] | None) -> None:
@@ -91,7 +91,7 @@ class UpstreamEnvironments:
         raise SystemExit("a run on upstream's package cannot be continued")
 
     def close(self) -> None:
-        """Ends the environments."""
+        """Closes the environments."""
         self._env.close()
 
     def _answer(self) -> None:
@@ -110,12 +110,12 @@ class UpstreamEnvironments:
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Trains as the command line says; returns the exit status."""
+    """Runs the command line; returns the exit status."""
     parser = argparse.ArgumentParser(
         prog="python3 -m learners.upstream",
         description=__doc__,
         formatter_class=argparse.RawDescriptionHelpFormatter,
-        epilog="All other options are those of learners.ppo.",
+        epilog="Other options are those of learners.ppo.",
     )
     parser.add_argument("--package", default="procgen", help="default: %(default)s")
     given, others = parser.parse_known_args(arguments)

@@ -1,5 +1,5 @@
-// procgen_client._native: the C++ client as a Python module. What Python programs use is in the
-// package; this has as little Python in it as possible. Types are in ../procgen_client/_native.pyi.
+// procgen_client._native: the C++ client as a Python module, private to the package. Its types are
+// in ../procgen_client/_native.pyi.
 #include <memory>
 #include <string>
 #include <utility>
@@ -13,7 +13,7 @@
 
 namespace py = pybind11;
 
-// Types are local to the module: a forked child loads it once more.
+// Types are module-local, because a forked child loads the module again.
 PYBIND11_MODULE(_native, module) {
   using procgen_client::HeldBatches;
   using procgen_python::NativeBatch;
@@ -25,7 +25,7 @@ PYBIND11_MODULE(_native, module) {
   module.doc() = "The C++ client of Procgen Server; private to procgen_client.";
 
   py::class_<ObservationMemory, std::shared_ptr<ObservationMemory>>(
-      module, "ObservationMemory", py::module_local(), "Memory that arrays of observations use.");
+      module, "ObservationMemory", py::module_local(), "Memory of observation arrays.");
 
   py::class_<NativeBatch>(module, "Batch", py::module_local(), "An answer of a stream.")
       .def_property_readonly("sequence_number", &NativeBatch::sequence_number)
@@ -34,10 +34,10 @@ PYBIND11_MODULE(_native, module) {
 
   py::class_<HeldBatches, std::shared_ptr<HeldBatches>>(
       module, "HeldBatches", py::module_local(),
-      "What a learner holds of the memory that a pool shares.");
+      "The batches of shared memory that arrays refer to.");
 
   py::class_<NativeStream, std::shared_ptr<NativeStream>>(module, "Stream", py::module_local(),
-                                                          "A learner's hold of a pool.")
+                                                          "The stream of an attached learner.")
       .def_property_readonly("requests_in_flight_max", &NativeStream::requests_in_flight_max)
       .def_property_readonly("in_flight", &NativeStream::in_flight)
       .def_property_readonly("held_batches", &NativeStream::held_batches)
@@ -51,7 +51,8 @@ PYBIND11_MODULE(_native, module) {
       .def("close", &NativeStream::Close)
       .def("cancel", &NativeStream::Cancel);
 
-  py::class_<NativeWatch>(module, "Watch", py::module_local(), "The latest message of a watch.")
+  py::class_<NativeWatch>(module, "Watch", py::module_local(),
+                          "A server stream conflated to the latest message.")
       .def("__iter__", [](py::object self) { return self; })
       .def("__next__", &NativeWatch::Next)
       .def("close", &NativeWatch::Close);

@@ -8,7 +8,7 @@ namespace {
 
 namespace py = pybind11;
 
-// Batches whose memory is kept for later ones: those of requests in flight and one in use.
+// Number of batches whose memory is kept for reuse: requests in flight plus one in use.
 constexpr size_t kReserveMax = 4;
 
 struct NumberArray {
@@ -16,7 +16,7 @@ struct NumberArray {
   const char* dtype;
 };
 
-// In the order of NativeBatch's places.
+// In the order of NativeBatch::places_.
 constexpr NumberArray kNumberArrays[] = {
     {"rewards", "f4"},
     {"first", "?"},
@@ -30,7 +30,7 @@ constexpr NumberArray kNumberArrays[] = {
     {"fingerprints", "u8"},
 };
 
-// The types of those arrays. Never destroyed: the interpreter ends before.
+// The types of kNumberArrays. Never destroyed, since the interpreter ends first.
 const std::vector<py::dtype>& NumberTypes() {
   static const auto* const types = [] {
     auto* made = new std::vector<py::dtype>();

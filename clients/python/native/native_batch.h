@@ -17,7 +17,7 @@
 
 namespace procgen_python {
 
-// Batches to receive into, whose memory is used again, above all that of decoded observations.
+// A free list of batches to receive into. Reuses their memory, mainly that of decoded observations.
 // Threads: any method from any thread.
 class BatchReserve {
  public:
@@ -29,8 +29,8 @@ class BatchReserve {
   std::vector<std::unique_ptr<procgen_client::Batch>> batches_ ABSL_GUARDED_BY(mutex_);
 };
 
-// The memory that arrays of observations point into: a batch of shared memory is held, and a
-// received one not used again, as long as an array refers to this.
+// The memory of observation arrays. While an array refers to it, a batch of shared memory is held
+// and a received batch is not reused.
 class ObservationMemory {
  public:
   ObservationMemory(std::unique_ptr<procgen_client::Batch> batch,
@@ -46,19 +46,19 @@ class ObservationMemory {
   const std::shared_ptr<BatchReserve> reserve_;
 };
 
-// An answer, whose arrays are made when they are asked for. Numbers are copies, so that keeping
-// them keeps no observations; observations borrow.
+// An answer, which makes its arrays on request. Numbers are copied, so that they do not keep
+// observations alive; observations are borrowed.
 class NativeBatch {
  public:
-  // `shape`: of one observation. `is_shared`: the observations lie in memory that the server
-  // shares, so they are read-only.
+  // `shape`: of one observation. `is_shared`: the observations are in shared memory, so their
+  // arrays are read-only.
   NativeBatch(std::unique_ptr<procgen_client::Batch> batch, std::shared_ptr<BatchReserve> reserve,
               std::shared_ptr<const std::vector<pybind11::ssize_t>> shape, bool is_shared);
 
   int64_t sequence_number() const { return sequence_number_; }
   int32_t first_env() const { return first_env_; }
-  // The array of this name, a new one each time; None: observations that were not asked for.
-  // Raises AttributeError: there is no such array.
+  // Returns a new array with this name; None: observations that were not requested. Raises
+  // AttributeError: there is no such array.
   pybind11::object Array(const std::string& name) const;
 
  private:
@@ -70,7 +70,7 @@ class NativeBatch {
 
   int64_t sequence_number_;
   int32_t first_env_;
-  std::vector<uint64_t> numbers_;  // all arrays, one after the other
+  std::vector<uint64_t> numbers_;  // all number arrays, concatenated
   struct Place {
     size_t offset = 0;  // in numbers_
     size_t count = 0;   // elements

@@ -14,7 +14,7 @@ namespace py = pybind11;
 namespace v1 = procgen::v1;
 using procgen_client::Client;
 
-// Bounds what a faulty server can make this process take; Attach says how large responses may be.
+// Largest message accepted from a faulty server. Attach.response_bytes_max bounds usual responses.
 constexpr int32_t kResponseBytesMax = 256 << 20;
 
 template <typename Message>
@@ -27,7 +27,7 @@ absl::StatusOr<std::string> Serialised(const absl::Status& status) {
   return status.ok() ? absl::StatusOr<std::string>("") : status;
 }
 
-// The message with these elements.
+// Returns a serialised Response with these elements.
 template <typename Response, typename Element>
 absl::StatusOr<std::string> SerialisedList(
     absl::StatusOr<std::vector<Element>> elements,
@@ -71,19 +71,19 @@ absl::StatusOr<std::string> RenewPool(Client* client, const v1::RenewPoolRequest
 using Method =
     std::function<absl::StatusOr<std::string>(Client* client, const std::string& request)>;
 
-// A method of Client that is given a message of this type.
+// A Method that parses its argument as a Request.
 template <typename Request, typename Function>
 Method MethodOf(const Function& function) {
   return [function](Client* client, const std::string& serialised) -> absl::StatusOr<std::string> {
     Request request;
     if (!request.ParseFromString(serialised)) {
-      return absl::InternalError("a request of this client is no message");
+      return absl::InternalError("a request of this client is not a message");
     }
     return function(client, request);
   };
 }
 
-// The unary methods by their names in the contract. Never destroyed.
+// The unary methods by their names in the API. Never destroyed.
 const std::map<std::string, Method>& Methods() {
   static const auto* const methods = new std::map<std::string, Method>{
       {"GetCatalog", MethodOf<v1::GetCatalogRequest>([](Client* client, const auto& /*request*/) {

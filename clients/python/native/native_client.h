@@ -16,11 +16,11 @@
 
 namespace procgen_python {
 
-// The names and values of gRPC's channel arguments.
+// Names and values of gRPC channel arguments.
 using ChannelArguments = std::vector<std::pair<std::string, std::variant<int, std::string>>>;
 
-// What procgen_client::Client is to Python, with messages serialised. The GIL is released while the
-// server is waited for, and handlers of signals run.
+// procgen_client::Client for Python, with serialised messages. Waits for the server release the GIL
+// and run signal handlers.
 // Threads: any method from any thread.
 class NativeClient {
  public:
@@ -33,27 +33,27 @@ class NativeClient {
   NativeClient(const NativeClient&) = delete;
   NativeClient& operator=(const NativeClient&) = delete;
 
-  // Calls a unary method by its name, e.g. "CreatePool". Lists that the server gives page by page
-  // are whole, and states that do not fit one request are sent in several.
+  // Calls a unary method by its name, e.g. "CreatePool". Joins the pages of lists, and sends states
+  // that do not fit one request in several.
   pybind11::bytes Call(const std::string& method, const pybind11::bytes& request);
   // Calls WatchNodes or WatchPool.
   std::unique_ptr<NativeWatch> Watch(const std::string& method, const pybind11::bytes& request);
-  // Attaches with a serialised Attach. `reconnect_timeout`: in seconds. `held_batches`: of the
-  // stream that the learner had of the pool before; null: none.
+  // Attaches with a serialised Attach. `reconnect_timeout`: in seconds. `held_batches`: those of
+  // the learner's previous stream of the pool, or null.
   std::shared_ptr<NativeStream> Attach(const pybind11::bytes& attach, double reconnect_timeout,
                                        std::shared_ptr<procgen_client::HeldBatches> held_batches);
-  // Ends all calls with CANCELLED, and closes the connection once they have ended.
+  // Ends all calls with CANCELLED, then closes the connection.
   void Close();
 
  private:
   NativeClient() = default;
-  // The client, which stays while this is kept. Raises CancelledError: it was closed.
+  // Returns a reference that keeps the client alive. Raises CancelledError: it was closed.
   std::shared_ptr<procgen_client::Client> client() const;
 
   const ProcessOwner owner_;
-  // Shared with the checks of calls, which may outlast the client's destructor.
+  // Shared with the cancellation checks of calls, which may outlive this object.
   const std::shared_ptr<std::atomic<bool>> is_closed_ = std::make_shared<std::atomic<bool>>(false);
-  // With the GIL held:
+  // Guarded by the GIL:
   std::shared_ptr<procgen_client::Client> client_;  // null: closed
   std::vector<std::weak_ptr<NativeStream>> streams_;
 };

@@ -34,7 +34,7 @@ NativeReceiver::Answer NativeReceiver::Take() {
   absl::MutexLock lock(&mutex_);
   Answer answer = answer_.has_value()
                       ? *std::move(answer_)
-                      : Answer(absl::InternalError("there is no answer yet"), nullptr);
+                      : Answer(absl::InternalError("no answer has arrived"), nullptr);
   answer_ = std::nullopt;
   return answer;
 }

@@ -15,25 +15,25 @@
 
 namespace procgen_python {
 
-// Waits for answers of a stream on a thread, one at a time, and makes an eventfd readable when one
-// is there: what an event loop waits for. The thread never takes the GIL. Threads: one at a time.
+// Receives answers of a stream on a thread, one at a time, and signals an eventfd, for event loops.
+// The thread never takes the GIL. Threads: one at a time.
 class NativeReceiver {
  public:
   using Answer = std::pair<absl::Status, std::unique_ptr<procgen_client::Batch>>;
 
-  // `take_batch` gives a batch to receive into, from any thread.
+  // `take_batch` returns a batch to receive into; called on the thread.
   NativeReceiver(std::shared_ptr<procgen_client::StepStream> stream,
                  std::function<std::unique_ptr<procgen_client::Batch>()> take_batch);
-  // Waits for the thread, which ends when the stream is cancelled or has nothing to wait for.
+  // Joins the thread. REQUIRES: the stream is cancelled, or no answer is awaited.
   ~NativeReceiver();
   NativeReceiver(const NativeReceiver&) = delete;
   NativeReceiver& operator=(const NativeReceiver&) = delete;
 
-  // Becomes readable when there is an answer. Belongs to this.
+  // Becomes readable when an answer has arrived. Owned by this object.
   int event_file() const { return event_file_; }
-  // Waits for the next answer from now on. REQUIRES: the last one was taken.
+  // Starts to wait for the next answer. REQUIRES: the previous one was taken.
   void Begin();
-  // The answer. REQUIRES: event_file() is readable.
+  // Returns the answer. REQUIRES: event_file() is readable.
   Answer Take();
 
  private:

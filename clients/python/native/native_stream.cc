@@ -20,8 +20,8 @@ std::shared_ptr<const std::vector<py::ssize_t>> ShapeOf(const v1::Pool& pool) {
                                                           pool.observation_shape().end());
 }
 
-// Appends `actions` to the message. Raises InvalidArgumentError: no vector of integers, or one out
-// of range.
+// Appends `actions` to the message. Raises InvalidArgumentError: not a vector of integers, or a
+// value out of range.
 void SetActions(const py::array& actions, v1::Step* step) {
   const char kind = actions.dtype().kind();
   if (actions.ndim() != 1 || (kind != 'i' && kind != 'u')) {
@@ -48,7 +48,7 @@ template <typename Message>
 void MergeSerialised(const py::bytes& serialised, Message* message) {
   const std::string_view bytes = serialised;
   if (!bytes.empty() && !message->MergeFromString(std::string(bytes))) {
-    Raise(absl::InternalError("a request of this client is no message"));
+    Raise(absl::InternalError("a request of this client is not a message"));
   }
 }
 
@@ -105,7 +105,7 @@ int64_t NativeStream::SendStep(const py::array& actions, int32_t first_env, int3
 int64_t NativeStream::SendMessage(v1::StepPoolRequest request) {
   const auto stream = this->stream();
   if (shared_batch_count_ != 0 && held_->count() + in_flight_ >= shared_batch_count_) {
-    // What is only in cycles is nobody's.
+    // Frees arrays that only reference cycles refer to.
     py::module_::import("gc").attr("collect")();
     const int32_t held = held_->count();
     if (held + in_flight_ >= shared_batch_count_) {

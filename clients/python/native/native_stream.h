@@ -18,7 +18,7 @@
 
 namespace procgen_python {
 
-// What StepStream is to Python. The GIL is released while the server is waited for.
+// StepStream for Python. Waits for the server release the GIL.
 // Threads: as StepStream.
 class NativeStream {
  public:
@@ -35,23 +35,23 @@ class NativeStream {
 
   // Sends a serialised StepPoolRequest; returns its sequence number.
   int64_t Send(const pybind11::bytes& request);
-  // Sends a step of the environments from `first_env` on. `actions`: [n], of any integer
-  // type. `more`: empty, or a serialised Step with what has no argument here.
+  // Sends a step of the environments from `first_env` on. `actions`: [n], of any integer type.
+  // `more`: empty, or a serialised Step with further fields.
   int64_t SendStep(const pybind11::array& actions, int32_t first_env, int32_t repeat_count,
                    bool observe, bool final_observations, int32_t chunk_count,
                    const pybind11::bytes& more);
   std::unique_ptr<NativeBatch> Receive();
-  // The same for an event loop: waits for the answer from now on, and returns a file that is
-  // readable when it is there; EndReceive returns it.
+  // Receive for an event loop: starts to wait, and returns an eventfd that becomes readable when
+  // the answer has arrived. EndReceive returns the answer.
   int BeginReceive();
   std::unique_ptr<NativeBatch> EndReceive();
-  // Ends the stream, and waits until the server has.
+  // Ends the stream, and waits for the server to end it.
   void Close();
-  // Ends the stream at once, and lets go of its connection; from any thread.
+  // Ends the stream at once and releases the connection; from any thread.
   void Cancel();
 
  private:
-  // The stream, which stays while this is kept. Raises CancelledError: it was cancelled.
+  // Returns a reference that keeps the stream alive. Raises CancelledError: it was cancelled.
   std::shared_ptr<procgen_client::StepStream> stream() const;
   int64_t SendMessage(procgen::v1::StepPoolRequest request);
   std::unique_ptr<NativeBatch> Received(const absl::Status& status,
@@ -61,11 +61,11 @@ class NativeStream {
   const int32_t requests_in_flight_max_;
   const int32_t shared_batch_count_;
   const std::shared_ptr<procgen_client::HeldBatches> held_;
-  std::shared_ptr<procgen_client::Client> client_;      // which the stream must not outlive
+  std::shared_ptr<procgen_client::Client> client_;      // must outlive stream_
   std::shared_ptr<procgen_client::StepStream> stream_;  // null: cancelled
   const std::shared_ptr<BatchReserve> reserve_ = std::make_shared<BatchReserve>();
   const std::shared_ptr<const std::vector<pybind11::ssize_t>> shape_;
-  std::unique_ptr<NativeReceiver> receiver_;  // null: nothing was received by BeginReceive
+  std::unique_ptr<NativeReceiver> receiver_;  // null before the first BeginReceive
   int64_t in_flight_ = 0;
 };
 

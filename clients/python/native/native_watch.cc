@@ -30,7 +30,7 @@ NativeWatch::NativeWatch(std::function<absl::StatusOr<std::string>()> next,
 
 NativeWatch::~NativeWatch() {
   if (!owner_.is_this_process()) {
-    static_cast<void>(reader_.release());  // there is no such thread
+    static_cast<void>(reader_.release());  // the thread does not exist in the child
     new std::function<void()>(std::move(stop_));
     return;
   }

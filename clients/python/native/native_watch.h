@@ -17,24 +17,24 @@
 
 namespace procgen_python {
 
-// The latest message of a watch. A thread reads all of them, so that a slow reader misses those in
-// between and buffers, which have room for megabytes, stay empty.
+// A server stream conflated to the latest message. A thread reads all messages, so a slow reader
+// skips intermediate ones and gRPC's buffers of several megabytes stay empty.
 class NativeWatch {
  public:
-  // `next` waits for a message and serialises it, `stop` ends such a wait, from any thread.
+  // `next` waits for a message and serialises it; `stop` ends the wait, from any thread.
   NativeWatch(std::function<absl::StatusOr<std::string>()> next, std::function<void()> stop,
               std::shared_ptr<std::atomic<bool>> is_client_closed);
   ~NativeWatch();
   NativeWatch(const NativeWatch&) = delete;
   NativeWatch& operator=(const NativeWatch&) = delete;
 
-  // Waits for a message that was not returned before. Raises the error that the watch ended with;
+  // Waits for a message that was not returned before. Raises the error that ended the stream, or
   // StopIteration after Close.
   pybind11::bytes Next();
   void Close();
 
  private:
-  // What the thread and the reader share, also while the thread outlives a forked child's reader.
+  // State shared by the thread and the reader.
   struct Newest {
     absl::Mutex mutex;
     std::optional<std::string> message ABSL_GUARDED_BY(mutex);

@@ -5,9 +5,8 @@
 
 namespace procgen_python {
 
-// The process that made an object. gRPC does not survive a fork: in a child the threads of its core
-// are missing, and its file descriptors are shared with the parent. So what gRPC has a part in is
-// leaked there, not destroyed.
+// The process that made an object. gRPC does not survive a fork: a child has none of its threads
+// and shares its file descriptors with the parent. A child therefore leaks objects that use gRPC.
 class ProcessOwner {
  public:
   bool is_this_process() const { return process_id_ == getpid(); }

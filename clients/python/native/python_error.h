@@ -9,30 +9,30 @@
 
 namespace procgen_python {
 
-// Raises procgen_client.ProcgenError of the status's code, or the exception of a signal's handler.
+// Raises the pending exception of a signal handler, else the ProcgenError of the status's code.
 // REQUIRES: the GIL is held.
 [[noreturn]] void Raise(const absl::Status& status);
 
-// Raises it unless the status is OK and no handler of a signal has raised anything.
+// Calls Raise unless the status is OK and no signal handler has raised an exception.
 void Check(const absl::Status& status);
 
-// Returns what `wait` returns, which runs without the GIL.
+// Calls `wait` without the GIL, and returns its result.
 template <typename Wait>
 auto WithoutGil(const Wait& wait) {
   const pybind11::gil_scoped_release released;
   return wait();
 }
 
-// The value of a result; raises its error.
+// Returns the value of a result, or raises its error.
 template <typename Value>
 Value ValueOf(absl::StatusOr<Value> result) {
   Check(result.status());
   return *std::move(result);
 }
 
-// Runs the handlers of signals that have arrived, as the interpreter does between instructions:
-// true if one has raised an exception, which is raised once the GIL is held again. Only the main
-// thread runs handlers. REQUIRES: the GIL is not held.
+// Runs pending signal handlers, as the interpreter does between instructions. Returns true if one
+// raised an exception, which Check raises later. Only the main thread runs handlers. REQUIRES: the
+// GIL is not held.
 bool SignalHandlerRaised();
 
 }  // namespace procgen_python

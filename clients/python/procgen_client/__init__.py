@@ -1,22 +1,19 @@
 """Client of Procgen Server: batches of the sixteen Procgen games over gRPC.
 
-- :class:`ProcgenVectorEnv`: a pool of environments with Gymnasium's vector interface;
-  :class:`ProcgenGymEnv`: one of them, with Gymnasium's other interface.
-- :class:`ProcgenGym3Env`, :class:`ProcgenEnv`: the interfaces of Procgen 0.10.7.
-- :class:`Client` and :class:`Pool`: the server's own interface, with requests sent ahead, slices
-  and next levels.
+- :class:`ProcgenVectorEnv`, :class:`ProcgenGymEnv`: Gymnasium's VectorEnv and Env.
+- :class:`ProcgenEnv`, :class:`ProcgenGym3Env`: the APIs of Procgen 0.10.7.
+- :class:`Client`, :class:`Pool`: the server's API, with requests sent ahead, slices and states.
 - :mod:`procgen_client.aio`: the same for asyncio.
-- :class:`EpisodeStatistics`, :class:`VideoRecorder`: what was played, in numbers and in pictures.
-- :class:`ServerProcess`: a server of one's own, started and stopped.
-- :mod:`procgen_client.errors`: what can go wrong.
+- :class:`EpisodeStatistics`, :class:`VideoRecorder`: returns and lengths of episodes; mp4 files.
+- :class:`ServerProcess`: a server as a child process.
+- :mod:`procgen_client.errors`: the exceptions.
 """
 
 try:
-    from procgen_client import _proto  # noqa: F401 - only to see whether it is there
+    from procgen_client import _proto  # noqa: F401 - checks that the modules were generated
 except ImportError:
     raise ImportError(
-        "procgen_client is used from a checkout whose protos were not generated yet: build it, or "
-        "run clients/python/generate.sh"
+        "procgen_client._proto is missing: build the checkout, or run clients/python/generate.sh"
     ) from None
 
 from procgen_client._requests import ACTION_COUNT, ACTION_MIN, Reset

@@ -1,8 +1,7 @@
-"""What becomes of connections where the process forks: the child has none, and can make its own.
+"""Detaches a forked child from its parent's connections.
 
-gRPC's connections cannot be used on both sides of a fork. A child loads the native module once
-more, which has a gRPC of its own (_transport). grpcio cannot be loaded twice, so where it carries
-the calls a child is refused connections of its own.
+A gRPC connection works in one process only. A child loads the native module again, with a separate
+copy of gRPC (_transport). grpcio cannot be loaded twice, so there a child cannot connect.
 """
 
 from __future__ import annotations
@@ -13,17 +12,17 @@ from typing import Protocol
 
 
 class ProcessBound(Protocol):
-    """Something that belongs to the process that made it."""
+    """An object that only the process that made it may use."""
 
     def abandon(self) -> None:
-        """In a forked child: leaves what it has to the parent, and sends nothing."""
+        """In a forked child: leaves the resources to the parent, and sends nothing."""
 
 
 _bound: weakref.WeakSet[ProcessBound] = weakref.WeakSet()
 
 
 def bind(owned: ProcessBound) -> None:
-    """Has something abandoned in children that are forked from now on."""
+    """Calls `owned.abandon()` in all children that are forked from now on."""
     _bound.add(owned)
 
 

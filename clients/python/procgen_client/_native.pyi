@@ -1,6 +1,6 @@
-"""The C++ client (clients/python/native). Private; messages are serialised.
+"""The C++ client (clients/python/native). Private. Messages are serialised bytes.
 
-Where this module is missing, `_transport.grpc_fallback` has the same classes.
+Without this module, `_transport.grpc_fallback` provides the same classes.
 """
 
 from collections.abc import Sequence
@@ -15,13 +15,13 @@ class Batch:
     @property
     def first_env(self) -> int: ...
     def array(self, name: str) -> np.ndarray | None:
-        """Makes the array of this name; None: observations that were not asked for."""
+        """Makes the array with this name; None: observations that were not requested."""
 
 class HeldBatches:
-    """What a learner holds of the memory that a pool shares."""
+    """The batches of shared memory that a learner's arrays refer to."""
 
 class Stream:
-    """A learner's hold of a pool. Errors of waits are those of `procgen_client.errors`."""
+    """The stream of an attached learner. Raises the errors of `procgen_client.errors`."""
 
     @property
     def requests_in_flight_max(self) -> int: ...
@@ -30,7 +30,7 @@ class Stream:
     @property
     def held_batches(self) -> HeldBatches | None: ...
     def send(self, request: bytes) -> int:
-        """Sends a StepPoolRequest; gives its sequence number."""
+        """Sends a StepPoolRequest; returns its sequence number."""
     def send_step(
         self,
         actions: np.ndarray,
@@ -41,20 +41,20 @@ class Stream:
         chunk_count: int,
         more: bytes,
     ) -> int:
-        """Sends a step; `more` is empty, or a Step with next levels and resets."""
+        """Sends a step; `more` is empty, or a serialised Step with next levels and resets."""
     def receive(self) -> Batch:
         """Waits for the answer to the oldest unanswered request."""
     def begin_receive(self) -> int:
-        """Gives a file that is readable when the answer is there; not of the fallback."""
+        """Returns an eventfd, readable when the answer has arrived. Not in the fallback."""
     def end_receive(self) -> Batch:
-        """Gives the answer, once that file is readable."""
+        """Returns the answer. The eventfd must be readable."""
     def close(self) -> None:
-        """Ends the stream and waits until the server has."""
+        """Ends the stream and waits for the server to end it."""
     def cancel(self) -> None:
         """Ends the stream at once; from any thread."""
 
 class Watch:
-    """The latest message of a call that reports changes."""
+    """A server stream conflated to the latest message."""
 
     def __iter__(self) -> Watch: ...
     def __next__(self) -> bytes: ...
@@ -77,12 +77,12 @@ class Connection:
         channel_options: Sequence[tuple[str, int | str]],
     ) -> None: ...
     def call(self, method: str, request: bytes) -> bytes:
-        """Calls a unary method, e.g. "CreatePool". Lists and states are whole, in one message."""
+        """Calls a unary method, e.g. "CreatePool". Lists and states are joined to one message."""
     def watch(self, method: str, request: bytes) -> Watch:
         """Calls "WatchNodes" or "WatchPool"."""
     def attach(
         self, attach: bytes, reconnect_timeout: float, held_batches: HeldBatches | None
     ) -> Stream:
-        """Attaches; `held_batches` is that of the stream that the learner had before."""
+        """Attaches; `held_batches`: those of the learner's previous stream."""
     def close(self) -> None:
         """Ends all calls with CancelledError."""

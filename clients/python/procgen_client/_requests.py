@@ -1,4 +1,4 @@
-"""Parts of requests, made and checked."""
+"""Messages of requests, and the validation of their arguments."""
 
 from __future__ import annotations
 
@@ -12,26 +12,24 @@ from procgen_client.errors import InvalidArgumentError
 
 _Message = TypeVar("_Message")
 
-# Actions are in [ACTION_MIN, ACTION_COUNT). ACTION_MIN does nothing and ends the episode.
+# Actions are in [ACTION_MIN, ACTION_COUNT). ACTION_MIN ends the episode without a move.
 ACTION_MIN = -1
 ACTION_COUNT = 15
 
 
 class Reset(NamedTuple):
-    """An environment that begins a new episode at once."""
+    """An environment that starts a new episode at once."""
 
     environment: int  # Index in the pool, in [0, env_count).
     level_seed: int | None = None  # Level to play. None: chosen as at an episode's end.
-    rand_seed: int | None = None  # Seeds its choice of levels anew. None: goes on as it is.
+    rand_seed: int | None = None  # New seed of its choice of levels. None: unchanged.
 
 
 def checked_actions(actions: np.ndarray) -> np.ndarray:
-    """Gives actions back that are one integer for each environment, and in range.
-
-    The native module does so by itself.
+    """Returns `actions` after validation. The native module validates them itself.
 
     Raises:
-        InvalidArgumentError: They are not.
+        InvalidArgumentError: Not one integer in range for each environment.
     """
     if actions.ndim != 1 or actions.dtype.kind not in "iu":
         raise InvalidArgumentError(
@@ -48,7 +46,7 @@ def checked_actions(actions: np.ndarray) -> np.ndarray:
 def step_exceptions(
     next_levels: Mapping[int, int] | None, resets: Iterable[int | Reset]
 ) -> bytes:
-    """Gives what few steps have as a serialised Step; errors as message_of."""
+    """Returns next levels and resets as a serialised Step; errors as message_of."""
     step = step_pb2.Step(
         next_levels=[
             message_of(step_pb2.NextLevel, environment=environment, level_seed=level_seed)
@@ -61,7 +59,7 @@ def step_exceptions(
 
 
 def reset_messages(resets: Iterable[int | Reset]) -> list[step_pb2.Reset]:
-    """Gives resets as messages; errors as message_of."""
+    """Returns resets as messages; errors as message_of."""
     messages = []
     for reset in resets:
         environment, level_seed, rand_seed = (
@@ -81,16 +79,16 @@ def reset_messages(resets: Iterable[int | Reset]) -> list[step_pb2.Reset]:
 def state_messages(
     states: Mapping[int, bytes] | Sequence[bytes], env_count: int
 ) -> list[states_pb2.State]:
-    """Gives snapshots with their environments as messages; errors as message_of.
+    """Returns snapshots and their environments as messages; errors as message_of.
 
     Raises:
-        InvalidArgumentError: A sequence does not have one for each of env_count environments.
+        InvalidArgumentError: A sequence does not have env_count entries.
     """
     if not isinstance(states, Mapping):
         if len(states) != env_count:
             raise InvalidArgumentError(
                 f"states has {len(states)} entries; there are {env_count} environments (a dict "
-                "gives some of them theirs)"
+                "restores some of them)"
             )
         states = dict(enumerate(states))
     return [
@@ -100,7 +98,7 @@ def state_messages(
 
 
 def clone_pair_messages(pairs: Iterable[tuple[int, int]]) -> list[states_pb2.ClonePair]:
-    """Gives (source, target) pairs as messages; errors as message_of."""
+    """Returns (source, target) pairs as messages; errors as message_of."""
     return [
         message_of(states_pb2.ClonePair, source_environment=source, target_environment=target)
         for source, target in pairs
@@ -108,19 +106,19 @@ def clone_pair_messages(pairs: Iterable[tuple[int, int]]) -> list[states_pb2.Clo
 
 
 def observation(observe: bool) -> step_pb2.Observation:
-    """Gives what is answered of the pictures."""
+    """Returns the field `observation` of a request."""
     return step_pb2.OBSERVATION_FRAME if observe else step_pb2.OBSERVATION_NONE
 
 
 def in_range(name: str, given: int, least: int, most: int) -> int:
-    """Gives a number back that is in [least, most]; any other is an InvalidArgumentError."""
+    """Returns `given`; raises InvalidArgumentError unless it is in [least, most]."""
     if not least <= given <= most:
         raise InvalidArgumentError(f"{name} is {given}; it is in [{least}, {most}]")
     return given
 
 
 def message_of(cls: Callable[..., _Message], **fields: Any) -> _Message:  # noqa: ANN401
-    """Makes a message; a number that does not fit its field is an InvalidArgumentError."""
+    """Makes a message; raises InvalidArgumentError for a value that does not fit its field."""
     try:
         return cls(**fields)
     except (TypeError, ValueError) as error:

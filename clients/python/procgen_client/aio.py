@@ -4,8 +4,7 @@
         async with await client.create_pool("coinrun", 64) as pool:
             batch = await pool.step([7] * 64)
 
-Batches, options and errors are those of :class:`procgen_client.Client`, and so is what becomes of
-broken connections.
+Batches, options, errors and reconnection are those of :class:`procgen_client.Client`.
 """
 
 from __future__ import annotations
@@ -31,12 +30,12 @@ if TYPE_CHECKING:
 
 _Result = TypeVar("_Result")
 
-# Threads of a client for calls beside streams; more calls at a time wait for one another.
+# Threads of a client for calls other than steps: the maximum number of concurrent calls.
 _CALL_THREADS = 4
 
 
 async def _answer_of(stream: _native.Stream) -> _native.Batch:
-    """Waits for a stream's answer, by an eventfd; over grpcio by a thread."""
+    """Waits for a stream's answer: on an eventfd, with grpcio in a thread."""
     loop = asyncio.get_running_loop()
     if not hasattr(stream, "begin_receive"):
         return await loop.run_in_executor(None, stream.receive)
@@ -60,7 +59,7 @@ async def connect(
     """Connects to a server.
 
     Args:
-        address, timeout, reconnect_timeout, credentials: As procgen_client.Client takes them.
+        address, timeout, reconnect_timeout, credentials: As for procgen_client.Client.
 
     Errors as procgen_client.Client.
     """
@@ -81,8 +80,8 @@ class AsyncClient:
     Tasks: any number of one event loop; a pool belongs to one task at a time.
 
     Attributes:
-        address: What it is connected to.
-        reconnect_timeout: How long pools try to go on after a broken connection, in seconds.
+        address: Address of the server.
+        reconnect_timeout: Time for which pools try to resume a broken connection, in seconds.
     """
 
     def __init__(self, client: Client) -> None:
@@ -93,7 +92,7 @@ class AsyncClient:
         self._threads = ThreadPoolExecutor(_CALL_THREADS, "procgen-calls")
 
     async def __aenter__(self) -> AsyncClient:
-        """Gives the client itself."""
+        """Returns the client itself."""
         return self
 
     async def __aexit__(self, *exception: object) -> None:
@@ -101,23 +100,23 @@ class AsyncClient:
         await self.close()
 
     async def close(self) -> None:
-        """Closes the connection; calls under way end with CancelledError."""
+        """Closes the connection; running calls end with CancelledError."""
         self._client.close()
         self._threads.shutdown(wait=False)
 
     def catalog(self) -> catalog_pb2.Catalog:
-        """Returns what the server offers, as procgen_client.Client.catalog."""
+        """Returns the server's catalog, as procgen_client.Client.catalog."""
         return self._client.catalog()
 
     async def create_pool(
         self, games: str | Sequence[str], env_count: int = 64, **arguments: Any
     ) -> AsyncPool:
-        """Makes a pool; arguments and errors as procgen_client.Client.create_pool."""
+        """Creates a pool; arguments and errors as procgen_client.Client.create_pool."""
         make = functools.partial(self._client.create_pool, games, env_count, **arguments)
         return AsyncPool(self, await self._run(make))
 
     async def get_pool(self, name: str, **arguments: Any) -> AsyncPool:
-        """Gives a pool that is there already; closing it leaves it there.
+        """Returns an existing pool; closing it does not delete it.
 
         Arguments and errors as procgen_client.Client.get_pool.
         """
@@ -130,18 +129,18 @@ class AsyncClient:
         return await self._run(self._client.list_pools)
 
     async def _run(self, call: Callable[[], _Result]) -> _Result:
-        """Waits for a call that a thread makes."""
+        """Runs a blocking call on a thread and waits for it."""
         self._client.check_open()
         return await asyncio.get_running_loop().run_in_executor(self._threads, call)
 
 
 class AsyncPool:
-    """A number of environments that are stepped as one batch, as procgen_client.Pool.
+    """N environments that are stepped together, as procgen_client.Pool.
 
     An asynchronous context manager: leaving it deletes a pool that create_pool made.
 
-    Tasks: one at a time. A task that is cancelled while it waits ends the stream; what was sent is
-    carried out, and the next request attaches again.
+    Tasks: one at a time. Cancelling a task that waits ends the stream. The server executes the
+    requests that were sent, and the next request attaches again.
 
     Attributes:
         name, spec, env_count, observation_shape: As Pool's.
@@ -155,10 +154,10 @@ class AsyncPool:
         self.observation_shape = pool.observation_shape
         self._client = client
         self._pool = pool
-        self._was_given_up = False  # The last stream; the server may not have noticed it yet.
+        self._was_given_up = False  # The last stream was cancelled; the server may still have it.
 
     async def __aenter__(self) -> AsyncPool:
-        """Gives the pool itself."""
+        """Returns the pool itself."""
         return self
 
     async def __aexit__(self, *exception: object) -> None:
@@ -167,12 +166,12 @@ class AsyncPool:
 
     @property
     def requests_in_flight_max(self) -> int:
-        """How many requests may be unanswered."""
+        """Number of requests that may be unanswered."""
         return self._pool.requests_in_flight_max
 
     @property
     def in_flight(self) -> int:
-        """Number of requests whose answers were not received yet."""
+        """Number of requests whose answers were not received."""
         return self._pool.in_flight
 
     async def step(self, actions: npt.ArrayLike, **arguments: Any) -> Batch:
@@ -196,7 +195,7 @@ class AsyncPool:
         return await self.receive()
 
     async def send_step(self, actions: npt.ArrayLike, **arguments: Any) -> None:
-        """Sends the request of :meth:`step`; receive gives the answer. Errors as Pool.send_step."""
+        """Sends the request of :meth:`step`, for receive. Errors as Pool.send_step."""
         await self.attach()
         self._pool.send_step(actions, **arguments)
 
@@ -213,7 +212,7 @@ class AsyncPool:
             raise
 
     async def attach(self, *, take_over: bool = False, response_bytes_max: int = 0) -> None:
-        """Takes the pool for this object. Never necessary: the first request does so.
+        """Opens the pool's stream. Optional: the first request does it.
 
         Arguments and errors as Pool.attach.
         """
@@ -228,19 +227,19 @@ class AsyncPool:
         self._was_given_up = False
 
     async def save_states(self, environments: Sequence[int] | None = None) -> list[bytes]:
-        """Takes snapshots of environments; arguments and errors as Pool.save_states."""
+        """Returns snapshots of environments; arguments and errors as Pool.save_states."""
         return await self._client._run(lambda: self._pool.save_states(environments))
 
     async def restore_states(self, states: Mapping[int, bytes] | Sequence[bytes]) -> None:
-        """Puts environments into saved states; arguments and errors as Pool.restore_states."""
+        """Restores environments from snapshots; arguments and errors as Pool.restore_states."""
         await self._client._run(lambda: self._pool.restore_states(states))
 
     async def clone_states(self, pairs: Iterable[tuple[int, int]]) -> None:
-        """Puts environments of the pool into the states of others of it; as Pool.clone_states."""
+        """Copies states between environments of the pool; errors as Pool.clone_states."""
         await self._client._run(lambda: self._pool.clone_states(pairs))
 
     async def close(self) -> None:
-        """Deletes the pool if create_pool made it; requests in flight are given up."""
+        """Deletes the pool if create_pool made it; the answers of requests in flight are lost."""
         self._drop()
         if not self._client._client.closed:
             await self._client._run(self._pool.close)

@@ -1,4 +1,4 @@
-"""A batch: the values of a slice of a pool after a request, as arrays."""
+"""A batch: the arrays of a slice of a pool after a request."""
 
 from __future__ import annotations
 
@@ -13,29 +13,26 @@ if TYPE_CHECKING:
 
 @dataclass(slots=True)
 class Batch:
-    """How n environments stand after a request.
+    """The values of n environments after a request. Row i is environment ``first_env + i``.
 
-    Row i is environment ``first_env + i`` of the pool.
+    All arrays belong to the caller and are writable. ``observations`` and ``final_observations``
+    borrow the memory that the answer was received into; it is reused when no array refers to it.
+    The other arrays are copies.
 
-    All arrays are the caller's own and writable. ``observations`` and ``final_observations`` borrow
-    the memory that the answer was received into, without a copy; it is used again when no array
-    refers to it any more. The other arrays are copies.
-
-    Of a pool with transport "shared_memory" observations are **read-only** views of the memory that
-    the server draws into (``.copy()`` gives a writable array). The server draws there again only
-    when no array refers to that batch any more; so copy what is kept for long
-    (Client.create_pool, ``held_batches_max``). Another learner that takes the pool over ends that
-    promise.
+    With transport "shared_memory" observations are **read-only** views of memory that the server
+    renders into (``.copy()`` returns a writable array). The server overwrites a batch only when no
+    array refers to it, so copy what you keep (Client.create_pool, ``held_batches_max``). After
+    another learner took the pool over, this is not guaranteed.
 
     F is the shape of one observation, ``Pool.observation_shape``: by default 64, 64, 3.
 
-    After a request without pictures (``observe=False``) ``observations`` is None;
-    ``final_observations`` is empty unless asked for.
+    ``observations`` is None after a request with ``observe=False``; ``final_observations`` is empty
+    unless requested.
     """
 
     sequence_number: int  # Number of the request that this answers.
     first_env: int  # Index in the pool of row 0.
-    rewards: np.ndarray  # Of this step, the old episode's where one ended    float32 [n]
+    rewards: np.ndarray  # Of this step; of the ended episode where one ended float32 [n]
     first: np.ndarray  # A new episode has begun                              bool    [n]
     terminated: np.ndarray  # The game (or action -1) ended the episode       bool    [n]
     truncated: np.ndarray  # The time limit ended the episode                 bool    [n]
@@ -43,10 +40,10 @@ class Batch:
     prev_level_seeds: np.ndarray  # Level that was stepped                    int32   [n]
     prev_level_complete: np.ndarray  # That level was completed by this step  bool    [n]
     episode_returns: np.ndarray  # Of the ended or running episode            float32 [n]
-    episode_lengths: np.ndarray  # Of the same, in steps                      int32   [n]
+    episode_lengths: np.ndarray  # Of the same episode, in steps              int32   [n]
     fingerprints: np.ndarray  # Hashes of episodes that ended, in order       uint64  [m]
-    final_observations: np.ndarray  # Last ones of those; or empty            uint8   [m, *F]
-    observations: np.ndarray | None  # What the agents see                    uint8   [n, *F]
+    final_observations: np.ndarray  # Last ones of those episodes; or empty   uint8   [m, *F]
+    observations: np.ndarray | None  # Current observations                   uint8   [n, *F]
 
     @property
     def env_count(self) -> int:
@@ -55,20 +52,20 @@ class Batch:
 
     @property
     def ended(self) -> np.ndarray:
-        """Whether an episode ended in this step, one way or the other; bool [n]."""
+        """Whether an episode ended in this step, terminated or truncated; bool [n]."""
         ended: np.ndarray = self.terminated | self.truncated
         return ended
 
 
 class ReceivedBatch(Batch):
-    """A batch whose arrays are made when they are first asked for; few are."""
+    """A batch that makes its arrays on first access, since a learner reads few of them."""
 
     __slots__ = ("_received",)
 
     _received: _native.Batch
 
     def __getattr__(self, name: str) -> np.ndarray | None:
-        """Makes an array, once: no other attribute is missing."""
+        """Makes an array and stores it as an attribute; called once per array."""
         if name not in Batch.__dataclass_fields__:
             raise AttributeError(f"a batch has no {name}")
         array = self._received.array(name)
@@ -77,7 +74,7 @@ class ReceivedBatch(Batch):
 
 
 def batch_of(received: _native.Batch) -> Batch:
-    """Gives an answer as a Batch."""
+    """Returns an answer as a Batch."""
     batch = ReceivedBatch.__new__(ReceivedBatch)
     batch._received = received
     batch.sequence_number = received.sequence_number

@@ -25,27 +25,27 @@ if TYPE_CHECKING:
 
 _Message = TypeVar("_Message", bound=protobuf_message.Message)
 
-# Most slices that a step can be asked to be carried out in (Step.chunk_count).
+# Upper bound of Step.chunk_count.
 _CHUNK_COUNT_MAX = 64
-# Of clients that were made before this process was forked. Never freed: that would end those of
-# the parent.
+# Connections of clients that were made before this process was forked. Never destroyed, because
+# their sockets are shared with the parent.
 _abandoned_connections: list[Connection] = []
 
 
 class Client:
-    """A connection to a server, over which pools are made and stepped.
+    """A connection to a server, which creates and steps pools.
 
     A context manager: leaving it closes the connection. Pools stay on the server until they are
-    deleted, so close them first (each is a context manager, too).
+    deleted, so close them first (they are context managers, too).
 
     Threads: any method from any thread; a :class:`Pool` belongs to one thread at a time.
 
-    Processes: it belongs to the one that made it. In a forked child it is closed, which the parent
-    does not notice, and what is asked of it and of its pools is FailedPreconditionError.
+    Processes: it belongs to the process that made it. In a forked child its calls and those of its
+    pools raise FailedPreconditionError, and closing it has no effect.
 
     Attributes:
-        address: What it is connected to.
-        reconnect_timeout: How long pools try to go on after a broken connection, in seconds.
+        address: Address of the server.
+        reconnect_timeout: Time for which pools try to resume a broken connection, in seconds.
     """
 
     def __init__(
@@ -61,23 +61,21 @@ class Client:
         """Connects.
 
         Args:
-            address: Where the server listens: ``"localhost:50051"``, ``"unix:/run/procgen.sock"``,
-                or another target that gRPC knows.
-            timeout: How long to wait for the server, in seconds; one that is just starting is
-                waited for.
-            call_timeout: How long each call besides stepping may take, in seconds.
-            reconnect_timeout: How long a pool's stream whose connection broke tries to go on, each
-                time, in seconds; the server keeps its answers meanwhile. 0: a broken connection
-                ends the stream, and the server keeps nothing.
-            credentials: For a server that speaks TLS or asks who calls. None: what the environment
-                says (Credentials.from_environment); nothing there: plain text without a token.
-            channel_options: More of gRPC's channel arguments.
+            address: ``"localhost:50051"``, ``"unix:/run/procgen.sock"`` or another gRPC target.
+            timeout: Time to wait for the server, in seconds; it may still be starting.
+            call_timeout: Time limit of each call other than steps, in seconds.
+            reconnect_timeout: Time for which a pool tries to resume a broken stream, in seconds;
+                the server keeps its unacknowledged answers. 0: a broken connection ends the stream,
+                and the server keeps none.
+            credentials: TLS certificates and token. None: those of the environment variables
+                (Credentials.from_environment).
+            channel_options: Additional gRPC channel arguments.
 
         Raises:
-            UnavailableError: No server answered in time. The message says where and why.
-            UnauthenticatedError: The server asks for another token.
+            UnavailableError: No server answered in time. The message has address and reason.
+            UnauthenticatedError: The server requires a token, or another one.
             InvalidArgumentError, NotFoundError: As Credentials.arguments.
-            UnimplementedError: What answers there is no Procgen Server.
+            UnimplementedError: The address belongs to another kind of server.
             FailedPreconditionError: The native module is missing, and this process was forked from
                 one that has connections.
         """
@@ -85,7 +83,7 @@ class Client:
         self.reconnect_timeout = reconnect_timeout
         self._closed = False
         self._process_id = os.getpid()
-        self._is_abandoned = False  # In a child of that process.
+        self._is_abandoned = False  # True in a forked child of that process.
         shown = Credentials.from_environment() if credentials is None else credentials
         self._connection: Connection = open_connection(
             address,
@@ -102,11 +100,11 @@ class Client:
             raise
 
     def __repr__(self) -> str:
-        """Gives e.g. ``<Client of localhost:50051>``."""
+        """Returns e.g. ``<Client of localhost:50051>``."""
         return f"<Client of {self.address}{' (closed)' if self._closed else ''}>"
 
     def __enter__(self) -> Client:
-        """Gives the client itself."""
+        """Returns the client itself."""
         return self
 
     def __exit__(self, *exception: object) -> None:
@@ -119,9 +117,9 @@ class Client:
         return self._closed
 
     def close(self) -> None:
-        """Closes the connection. Calls under way end with CancelledError; again: does nothing."""
+        """Closes the connection; running calls end with CancelledError. May be repeated."""
         if self._is_abandoned:
-            return  # Its sockets are shared with the parent.
+            return  # The parent uses the sockets.
         self._closed = True
         self._connection.close()
 
@@ -146,10 +144,10 @@ class Client:
             raise CancelledError(f"the connection to {self.address} was closed by this client")
 
     def catalog(self) -> catalog_pb2.Catalog:
-        """Returns what the server offers: games, modes, options, actions, limits.
+        """Returns the server's catalog: games, modes, options, actions, limits.
 
-        It does not change while the server runs, so it was asked for once, on connecting. The
-        fields are described in proto/procgen/v1/catalog.proto.
+        Requested once, on connecting: it does not change while the server runs. The fields are
+        documented in proto/procgen/v1/catalog.proto.
         """
         return self._catalog
 
@@ -160,16 +158,16 @@ class Client:
     def list_nodes(self) -> cluster_pb2.ListNodesResponse:
         """Returns the servers of the server's cluster; without a cluster the server alone.
 
-        The fields are described in proto/procgen/v1/cluster.proto.
+        The fields are documented in proto/procgen/v1/cluster.proto.
         """
         return self._call(
             "ListNodes", cluster_pb2.ListNodesRequest(), cluster_pb2.ListNodesResponse
         )
 
     def watch_nodes(self) -> Iterator[cluster_pb2.WatchNodesResponse]:
-        """Yields the servers of the cluster: first as they are now, then after each change.
+        """Yields the servers of the cluster: first the current ones, then after each change.
 
-        Ends with an error, or when it is closed; breaking out of a loop over it closes it.
+        The iteration ends with an error or when it is closed; breaking out of a loop closes it.
 
         Raises:
             UnavailableError: The server stops, or the connection broke.
@@ -201,24 +199,24 @@ class Client:
         held_batches_max: int = 0,
         **options: Unpack[_options.EnvironmentOptions],
     ) -> Pool:
-        """Makes a pool; every environment stands at the first step of its first level.
+        """Creates a pool; each environment is at the first step of its first level.
 
         Args:
-            games, env_count: A game, or several that are dealt in turn to so many environments.
-            autoreset_mode: What follows the step that ends an episode. "same_step": the observation
-                is the next episode's first. "next_step": it is the last one, and the next step
-                begins the next episode. "disabled": it is the last one; a reset must follow.
-            first_env, total_env_count: Of a part of a larger pool: where it begins, and
-                the whole's number of environments; 0: up to this pool's last.
+            games, env_count: A game, or several, which alternate; number of environments.
+            autoreset_mode: Observation of the step that ends an episode. "same_step": the next
+                episode's first. "next_step": the last; the next step starts the next episode.
+                "disabled": the last; a reset must follow.
+            first_env, total_env_count: For a part of a larger pool: index of its first environment
+                and number of environments of the whole. 0: up to this pool's last.
             pool_id: Last part of the pool's name. Empty: the server chooses.
-            requests_in_flight_max: How many requests may be sent ahead of the answers.
-            chunk_count: In how many chunks the pool is stepped, 1 to 64. None: as many as pay.
+            requests_in_flight_max: Number of requests that may be unanswered.
+            chunk_count: Chunks of a whole-pool step, 1 to 64. None: one for each 2 MiB, up to 4.
             screen_size, grayscale_obs, layout, frame_stack: See options.observation_format.
-            encoding: "raw", or for thin networks "delta_zstd".
-            lease_duration: How long it lives while nobody steps it, in seconds. None: for good.
+            encoding: "raw", or "delta_zstd" for slow networks.
+            lease_duration: Lifetime without a stream, in seconds. None: unlimited.
             level_sampler: Chooses the levels, in place of num_levels and start_level.
-            transport: "stream"; or "shared_memory", raw, on the server's machine and as its user.
-            held_batches_max: How many shared batches arrays may refer to between steps. 0: 2.
+            transport: "stream"; or "shared_memory", raw, on the server's machine as its user.
+            held_batches_max: Shared batches that arrays may refer to between steps. 0: 2.
             **options: Those of Procgen 0.10.7, see procgen_client.options.EnvironmentOptions.
 
         Raises:
@@ -259,9 +257,7 @@ class Client:
         chunk_count: int | None = None,
         held_batches_max: int = 0,
     ) -> Pool:
-        """Makes a pool from a spec.
-
-        From that of another pool (``Pool.spec``), or one with what create_pool has no name for.
+        """Creates a pool from a spec: another pool's (``Pool.spec``), or one with other fields.
 
         Errors as :meth:`create_pool`.
         """
@@ -285,11 +281,11 @@ class Client:
         chunk_count: int | None = None,
         held_batches_max: int = 0,
     ) -> Pool:
-        """Gives a pool that is there already; closing it leaves it there.
+        """Returns an existing pool; closing it does not delete it.
 
         Args:
             name: The pool's name.
-            requests_in_flight_max, chunk_count: As create_pool takes them.
+            requests_in_flight_max, chunk_count, held_batches_max: As for create_pool.
 
         Raises:
             InvalidArgumentError: `name` is not of the form ``pools/{pool_id}``, or `chunk_count` is
@@ -313,7 +309,7 @@ class Client:
         return list(self._call("ListPools", request, pools_pb2.ListPoolsResponse).pools)
 
     def delete_pool(self, name: str) -> None:
-        """Ends a pool and frees its environments.
+        """Deletes a pool and its environments.
 
         A stream that is attached to it ends with AbortedError.
 
@@ -336,7 +332,7 @@ class Client:
     def _watch(
         self, method: str, request: protobuf_message.Message, response_type: type[_Message]
     ) -> Iterator[_Message]:
-        """Gives what a server reports from time to time, until it ends or is closed."""
+        """Yields the messages of a server stream until it ends or is closed."""
         self.check_open()
         watch = self._connection.watch(method, request.SerializeToString())
         try:
@@ -348,7 +344,7 @@ class Client:
     def _first_catalog(self) -> catalog_pb2.Catalog:
         catalog = self._call("GetCatalog", catalog_pb2.GetCatalogRequest(), catalog_pb2.Catalog)
         if not catalog.games:
-            raise InternalError(f"the server at {self.address} tells of no games")
+            raise InternalError(f"the server at {self.address} has a catalog without games")
         return catalog
 
 
@@ -357,7 +353,7 @@ def _parsed(message_type: type[_Message], serialised: bytes) -> _Message:
         message: _Message = message_type.FromString(serialised)
         return message
     except protobuf_message.DecodeError as error:
-        raise InternalError(f"the server answers no message: {error}") from None
+        raise InternalError(f"the server's answer: not a message: {error}") from None
 
 
 def _check_chunk_count(chunk_count: int | None) -> None:

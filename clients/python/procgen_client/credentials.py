@@ -1,4 +1,4 @@
-"""How a client knows its server, and what it shows to it."""
+"""TLS certificates and tokens of a client."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from typing import Any
 
 from procgen_client.errors import InvalidArgumentError, NotFoundError
 
-# Where to look if nobody says: paths of PEM files, and the token itself.
+# Environment variables of the defaults: paths of PEM files, and the token itself.
 CA_VARIABLE = "PROCGEN_SERVER_CA"
 CERTIFICATE_VARIABLE = "PROCGEN_SERVER_CERTIFICATE"
 KEY_VARIABLE = "PROCGEN_SERVER_KEY"
@@ -21,15 +21,15 @@ Pem = str | os.PathLike[str] | bytes
 
 @dataclass(frozen=True)
 class Credentials:
-    """What :class:`Client` connects with. PEM is given as bytes, or as the path of a file.
+    """TLS certificates and token of a :class:`Client`. PEM is bytes, or the path of a file.
 
     Attributes:
-        ca: Certificates that vouch for the server. Given: TLS is spoken. None: plain text.
-        certificate: The client's own, for servers that ask for one; with `key` and `ca`.
-        key: The key of `certificate`.
+        ca: The server's CA certificates; turns TLS on. None: plain text.
+        certificate: The client certificate, for servers that require one; needs `key` and `ca`.
+        key: The private key of `certificate`.
         token: Authenticates the caller on servers with tokens. Without TLS it is sent to this
             machine only (loopback, unix sockets), unless `token_in_plain_text`.
-        token_in_plain_text: Send the token to other machines without TLS, too.
+        token_in_plain_text: Sends the token to other machines without TLS, too.
     """
 
     ca: Pem | None = None
@@ -40,7 +40,7 @@ class Credentials:
 
     @classmethod
     def from_environment(cls) -> Credentials:
-        """What PROCGEN_SERVER_CA, _CERTIFICATE, _KEY (paths) and _TOKEN say, if they are there."""
+        """Reads PROCGEN_SERVER_CA, _CERTIFICATE, _KEY (paths) and _TOKEN; each is optional."""
         return cls(
             ca=os.environ.get(CA_VARIABLE) or None,
             certificate=os.environ.get(CERTIFICATE_VARIABLE) or None,
@@ -49,7 +49,7 @@ class Credentials:
         )
 
     def check(self, address: str) -> None:
-        """Checks that `address` can be connected to with them.
+        """Validates the credentials for `address`.
 
         Raises:
             InvalidArgumentError: A certificate without its key or without `ca`, or a token that
@@ -57,23 +57,23 @@ class Credentials:
         """
         if (self.certificate is None) != (self.key is None):
             raise InvalidArgumentError(
-                "a client's certificate or its key is given alone; give both or none"
+                "a client certificate or its key is given alone; give both or none"
             )
         if self.ca is not None:
             return
         if self.certificate is not None:
             raise InvalidArgumentError(
-                "a client's certificate is given without certificates that vouch for the server; "
-                f"give ca, or set {CA_VARIABLE}"
+                "a client certificate is given without the server's CA certificates; give ca, or "
+                f"set {CA_VARIABLE}"
             )
         if self.token and not self.token_in_plain_text and not is_this_machine(address):
             raise InvalidArgumentError(
-                f"the token would go to {address} in plain text; give certificates that vouch for "
-                f"the server (ca, or {CA_VARIABLE}), or say token_in_plain_text"
+                f"the token would go to {address} in plain text; give the server's CA certificates "
+                f"(ca, or {CA_VARIABLE}), or set token_in_plain_text"
             )
 
     def arguments(self, address: str) -> dict[str, Any]:
-        """Gives them as a connection to `address` takes them, files read.
+        """Returns the arguments of `_native.Connection`, with the contents of files.
 
         Raises:
             InvalidArgumentError: As check.
@@ -90,14 +90,14 @@ class Credentials:
 
 
 def is_this_machine(address: str) -> bool:
-    """Whether nobody else can listen on the way to `address`."""
+    """Whether `address` is loopback or a unix socket, where plain text is safe."""
     if address.startswith("unix:"):
         return True
     host = address.rpartition(":")[0].removeprefix("dns:///")
     if host.lower() == "localhost":
         return True
     try:
-        # By its exact form: "127.0.0.1.example.com" is a name.
+        # Parsed as a whole, because "127.0.0.1.example.com" is a host name.
         return ipaddress.ip_address(host.removeprefix("[").removesuffix("]")).is_loopback
     except ValueError:
         return False

@@ -1,9 +1,8 @@
-"""The errors that this package raises.
+"""The exceptions of this package.
 
-Every error of a server arrives as a :class:`ProcgenError` with the status code of gRPC and the
-server's own message, which says what was given and what is allowed. What the client can tell by
-itself (a wrong number of actions, say) is raised as the same classes without asking the server, so
-a mistake does not cost the stream.
+An error of a server is raised as a :class:`ProcgenError` with gRPC's status code and the server's
+message, which has the value given and the values allowed. The client validates arguments first and
+raises the same classes, so that most mistakes do not end the stream.
 """
 
 from __future__ import annotations
@@ -19,7 +18,7 @@ else:
     except ImportError:  # The native module needs no grpcio.
 
         class StatusCode(enum.Enum):
-            """The status codes, as those of grpcio, which is not installed."""
+            """Status codes equal to those of grpcio, for installations without it."""
 
             OK = (0, "ok")
             CANCELLED = (1, "cancelled")
@@ -41,38 +40,38 @@ else:
 
 
 class ProcgenError(Exception):
-    """Something went wrong between this client and a server.
+    """Base class of all errors of this package.
 
     Attributes:
         code: The status code, a member of :class:`grpc.StatusCode`.
-        message: What was given and what is allowed, in words.
+        message: The text: the value given and the values allowed.
     """
 
     default_code = StatusCode.UNKNOWN
 
     def __init__(self, message: str, code: StatusCode | None = None) -> None:
-        """Keeps the message, and the code if it is another than the class's own."""
+        """Takes the message, and the code. None: the class's default_code."""
         super().__init__(message)
         self.message = message
         self.code = self.default_code if code is None else code
 
     def __str__(self) -> str:
-        """Gives e.g. ``NOT_FOUND: no game is called "pong"``."""
+        """Returns e.g. ``NOT_FOUND: no game is called "pong"``."""
         return f"{self.code.name}: {self.message}"
 
     def __reduce__(self) -> tuple:
-        """Lets errors travel between processes."""
+        """Supports pickle, for errors that are sent between processes."""
         return type(self), (self.message, self.code)
 
 
 class InvalidArgumentError(ProcgenError, ValueError):
-    """A value is out of range, of a wrong length, or not available in a game: correct it."""
+    """A value is out of range, of a wrong length, or not available in a game."""
 
     default_code = StatusCode.INVALID_ARGUMENT
 
 
 class UpstreamAssertionError(InvalidArgumentError, AssertionError):
-    """An InvalidArgumentError of upstream's interface, where upstream raises AssertionError."""
+    """An InvalidArgumentError of upstream's API, where upstream raises AssertionError."""
 
 
 class NotFoundError(ProcgenError):
@@ -82,7 +81,7 @@ class NotFoundError(ProcgenError):
 
 
 class AlreadyExistsError(ProcgenError):
-    """A pool of that name exists: choose another, or none."""
+    """A pool of that name exists. An empty `pool_id` lets the server choose."""
 
     default_code = StatusCode.ALREADY_EXISTS
 
@@ -94,43 +93,43 @@ class FailedPreconditionError(ProcgenError):
 
 
 class AbortedError(ProcgenError):
-    """Something else on this pool won: it was deleted, or another stream took over."""
+    """The pool was deleted, or another stream took it over."""
 
     default_code = StatusCode.ABORTED
 
 
 class ResourceExhaustedError(ProcgenError):
-    """A limit of the server, which the message names."""
+    """A limit of the server is reached; the message names it."""
 
     default_code = StatusCode.RESOURCE_EXHAUSTED
 
 
 class UnimplementedError(ProcgenError):
-    """In the contract, but not offered by this server: see the catalog's ``features``."""
+    """The server does not offer this part of the API: see the catalog's ``features``."""
 
     default_code = StatusCode.UNIMPLEMENTED
 
 
 class UnavailableError(ProcgenError):
-    """The server cannot be reached, starts or drains: repeat later, or elsewhere."""
+    """The server is unreachable, starting or draining: retry later, or use another server."""
 
     default_code = StatusCode.UNAVAILABLE
 
 
 class DeadlineExceededError(ProcgenError):
-    """The server took longer to answer than the client was told to wait."""
+    """The server did not answer within the time limit of the call."""
 
     default_code = StatusCode.DEADLINE_EXCEEDED
 
 
 class CancelledError(ProcgenError):
-    """The call was given up by this client: its channel was closed."""
+    """This client closed its connection during the call."""
 
     default_code = StatusCode.CANCELLED
 
 
 class UnauthenticatedError(ProcgenError):
-    """The server asks for credentials, and there were none or wrong ones."""
+    """The server requires credentials, and they are missing or wrong."""
 
     default_code = StatusCode.UNAUTHENTICATED
 
@@ -142,7 +141,7 @@ class PermissionDeniedError(ProcgenError):
 
 
 class DataLossError(ProcgenError):
-    """A snapshot is damaged, or an answer of a stream does not fit its request."""
+    """A snapshot is damaged, or an answer does not match its request."""
 
     default_code = StatusCode.DATA_LOSS
 
@@ -176,6 +175,6 @@ _CLASSES: dict[StatusCode, type[ProcgenError]] = {
 
 
 def of_code(number: int, message: str) -> ProcgenError:
-    """Gives the error of this package for a status code of gRPC, by its number."""
+    """Returns the error for the number of a gRPC status code."""
     code = _CODES.get(number, StatusCode.UNKNOWN)
     return _CLASSES.get(code, ProcgenError)(message, code)

@@ -1,4 +1,4 @@
-"""What a pool is made with: the options of Procgen 0.10.7 by upstream's names."""
+"""Options of a pool, by the names of Procgen 0.10.7 ("upstream"), as messages."""
 
 from __future__ import annotations
 
@@ -37,29 +37,29 @@ AUTORESET_MODES = ("same_step", "next_step", "disabled")
 LAYOUTS = ("hwc", "chw")
 TRANSPORTS = ("stream", "shared_memory")
 ENCODINGS = ("raw", "delta_zstd")
-# Sides that an observation is drawn at, in pixels, and the most pictures in one.
+# Bounds of an observation's side, in pixels, and of its number of frames.
 SCREEN_SIZE_MIN = 16
 SCREEN_SIZE_MAX = 512
 FRAME_STACK_MAX = 16
 
 
 class EnvironmentOptions(TypedDict, total=False):
-    """Upstream's options, with the defaults of its Python package.
+    """Upstream's options. The last word of each comment is the default, as upstream's.
 
-    More on each: ``EnvironmentOptions`` in proto/procgen/v1/pools.proto.
+    ``EnvironmentOptions`` in proto/procgen/v1/pools.proto documents each.
     """
 
     distribution_mode: str  # One of DISTRIBUTION_MODES; each game has some. "hard"
     num_levels: int  # Number of different levels; 0: unlimited. 0
     start_level: int  # First level seed; not used while num_levels is 0. 0
     rand_seed: int | None  # Seeds the choice of levels. None: the server draws one. None
-    use_sequential_levels: bool  # A completed level is followed by another, no episode's end. False
-    center_agent: bool  # The camera follows the agent; some games overwrite it. True
-    use_backgrounds: bool  # False: black behind everything. True
-    use_generated_assets: bool  # Pictures are made from random numbers. False
-    use_monochrome_assets: bool  # Flat rectangles in place of art. False
-    restrict_themes: bool  # One theme for each kind of thing. False
-    paint_vel_info: bool  # Two grey squares in the picture show the agent's velocity. False
+    use_sequential_levels: bool  # A completed level continues with the next one. False
+    center_agent: bool  # The camera follows the agent; some games override it. True
+    use_backgrounds: bool  # False: a black background. True
+    use_generated_assets: bool  # Images are generated from random numbers. False
+    use_monochrome_assets: bool  # Flat rectangles instead of art. False
+    restrict_themes: bool  # One theme for each kind of object. False
+    paint_vel_info: bool  # Two grey squares in the observation show the velocity. False
     debug_mode: int  # Bits that only coinrun reads. 0
 
 
@@ -78,11 +78,11 @@ def environment_options(
     paint_vel_info: bool = False,
     debug_mode: int = 0,
 ) -> pools_pb2.EnvironmentOptions:
-    """Gives EnvironmentOptions as a message.
+    """Returns EnvironmentOptions as a message.
 
     Raises:
-        InvalidArgumentError: `distribution_mode` is none of DISTRIBUTION_MODES, or a number does
-            not fit its field. Everything else the server checks.
+        InvalidArgumentError: `distribution_mode` is not one of DISTRIBUTION_MODES, or a number does
+            not fit its field. The server validates everything else.
     """
     mode = _enum_value(
         "distribution_mode", distribution_mode, DISTRIBUTION_MODES, pools_pb2.DistributionMode
@@ -112,17 +112,16 @@ def observation_format(
     layout: str = "hwc",
     frame_stack: int = 1,
 ) -> pools_pb2.ObservationFormat:
-    """Gives an ObservationFormat as a message.
+    """Returns an ObservationFormat as a message.
 
     Args:
-        screen_size: Side of the square picture in pixels, in [SCREEN_SIZE_MIN, SCREEN_SIZE_MAX]; it
-            is drawn at that size.
-        grayscale_obs: One channel, (77 red + 150 green + 29 blue + 128) // 256, in place of three.
-        layout: Order of a picture's axes, one of LAYOUTS: height, width, channels or channels,
-            height, width.
-        frame_stack: Number of pictures of successive steps in one observation, oldest first, in
-            [1, FRAME_STACK_MAX]. More than 1 make a first axis. At an episode's beginning the first
-            picture stands in all places.
+        screen_size: Side of the square frame in pixels, in [SCREEN_SIZE_MIN, SCREEN_SIZE_MAX]. The
+            server renders at that size.
+        grayscale_obs: One channel, (77 red + 150 green + 29 blue + 128) // 256, instead of three.
+        layout: Order of a frame's axes: "hwc" (height, width, channels) or "chw".
+        frame_stack: Number of frames of successive steps in one observation, oldest first, in
+            [1, FRAME_STACK_MAX]. More than 1 add a first axis. An episode starts with copies of its
+            first frame.
 
     Raises:
         InvalidArgumentError: A value is out of range.
@@ -138,22 +137,22 @@ def observation_format(
 
 
 class LevelSampler(NamedTuple):
-    """A choice of levels that the server makes, in place of num_levels and start_level.
+    """A weighted list of levels, in place of num_levels and start_level.
 
-    Each time an environment needs a level that it was not told, one of the list is drawn. Equal
-    samplers choose alike, on every server.
+    The server draws from it each time an environment needs a level that no request has chosen.
+    Equal samplers draw equal levels on every server.
     """
 
-    level_seeds: npt.ArrayLike  # int [n], n in [1, 1000000]; any of int32, also the same twice
-    weights: npt.ArrayLike | None = None  # float [n], relative, at least 0. None: all are equal.
+    level_seeds: npt.ArrayLike  # int32 [n], n in [1, 1000000]; duplicates are allowed.
+    weights: npt.ArrayLike | None = None  # float [n], relative, at least 0. None: uniform.
     rand_seed: int = 0  # Seeds the draws, modulo 2^32.
 
 
 def level_sampler_message(level_sampler: LevelSampler) -> pools_pb2.LevelSampler:
-    """Gives a sampler as a message.
+    """Returns a sampler as a message.
 
     Raises:
-        InvalidArgumentError: A value is none of its type. Everything else the server checks.
+        InvalidArgumentError: A value has a wrong type. The server validates everything else.
     """
     level_seeds, weights, rand_seed = level_sampler
     seeds = np.asarray(level_seeds)
@@ -189,26 +188,24 @@ def pool_spec(
     level_sampler: LevelSampler | None = None,
     transport: str = "stream",
 ) -> pools_pb2.PoolSpec:
-    """Gives the spec of a pool as a message.
+    """Returns the spec of a pool as a message.
 
     Args:
-        games: A game's name, or several; several are dealt to the environments in turn.
+        games: A game's name, or several, which alternate over the environments.
         env_count: Number of environments.
         options: From environment_options.
-        autoreset_mode: What follows the step that ends an episode, one of AUTORESET_MODES.
-        first_env: For a part of a larger pool: the index of its first environment in the
-            whole.
+        autoreset_mode: One of AUTORESET_MODES; see Client.create_pool.
+        first_env: For a part of a larger pool: index of its first environment in the whole.
         total_env_count: For the same: number of environments of the whole.
         observation_format: From observation_format. None: upstream's.
-        encoding: How observations travel, one of ENCODINGS.
-        lease_duration: How long it lives while nobody steps it, in seconds. None: until it is
-            deleted.
+        encoding: Encoding of observations, one of ENCODINGS.
+        lease_duration: Lifetime without a stream, in seconds. None: until it is deleted.
         level_sampler: Chooses the levels. None: the options do.
-        transport: How batches reach the learner, one of TRANSPORTS.
+        transport: Way of the batches to the learner, one of TRANSPORTS.
 
     Raises:
-        InvalidArgumentError: `autoreset_mode` is none of AUTORESET_MODES, `encoding` none of
-            ENCODINGS, `transport` none of TRANSPORTS, or a number does not fit its field.
+        InvalidArgumentError: `autoreset_mode`, `encoding` or `transport` is not one of the values
+            above, or a number does not fit its field.
     """
     mode = _enum_value("autoreset_mode", autoreset_mode, AUTORESET_MODES, pools_pb2.AutoresetMode)
     how = _enum_value("transport", transport, TRANSPORTS, pools_pb2.Transport)
@@ -232,17 +229,17 @@ def pool_spec(
 
 
 def duration(seconds: float) -> Duration:
-    """Gives seconds as a message."""
+    """Returns seconds as a message."""
     message = Duration()
     try:
         message.FromTimedelta(timedelta(seconds=seconds))
     except (TypeError, ValueError, OverflowError) as error:
-        raise InvalidArgumentError(f"a duration of {seconds} seconds is none: {error}") from error
+        raise InvalidArgumentError(f"a duration of {seconds} s is invalid: {error}") from error
     return message
 
 
 def _enum_value(name: str, given: str, allowed: Sequence[str], enum: Any) -> Any:  # noqa: ANN401
-    """Gives the number of e.g. "hard", in enum DistributionMode with prefix DISTRIBUTION_MODE_."""
+    """Returns an enum's value, e.g. DISTRIBUTION_MODE_HARD for "hard"."""
     if given not in allowed:
         raise InvalidArgumentError(f"{name} is {given!r}; it is one of {', '.join(allowed)}")
     return enum.Value(f"{name}_{given}".upper())

@@ -30,45 +30,43 @@ if TYPE_CHECKING:
     from procgen_client import _native
     from procgen_client.client import Client
 
-# What a response for one environment has besides an observation and a final one, at most. In bytes.
+# Upper bound of a response for one environment without its two observations, in bytes.
 _ROW_OVERHEAD_BYTES = 1024
-# Where server and learner share all cores of a machine, chunks that are smaller than this,
-# in bytes of observations, cost more than they save; and more of them than this save nothing.
+# Observation bytes of a chunk. Smaller chunks cost more than they save where server and learner
+# share all cores, and more than _DEFAULT_CHUNK_COUNT_MAX chunks save nothing.
 _CHUNK_BYTES_MIN = 2 * 1024 * 1024
 _DEFAULT_CHUNK_COUNT_MAX = 4
 
 
 class Pool(PoolResource):
-    """A number of environments that are stepped as one batch.
+    """N environments that are stepped together.
 
-    Made by :meth:`Client.create_pool` or :meth:`Client.get_pool`. As a context manager it is closed
-    on leaving, which deletes a pool that create_pool made; a pool from get_pool is only let go.
+    Made by :meth:`Client.create_pool` or :meth:`Client.get_pool`. A context manager: leaving it
+    deletes a pool that create_pool made, and detaches from a pool that get_pool returned.
 
-    The simple way is :meth:`step`. To keep both sides busy, send ahead: :meth:`send_step` and
-    :meth:`receive` are the two halves of step, and up to :attr:`requests_in_flight_max` requests
-    may be unanswered. Answers come in the order of the requests.
+    :meth:`step` sends a request and waits for its answer. To keep server and learner busy, send
+    ahead with :meth:`send_step` and :meth:`receive`: up to :attr:`requests_in_flight_max` requests
+    may be unanswered. Answers arrive in the order of the requests.
 
-    The first request attaches to the pool: no other client can step it until :meth:`detach` or
-    :meth:`close`. Where the connection breaks, the pool attaches again by itself and sends again
-    what is unanswered: nothing is seen of it but a pause, unless that takes longer than the
-    client's ``reconnect_timeout``. After an error of the server the stream is over, answers that
-    were still owed are lost, and the next request attaches anew; the environments stand as they did
-    before the request at fault.
+    The first request attaches to the pool. No other client can step it until :meth:`detach` or
+    :meth:`close`. After a broken connection the pool attaches again and resends the unanswered
+    requests: the learner sees a pause. After the client's ``reconnect_timeout`` it gives up. An
+    error of the server ends the stream, and unreceived answers are lost. The environments are as
+    before the rejected request, and the next request attaches again.
 
-    A step of the whole pool may be carried out in several chunks: while one is on its way, the next
-    is stepped. It is one request all the same, taken whole or not at all, and its answer is one
-    batch, the same whatever the number of chunks.
+    The server may step the whole pool in several chunks: it steps one while another is sent. It is
+    still one request, which is executed as a whole or not at all, and the batch is the same for any
+    number of chunks.
 
-    An interruption (Ctrl-C) while an answer is waited for ends the stream, too, but what was sent
-    is carried out.
+    Ctrl-C during a wait also ends the stream; the server executes the requests that were sent.
 
     Threads: one at a time.
 
-    Attributes, beside those of PoolResource:
-        requests_in_flight_max: How many requests may be unanswered.
-        chunk_count: In how many chunks a step of the whole pool with pictures is carried out.
-        held_batches_max: With transport "shared_memory": how many batches arrays may refer to,
-            besides those of unanswered requests. 0: 2.
+    Attributes, in addition to those of PoolResource:
+        requests_in_flight_max: Number of requests that may be unanswered.
+        chunk_count: Number of chunks of a whole-pool step with observations.
+        held_batches_max: With transport "shared_memory": number of batches that arrays may refer
+            to, in addition to those of unanswered requests. 0: 2.
     """
 
     def __init__(
@@ -92,11 +90,11 @@ class Pool(PoolResource):
         self._held_batches: _native.HeldBatches | None = None  # Of the last stream.
 
     def __repr__(self) -> str:
-        """Gives e.g. ``<Pool pools/7: 64 x coinrun>``."""
+        """Returns e.g. ``<Pool pools/7: 64 x coinrun>``."""
         return f"<Pool {self.name}: {self.env_count} x {','.join(self.spec.games)}>"
 
     def __enter__(self) -> Pool:
-        """Gives the pool itself."""
+        """Returns the pool itself."""
         return self
 
     def __exit__(self, *exception: object) -> None:
@@ -105,17 +103,17 @@ class Pool(PoolResource):
 
     @property
     def attached(self) -> bool:
-        """Whether this object holds the pool's stream."""
+        """Whether this object has the pool's stream."""
         return self._stream is not None
 
     @property
     def in_flight(self) -> int:
-        """Number of requests whose answers were not received yet."""
+        """Number of requests whose answers were not received."""
         if self._stream is None or self._client._is_abandoned:
             return 0
         return self._stream.in_flight
 
-    # Stepping: the simple way. One request, one answer.
+    # Stepping: one request and its answer.
 
     def step(
         self,
@@ -131,26 +129,24 @@ class Pool(PoolResource):
         """Steps each environment of a slice, and waits for the answer.
 
         Args:
-            actions: int [n], each in [-1, 15): what the environments first_env ...
-                first_env + n - 1 do; -1 does nothing and ends the episode. n is env_count,
-                unless a part of the pool is stepped.
+            actions: int [n], each in [-1, 15), for environments first_env ... first_env + n - 1.
+                -1 ends the episode without a move. n is env_count, unless a slice is stepped.
             first_env: Index of the slice's first environment.
-            observe: False: no pictures are drawn or sent, which is many times faster.
-            repeat_count: The same action is taken so many times, in [1, 1000]; rewards are summed,
-                and an environment stops when its episode ends.
-            final_observations: Where an episode ends, its last picture is answered, too. Only of
-                use with autoreset_mode "same_step".
-            next_levels: Level seeds by environment (index in the pool), to be played after the
-                present levels.
-            resets: Environments (indices in the pool, or Resets) that begin a new episode in place
-                of being stepped; their actions are ignored.
+            observe: False: observations are neither rendered nor sent, which is many times faster.
+            repeat_count: Number of times that the action is repeated, in [1, 1000]. Rewards are
+                summed, and an environment stops when its episode ends.
+            final_observations: Also return the last observation of each episode that ends. Only
+                useful with autoreset_mode "same_step".
+            next_levels: Level seeds by environment (index in the pool), for the next episodes.
+            resets: Environments (indices in the pool, or Resets) that start a new episode instead
+                of a step; their actions are ignored.
 
         Raises:
-            InvalidArgumentError: An argument has a wrong length or is out of range. Nothing has
-                moved.
-            FailedPreconditionError: Answers of requests sent before were not received; another
-                client is attached; or an ended episode is stepped (autoreset_mode "disabled").
-            ProcgenError: Whatever else the server says.
+            InvalidArgumentError: An argument has a wrong length or is out of range. Nothing was
+                stepped.
+            FailedPreconditionError: Requests are unanswered; another client is attached; or an
+                ended episode is stepped (autoreset_mode "disabled").
+            ProcgenError: Any other error of the server.
         """
         self._require_nothing_in_flight()
         self.send_step(
@@ -173,8 +169,8 @@ class Pool(PoolResource):
     ) -> Batch:
         """Returns the current state of a slice (default: the whole pool) without stepping.
 
-        This is how a learner gets the first observations. Rewards and ends are those of the last
-        step again, not to be added up. Errors as :meth:`step`.
+        A learner gets the first observations this way. Rewards and ends repeat those of the last
+        step: do not add them up. Errors as :meth:`step`.
         """
         self._require_nothing_in_flight()
         self.send_observe(
@@ -196,11 +192,10 @@ class Pool(PoolResource):
 
         Args:
             resets: Environments (indices in the pool, or Resets), at least one, each at most once.
-                None: all of the slice. The others are left as they are.
+                None: all of the slice. The others do not change.
             first_env: Index of the slice's first environment.
-            env_count: Number of environments of the slice. None: all from the first to the
-                pool's last.
-            observe: False: no pictures.
+            env_count: Number of environments of the slice. None: up to the pool's last.
+            observe: False: no observations.
 
         Errors as :meth:`step`.
         """
@@ -214,7 +209,7 @@ class Pool(PoolResource):
         return self.receive()
 
     def set_level_sampler(self, level_sampler: LevelSampler) -> None:
-        """Replaces what chooses the levels; takes effect at each environment's next episode.
+        """Replaces the level sampler; takes effect at each environment's next episode.
 
         Errors as :meth:`step`.
         """
@@ -236,15 +231,15 @@ class Pool(PoolResource):
         next_levels: Mapping[int, int] | None = None,
         resets: Iterable[int | Reset] = (),
     ) -> int:
-        """Sends the request of :meth:`step`, and gives its sequence number.
+        """Sends the request of :meth:`step`, and returns its sequence number.
 
-        :meth:`receive` gives the answer.
+        :meth:`receive` returns the answer.
 
         Raises:
             InvalidArgumentError: As step.
             FailedPreconditionError: requests_in_flight_max requests are unanswered: receive first.
-                Or arrays refer to so many batches of shared memory that there is none for the
-                answer: let go of some, or copy them. Nothing was sent.
+                Or arrays refer to too many batches of shared memory: copy or delete some. Nothing
+                was sent.
         """
         array = np.asarray(actions)
         is_whole = array.size == self.env_count
@@ -294,8 +289,8 @@ class Pool(PoolResource):
 
         Raises:
             FailedPreconditionError: No request is unanswered.
-            ProcgenError: The server refused that request, or is gone. The stream is over, and
-                answers to later requests are lost with it.
+            ProcgenError: The server rejected the request or is unreachable. The stream has ended,
+                and the answers to later requests are lost.
         """
         self._client.check_open()
         stream = self._stream
@@ -307,22 +302,21 @@ class Pool(PoolResource):
             self._drop()
             raise
 
-    # The stream's beginning and end.
+    # Start and end of the stream.
 
     def attach(self, *, take_over: bool = False, response_bytes_max: int = 0) -> None:
-        """Takes the pool for this object. Never necessary: the first request does so.
+        """Opens the pool's stream. Optional: the first request does it.
 
         Args:
             take_over: End another client's stream, if there is one.
-            response_bytes_max: Largest response that the server may send, in bytes; larger answers
-                come in several, which receive joins, and part of which are stepped while others are
-                on their way. 0: 4 MiB, or what the answer for one environment takes, if that is
-                more.
+            response_bytes_max: Largest response that the server may send, in bytes. Larger answers
+                are sent in several responses, which receive joins. 0: 4 MiB, or the size of the
+                answer for one environment if that is larger.
 
         Raises:
-            FailedPreconditionError: Another stream is attached; or the pool shares memory and this
-                is not the server's machine, or not its user.
-            NotFoundError: The pool is gone.
+            FailedPreconditionError: Another stream is attached; or the pool shares memory, and
+                this process is on another machine than the server or runs as another user.
+            NotFoundError: The pool does not exist any more.
         """
         if self._closed:
             raise FailedPreconditionError(f"{self.name} was closed by this client")
@@ -343,9 +337,9 @@ class Pool(PoolResource):
         self.requests_in_flight_max = self._stream.requests_in_flight_max
 
     def detach(self) -> None:
-        """Lets the pool go, so that another client can attach.
+        """Ends the stream, so that another client can attach.
 
-        Requests in flight are carried out; their answers are lost.
+        The server executes the requests in flight; their answers are lost.
         """
         stream, self._stream = self._stream, None
         if stream is not None and not self._client._is_abandoned:
@@ -361,22 +355,22 @@ class Pool(PoolResource):
             try:
                 self._client.delete_pool(self.name)
             except (NotFoundError, UnavailableError):
-                pass  # It is gone, or the server is.
+                pass  # The pool or the server does not exist any more.
 
     # Internals.
 
     def _default_chunk_count(self) -> int:
         if self.spec.transport == pools_pb2.TRANSPORT_SHARED_MEMORY:
-            return 1  # Nothing is on its way there.
+            return 1  # Nothing is sent.
         pool_bytes = self.env_count * int(np.prod(self.observation_shape))
         return min(max(pool_bytes // _CHUNK_BYTES_MIN, 1), _DEFAULT_CHUNK_COUNT_MAX)
 
     def _response_bytes_max(self) -> int:
-        """Gives 0, for what servers send by default, or more where that has no room for a row."""
+        """Returns 0, the server's default, or more where that has no room for one environment."""
         if self.spec.transport == pools_pb2.TRANSPORT_SHARED_MEMORY:
-            return 0  # Responses bear no values.
+            return 0  # Responses contain no values.
         observation_bytes = int(np.prod(self.observation_shape))
-        # An encoded one may take half as much again; a final one is never encoded.
+        # Encoding adds at most half; final observations are never encoded.
         is_raw = self.spec.encoding == pools_pb2.ENCODING_RAW
         sent_bytes = observation_bytes if is_raw else observation_bytes * 3 // 2
         row = sent_bytes + observation_bytes + _ROW_OVERHEAD_BYTES
@@ -388,7 +382,7 @@ class Pool(PoolResource):
         return self._ready_stream().send(request.SerializeToString())
 
     def _ready_stream(self) -> _native.Stream:
-        """Gives the stream, attached and with room for a request."""
+        """Returns the attached stream, after checking that another request may be sent."""
         self._client.check_open()
         if self._stream is None:
             self.attach()
@@ -402,7 +396,7 @@ class Pool(PoolResource):
         return stream
 
     def _drop(self) -> None:
-        """Ends the stream at once; what was sent is carried out."""
+        """Ends the stream at once; the server executes the requests that were sent."""
         stream, self._stream = self._stream, None
         if stream is not None:
             stream.cancel()

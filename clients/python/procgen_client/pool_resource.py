@@ -1,4 +1,4 @@
-"""A pool as it lies on a server: what can be asked of it from beside its stream."""
+"""The calls on a pool that need no stream: snapshots, episodes, the lease, frames."""
 
 from __future__ import annotations
 
@@ -18,12 +18,12 @@ from procgen_client.options import duration
 if TYPE_CHECKING:
     from procgen_client.client import Client
 
-# What a server sends at most in one response unless told otherwise. In bytes.
+# A server's default limit of one response, in bytes.
 RESPONSE_BYTES_DEFAULT = 4 * 1024 * 1024
-# What a response of frames has besides their pixels, at most: once, and for each. In bytes.
+# Upper bounds of a response of frames without pixels: per response and per frame, in bytes.
 _FRAMES_OVERHEAD_BYTES = 4096
 _FRAME_OVERHEAD_BYTES = 64
-# Which episode, by its name here.
+# Episode selectors by their names in this package.
 _EPISODE_SELECTORS = {
     "last": states_pb2.EPISODE_SELECTOR_LAST,
     "current": states_pb2.EPISODE_SELECTOR_CURRENT,
@@ -31,19 +31,19 @@ _EPISODE_SELECTORS = {
 
 
 class PoolResource(abc.ABC):
-    """What a pool is, and the calls that need no stream: snapshots and pictures for people.
+    """A pool and the calls that need no stream. :class:`Pool` adds the stream.
 
-    They happen between two requests of whoever steps the pool. :class:`Pool` adds the stream.
+    The server executes them between two requests of the pool's learner.
 
     Threads: one at a time.
 
     Attributes:
         name: Resource name, e.g. ``"pools/7"``.
-        spec: What the pool was made with, every default filled in (also a rand_seed that the server
-            drew).
+        spec: The pool's specification with all defaults, including a rand_seed that the server
+            drew.
         env_count: Number of environments, N.
-        observation_shape: Shape of one environment's observation, ``(64, 64, 3)`` by default; with
-            a stack of k > 1 pictures k comes first, so ``(4, 84, 84, 1)`` for four grey ones.
+        observation_shape: Shape of one observation, ``(64, 64, 3)`` by default. A stack of k > 1
+            frames adds a first axis: ``(4, 84, 84, 1)`` for four grayscale frames.
     """
 
     def __init__(self, client: Client, message: pools_pb2.Pool) -> None:
@@ -58,21 +58,21 @@ class PoolResource(abc.ABC):
     # Saving and restoring.
 
     def save_states(self, environments: Sequence[int] | None = None) -> list[bytes]:
-        """Takes snapshots of environments and changes nothing.
+        """Returns snapshots of environments; the environments do not change.
 
-        A snapshot is complete: an environment that is put into it goes on as this one does, bit for
+        A snapshot is complete: an environment restored from it continues as this one does, bit for
         bit, in any pool of the same game on any server.
 
         Args:
-            environments: Indices in the pool, in the order wanted, each at most once. None: all.
+            environments: Indices in the pool, in any order, each at most once. None: all.
 
         Returns:
-            A snapshot of each, 1 to 12 kilobytes; to be stored and given back as it is.
+            A snapshot of each, of 1 to 12 kB, in the order of `environments`.
 
         Raises:
-            InvalidArgumentError: An environment is out of range or named twice.
-            FailedPreconditionError: Answers of requests sent before were not received.
-            AbortedError: Somebody else stepped the pool meanwhile.
+            InvalidArgumentError: An environment is out of range or given twice.
+            FailedPreconditionError: Requests of this object are unanswered.
+            AbortedError: Another client stepped the pool during the call.
         """
         self._require_nothing_in_flight()
         if environments is not None and len(environments) == 0:
@@ -84,26 +84,26 @@ class PoolResource(abc.ABC):
         return [state.snapshot for state in response.states]
 
     def restore_states(self, states: Mapping[int, bytes] | Sequence[bytes]) -> None:
-        """Puts environments into saved states.
+        """Restores environments from snapshots.
 
-        Their options (mode, levels, looks) and their choice of levels come from the snapshots; what
-        follows the end of an episode stays as the pool was made with. :meth:`observe` tells how
-        they stand then, which is as they stood when they were saved.
+        Options (mode, levels, appearance) and the choice of levels come from the snapshots; the
+        autoreset mode remains the pool's. :meth:`Pool.observe` then returns what it returned when
+        the snapshots were taken.
 
-        All or nothing, as long as the snapshots fit one request of the server
-        (``catalog().limits.request_bytes_max``, 4 MiB unless it was told otherwise). More are sent
-        in several, and those before one that is refused are restored.
+        All or nothing, if the snapshots fit one request of the server
+        (``catalog().limits.request_bytes_max``, 4 MiB by default). More are sent in several
+        requests; those before a rejected one are restored.
 
         Args:
-            states: Snapshots by environment (index in the pool); or a list of env_count of them,
-                one for each environment.
+            states: Snapshots by environment (index in the pool), or a list with one for each
+                environment.
 
         Raises:
             InvalidArgumentError: An environment is out of range, a list has a wrong length, or a
-                snapshot holds what it cannot.
+                snapshot contains an impossible value.
             FailedPreconditionError: A snapshot is of another game than the environment's; or
-                answers of requests sent before were not received.
-            DataLossError: A snapshot is damaged, or of another version.
+                requests of this object are unanswered.
+            DataLossError: A snapshot is damaged or of another version.
         """
         self._require_nothing_in_flight()
         messages = state_messages(states, self.env_count)
@@ -118,24 +118,24 @@ class PoolResource(abc.ABC):
         source_pool: PoolResource | str | None = None,
         source_server: str | None = None,
     ) -> None:
-        """Puts environments of this pool into the states of others.
+        """Copies states of environments to environments of this pool.
 
-        As save_states and restore_states, but the snapshots do not travel by way of this client.
-        All or nothing; all are read before any is written, so states can be exchanged.
+        Like save_states and restore_states, but the snapshots do not pass through this client. All
+        or nothing. All sources are read before any target is written, so states can be exchanged.
 
         Args:
-            pairs: (source, target): indices of the environment that is read, in source_pool, and of
-                the one that is written, in this pool. Each target at most once.
+            pairs: (source, target): index in source_pool, index in this pool. Each target at most
+                once.
             source_pool: The pool that is read, or its name. None: this one (on another server: the
-                one of the same name).
+                pool of the same name).
             source_server: Address of the server of source_pool, as this pool's server can reach it.
                 None: the same server.
 
         Raises:
-            InvalidArgumentError: An environment is out of range, or a target is named twice.
+            InvalidArgumentError: An environment is out of range, or a target is given twice.
             NotFoundError: There is no such source_pool.
-            FailedPreconditionError: The environments play different games; or answers of requests
-                sent before were not received.
+            FailedPreconditionError: The environments play different games; or requests of this
+                object are unanswered.
             UnavailableError: source_server cannot be reached.
         """
         self._require_nothing_in_flight()
@@ -152,20 +152,20 @@ class PoolResource(abc.ABC):
         self._client._call("CloneStates", request, empty_pb2.Empty)
 
     def get_episode(self, environment: int, selector: str = "last") -> states_pb2.Episode:
-        """Returns an episode of an environment, with all that is needed to replay it.
+        """Returns an episode of an environment, with everything that a replay needs.
 
         Args:
             environment: Index in the pool.
-            selector: "last", the last episode that ended, or "current", the one under way.
+            selector: "last", the last episode that ended, or "current", the running one.
 
         Returns:
-            The message of proto/procgen/v1/states.proto, whose comments describe its fields (game,
-            options, level_seed, actions, rewards, how it ended) and how it is played again.
+            The message Episode of proto/procgen/v1/states.proto, which documents its fields (game,
+            options, level_seed, actions, rewards, end) and how to replay it.
 
         Raises:
             InvalidArgumentError: The environment is out of range, or there is no such `selector`.
             FailedPreconditionError: No episode has ended yet, or the next has not begun.
-            UnimplementedError: The server remembers no episodes.
+            UnimplementedError: The server keeps no episodes.
         """
         if selector not in _EPISODE_SELECTORS:
             raise InvalidArgumentError(f'selector is {selector!r}; it is "last" or "current"')
@@ -183,35 +183,36 @@ class PoolResource(abc.ABC):
         """Restarts the pool's lease: its time to live while no stream is attached.
 
         Args:
-            lease_duration: Its length from now on, in seconds; also of a pool that had none. None:
-                it stays as it is.
+            lease_duration: The new length in seconds, also for a pool without a lease. None:
+                unchanged.
 
         Raises:
             InvalidArgumentError: It is shorter than a second.
             ResourceExhaustedError: It is longer than the server allows.
-            NotFoundError: The pool is gone; its lease may have run out.
+            NotFoundError: The pool does not exist any more; its lease may have expired.
         """
         length = None if lease_duration is None else duration(lease_duration)
         request = pools_pb2.RenewPoolRequest(name=self.name, lease_duration=length)
         self._client._call("RenewPool", request, pools_pb2.Pool)
 
-    # Looking.
+    # Frames.
 
     def render(
         self, environments: Sequence[int] | None = None, *, size_px: int = 512
     ) -> list[np.ndarray]:
-        """Draws environments for people and changes nothing.
+        """Renders environments for people; the environments do not change.
 
         Args:
-            environments: Indices in the pool, in the order wanted. None: all.
-            size_px: Side of the square pictures in pixels, in [16, 2048].
+            environments: Indices in the pool, in any order. None: all.
+            size_px: Side of the square frames in pixels, in [16, 2048].
 
         Returns:
-            uint8 arrays [size_px, size_px, 3] (red, green, blue; top row first), read-only.
+            uint8 arrays [size_px, size_px, 3] (RGB, top row first), read-only, in the order of
+            `environments`.
 
         Raises:
             InvalidArgumentError: An environment or the size is out of range.
-            UnimplementedError: The server does not draw for people (catalog().features.render).
+            UnimplementedError: The server has no rendering (catalog().features.render).
         """
         wanted = list(range(self.env_count)) if environments is None else list(environments)
         frame_bytes = _frame_bytes(size_px)
@@ -237,24 +238,25 @@ class PoolResource(abc.ABC):
     ) -> Iterator[list[np.ndarray]]:
         """Yields frames of environments while the pool is stepped, without slowing it down.
 
-        At first as they are now, then as they are after something has changed, at a bounded rate:
-        whoever takes long between two moments misses those in between. Ends with an error, or when
-        it is closed; breaking out of a loop over it closes it.
+        The first frames are the current ones, the next follow after changes, at a bounded rate. A
+        slow reader skips intermediate frames. The iteration ends with an error or when it is
+        closed; breaking out of a loop closes it.
 
         Args:
-            environments: Indices in the pool, in the order wanted, at most 64. None: the first 16.
-            size_px: Side of the square pictures in pixels, in [16, 2048]. 64: what the agent sees.
-            frames_per_second_max: Moments in a second at most, above 0 and at most 60.
+            environments: Indices in the pool, in any order, at most 64. None: the first 16.
+            size_px: Side of the square frames in pixels, in [16, 2048]. 64: the agent's
+                observation.
+            frames_per_second_max: Upper bound of the rate, above 0 and at most 60.
 
         Yields:
-            For each moment, arrays as those of :meth:`render`.
+            A frame of each environment, as :meth:`render` returns them.
 
         Raises:
             InvalidArgumentError: An environment, the size or the rate is out of range.
-            ResourceExhaustedError: The pictures of a moment are more than the server sends
-                (``catalog().limits.response_bytes_max``), or too much is watched at a time
+            ResourceExhaustedError: The frames are larger than a response of the server
+                (``catalog().limits.response_bytes_max``), or the caller watches too much
                 (``catalog().limits.owner_watch_count_max``).
-            AbortedError: The pool is gone.
+            AbortedError: The pool was deleted.
             UnavailableError: The server drains, or the connection broke.
         """
         wanted = range(min(self.env_count, 16)) if environments is None else environments
@@ -274,7 +276,7 @@ class PoolResource(abc.ABC):
         size_px: int,
         **fields: Any,  # noqa: ANN401
     ) -> Any:  # noqa: ANN401
-        """Gives a request for frames; errors as :meth:`render`."""
+        """Returns a request for frames; errors as :meth:`render`."""
         frames_bytes = _FRAMES_OVERHEAD_BYTES + len(environments) * _frame_bytes(size_px)
         return message_of(
             cls,
@@ -282,14 +284,14 @@ class PoolResource(abc.ABC):
             environments=environments,
             size_px=size_px,
             format=render_pb2.FRAME_FORMAT_RGB,
-            # No more than they take, as a server may have a low limit. 0: what it sends by default.
+            # Not more than needed, since a server may have a low limit. 0: the server's default.
             response_bytes_max=0 if frames_bytes <= RESPONSE_BYTES_DEFAULT else frames_bytes,
             **fields,
         )
 
     @abc.abstractmethod
     def _require_nothing_in_flight(self) -> None:
-        """Raises FailedPreconditionError where requests are unanswered."""
+        """Raises FailedPreconditionError if requests are unanswered."""
 
 
 def _frame_bytes(size_px: int) -> int:

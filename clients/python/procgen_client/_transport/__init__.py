@@ -1,6 +1,6 @@
-"""What carries calls to a server: the native module, or grpcio where that is missing.
+"""Connections to a server: by the native module, or by grpcio where that is missing.
 
-Both have the classes of `_native.pyi`. The environment variable PROCGEN_CLIENT_TRANSPORT chooses:
+Both have the classes of `_native.pyi`. The environment variable PROCGEN_CLIENT_TRANSPORT selects
 "native" or "grpcio"; PROCGEN_CLIENT_NATIVE is the folder of a native module in a build tree.
 """
 
@@ -22,16 +22,16 @@ TRANSPORT_VARIABLE = "PROCGEN_CLIENT_TRANSPORT"
 NATIVE_FOLDER_VARIABLE = "PROCGEN_CLIENT_NATIVE"
 
 _module: ModuleType | None = None
-_forked_from: ModuleType | None = None  # The module that a parent process has used.
+_forked_from: ModuleType | None = None  # The module that the parent process loaded.
 
 
 def is_native() -> bool:
-    """Whether the native module is there and not switched off."""
+    """Whether the native module is installed and not disabled."""
     return os.environ.get(TRANSPORT_VARIABLE) != "grpcio" and _native() is not None
 
 
 def open_connection(address: str, **arguments: Any) -> Connection:  # noqa: ANN401
-    """Connects; arguments as `_native.Connection`, errors as :class:`procgen_client.Client`."""
+    """Connects; arguments as _native.Connection, errors as :class:`procgen_client.Client`."""
     if is_native():
         module = _native()
         assert module is not None
@@ -57,17 +57,17 @@ def _native() -> ModuleType | None:
     except ImportError as error:
         if os.environ.get(TRANSPORT_VARIABLE) == "native":
             raise
-        if error.path is not None:  # It is there, and something that it needs is not.
-            warnings.warn(f"calls are carried by grpcio, for {error}", RuntimeWarning, stacklevel=2)
+        if error.path is not None:  # The module exists, but one of its libraries is missing.
+            warnings.warn(f"grpcio is used because of: {error}", RuntimeWarning, stacklevel=2)
         return None
     _module = module
     return _module
 
 
 def _load_again(module: ModuleType) -> ModuleType:
-    """Loads another copy of the module, with a gRPC that has not been forked.
+    """Loads another copy of the module, whose gRPC has not been forked.
 
-    The loader takes a file that it has loaded for the same module, so this is another file.
+    The loader reuses a file that it has loaded before, so the copy is loaded from a memfd.
     """
     assert module.__file__ is not None
     memory = os.memfd_create(os.path.basename(module.__file__))

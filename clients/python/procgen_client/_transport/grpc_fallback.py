@@ -1,7 +1,7 @@
-"""The classes of `_native.pyi` over grpcio, for platforms without the native module.
+"""The classes of `_native.pyi` over grpcio, for installations without the native module.
 
-TCP and TLS, raw observations that are received; a broken connection ends the stream. Slower than
-the native module by far.
+Raw observations over the gRPC stream only. A broken connection ends the stream. Slower than the
+native module.
 """
 
 from __future__ import annotations
@@ -25,14 +25,14 @@ from procgen_client.credentials import is_this_machine
 if TYPE_CHECKING:
     from procgen_client import _native
 
-# The path of each method, by its name.
+# Path of each method by its name.
 _PATHS = {
     method.name: f"/{service.full_name}/{method.name}"
     for module in (catalog_pb2, cluster_pb2, pools_pb2, render_pb2, states_pb2, step_pb2)
     for service in module.DESCRIPTOR.services_by_name.values()
     for method in service.methods
 }
-# The element types of arrays, by those of their fields.
+# Element types of arrays by the types of their fields.
 _TYPES = {FieldDescriptor.CPPTYPE_FLOAT: "f4", FieldDescriptor.CPPTYPE_BOOL: "?"}
 _TYPES |= {FieldDescriptor.CPPTYPE_INT32: "i4", FieldDescriptor.CPPTYPE_INT64: "i8"}
 _CHANNEL_OPTIONS: list[tuple[str, int]] = [
@@ -45,8 +45,8 @@ _CHANNEL_OPTIONS: list[tuple[str, int]] = [
     ("grpc.min_reconnect_backoff_ms", 100),
     ("grpc.max_reconnect_backoff_ms", 1000),
 ]
-_STATE_OVERHEAD_BYTES = 8  # Of a snapshot in a request: a tag and a length.
-_connected_process = 0  # Process that has connections, of which this one may be a child.
+_STATE_OVERHEAD_BYTES = 8  # Tag and length of a snapshot in a request.
+_connected_process = 0  # Id of the process that has connections: this one, or its parent.
 
 
 def open_connection(address: str, **arguments: Any) -> _native.Connection:  # noqa: ANN401
@@ -65,8 +65,8 @@ class Connection:
         if _connected_process not in (0, os.getpid()):
             raise errors.FailedPreconditionError(
                 f"process {os.getpid()} cannot connect to {address}: it was forked from process "
-                f"{_connected_process}, which has connections by grpcio. Start processes by "
-                'multiprocessing.get_context("spawn"), or connect after forking only'
+                f"{_connected_process}, which has grpcio connections. Start processes with "
+                'multiprocessing.get_context("spawn"), or connect only after the fork'
             )
         _connected_process = os.getpid()
         self._call_timeout = call_timeout
@@ -99,7 +99,7 @@ class Connection:
         return self._unary(method, request)
 
     def watch(self, method: str, request: bytes) -> Iterator[bytes]:
-        """Calls "WatchNodes" or "WatchPool" and gives the messages as they come."""
+        """Calls "WatchNodes" or "WatchPool" and yields the messages."""
         call = self.channel.unary_stream(_PATHS[method])(request, metadata=self.metadata)
         try:
             yield from call
@@ -160,7 +160,7 @@ class Connection:
 
 
 class Batch:
-    """An answer, in one response or several."""
+    """An answer: the responses of one request."""
 
     def __init__(self, parts: list[step_pb2.StepPoolResponse], shape: tuple[int, ...]) -> None:
         """Keeps the responses."""
@@ -176,7 +176,7 @@ class Batch:
         if dtype is not None:
             parts = [np.array(each, dtype) for each in values]
             numbers: np.ndarray = np.concatenate(parts)
-            # Fingerprints are sent as signed numbers.
+            # Fingerprints are signed in the message, unsigned in the API.
             return np.array(numbers, "u8") if dtype == "i8" else numbers
         joined: np.ndarray = np.frombuffer(bytearray().join(values), np.uint8)
         joined = joined.reshape(-1, *self._shape)
@@ -184,14 +184,14 @@ class Batch:
 
 
 class Stream:
-    """A learner's hold of a pool."""
+    """The stream of an attached learner."""
 
     held_batches = None
 
     def __init__(self, connection: Connection, attach: step_pb2.Attach) -> None:
         """Attaches."""
         self._pool = attach.pool
-        self._unanswered: deque[int] = deque()  # The numbers of requests.
+        self._unanswered: deque[int] = deque()  # Sequence numbers, oldest first.
         self._requests: queue.SimpleQueue[bytes | None] = queue.SimpleQueue()
         self._requests.put(step_pb2.StepPoolRequest(attach=attach).SerializeToString())
         method = connection.channel.stream_stream(_PATHS["StepPool"])
@@ -204,7 +204,7 @@ class Stream:
 
     @property
     def in_flight(self) -> int:
-        """Number of requests whose answers were not received yet."""
+        """Number of requests whose answers were not received."""
         return len(self._unanswered)
 
     def send(self, request: bytes) -> int:
@@ -237,17 +237,17 @@ class Stream:
         while not parts or not (parts[-1].batch.last or parts[-1].HasField("ack")):
             part = self._read()
             if part.WhichOneof("response") is None and not part.sequence_number:
-                continue  # Of a later server: it answers nothing.
+                continue  # A message of a later version; it is not an answer.
             if part.sequence_number != number:
                 raise errors.InternalError(
-                    f"the server answers request {part.sequence_number}, expected: {number}"
+                    f"{self._pool} answered request {part.sequence_number}, expected: {number}"
                 )
             parts.append(part)
         self._unanswered.popleft()
         return Batch(parts, self._shape)
 
     def close(self) -> None:
-        """Ends the stream and waits until the server has."""
+        """Ends the stream and waits for the server to end it."""
         self._requests.put(None)
         try:
             deque(self._call, maxlen=0)
@@ -255,7 +255,7 @@ class Stream:
             pass
 
     def cancel(self) -> None:
-        """Ends the stream at once; in a forked child it is the parent's."""
+        """Ends the stream at once; in a forked child does nothing."""
         if os.getpid() == _connected_process:
             self._requests.put(None)
             self._call.cancel()

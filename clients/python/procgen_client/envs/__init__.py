@@ -1,1 +1,1 @@
-"""Environments with the interfaces of Gymnasium, gym3 and Procgen 0.10.7."""
+"""Environments with the APIs of Gymnasium, gym3 and Procgen 0.10.7."""

@@ -1,4 +1,4 @@
-"""What upstream's interface takes from Gym, Gymnasium's predecessor, where that is installed."""
+"""Gym's spaces, ids and Env for upstream's API, where Gym is installed."""
 
 from __future__ import annotations
 
@@ -16,10 +16,9 @@ from procgen_client.options import GAMES
 
 
 def program_spaces() -> Any:  # noqa: ANN401 - a module
-    """Gives the module whose spaces the program checks against.
+    """Returns the module of spaces: Gym's, as upstream, if the program has imported Gym.
 
-    Upstream's are Gym's: so they are if the program has imported Gym. A program that has not can
-    only check against Gymnasium's.
+    Otherwise Gymnasium's, or that of this package.
     """
     gym = sys.modules.get("gym")
     return spaces if gym is None else gym.spaces
@@ -28,21 +27,21 @@ def program_spaces() -> Any:  # noqa: ANN401 - a module
 def make_env(
     env_name: str, render_mode: str | None = None, render: bool = False, **options: Any
 ) -> Any:  # noqa: ANN401 - gym.Env, which may not be installed
-    """Makes one environment with the interface of Gym until 0.21, as upstream's Gym ids do.
+    """Makes one environment with the API of Gym until 0.21, as upstream's Gym ids do.
 
     Args:
         env_name: The game.
         render_mode: "rgb_array", or None.
-        render: False. Upstream opens a window otherwise.
-        **options: As ProcgenGym3Env takes them.
+        render: Must be False. Upstream opens a window if True.
+        **options: As for ProcgenGym3Env.
 
     Raises:
-        InvalidArgumentError: A window is asked for.
+        InvalidArgumentError: `render`, or render_mode "human".
         ProcgenError: As ProcgenGym3Env.
     """
     if render or render_mode == "human":
         raise InvalidArgumentError(
-            "render_mode is 'human'; no window is opened here: it is None or 'rgb_array'"
+            "render_mode is 'human'; it is None or 'rgb_array', since no window is opened"
         )
     return _env_class()(env_name, render_mode=render_mode, **options)
 
@@ -50,7 +49,7 @@ def make_env(
 def register_environments() -> None:
     """Registers upstream's ids, ``procgen-coinrun-v0``, with Gym, if the program has imported it.
 
-    Where the package `procgen` is installed the ids are its own.
+    Does nothing if the package `procgen` is installed, which has these ids.
     """
     gym = sys.modules.get("gym")
     if gym is None or find_spec("procgen") is not None:
@@ -70,10 +69,10 @@ def _env_class() -> Any:  # noqa: ANN401 - a subclass of gym.Env, which may not 
     from procgen_client.envs.procgen_compat import ProcgenEnv
 
     class ProcgenGymEnv(gym.Env):
-        """One environment: reset gives an observation, step four values.
+        """One environment: reset returns an observation, step returns four values.
 
-        As upstream's, an episode ends by the game's rules alone: reset within an episode and seed
-        do nothing but warn. The observation of the step that ends an episode is the one before it.
+        As in upstream, only the game ends an episode: reset within an episode and seed just warn.
+        The step that ends an episode returns the observation before it.
         """
 
         metadata = ProcgenEnv.metadata
@@ -99,10 +98,10 @@ def _env_class() -> Any:  # noqa: ANN401 - a subclass of gym.Env, which may not 
             return self.venv.render(mode)
 
         def seed(self, seed: int | None = None) -> None:
-            warnings.warn("seed does nothing: give rand_seed to gym.make", stacklevel=2)
+            warnings.warn("seed does nothing: pass rand_seed to gym.make", stacklevel=2)
 
         def close(self) -> None:
-            if hasattr(self, "venv"):  # It is not where __init__ failed.
+            if hasattr(self, "venv"):  # False if __init__ failed.
                 self.venv.close()
 
     return ProcgenGymEnv

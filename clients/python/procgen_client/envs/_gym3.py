@@ -1,4 +1,4 @@
-"""What the interface of Procgen 0.10.7 takes from gym3, and what serves where there is none."""
+"""gym3's Env and types, or equal classes where gym3 is not installed."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ except ImportError:
         """The part of gym3.Env that is used here."""
 
         def __init__(self, ob_space: Any, ac_space: Any, num: int) -> None:  # noqa: ANN401
-            """Takes types of observation and action, and the number of environments."""
+            """Takes the types of observations and actions, and the number of environments."""
             self.ob_space = ob_space
             self.ac_space = ac_space
             self.num = num
@@ -27,16 +27,16 @@ except ImportError:
         dtype_name: str
 
     class _TensorType(NamedTuple):
-        """Arrays of one kind of elements."""
+        """Arrays of one element type."""
 
         eltype: _Discrete
         shape: tuple[int, ...]
 
     class _DictType(dict[str, Any]):
-        """A type by name."""
+        """Dictionaries of types by name."""
 
         def __init__(self, **subtypes: Any) -> None:
-            """Takes the types by name."""
+            """Takes the types."""
             super().__init__(subtypes)
 
     class types:  # type: ignore[no-redef]  # noqa: N801 - as gym3's module
@@ -48,12 +48,12 @@ except ImportError:
 
 
 def observation_type(shape: tuple[int, ...]) -> Any:  # noqa: ANN401
-    """Gives the type of {"rgb": uint8 [*shape]}."""
+    """Returns the type of {"rgb": uint8 [*shape]}."""
     pixels = types.TensorType(eltype=types.Discrete(256, dtype_name="uint8"), shape=shape)
     return types.DictType(rgb=pixels)
 
 
 def action_type(action_count: int) -> Any:  # noqa: ANN401
-    """Gives the type of an action."""
+    """Returns the type of an action."""
     number = types.Discrete(action_count, dtype_name=np.dtype(np.int32).name)
     return types.TensorType(eltype=number, shape=())

@@ -1,4 +1,4 @@
-"""What the environments take from Gymnasium, and what serves where there is none."""
+"""Gymnasium's classes and ids, or equal classes where Gymnasium is not installed."""
 
 from __future__ import annotations
 
@@ -11,15 +11,15 @@ import numpy as np
 from procgen_client.envs import _spaces
 from procgen_client.options import GAMES
 
-# Where Gymnasium has the environments, e.g. "procgen_server/coinrun-v0".
+# Namespace of the ids, e.g. "procgen_server/coinrun-v0".
 NAMESPACE = "procgen_server"
 
-# Since this version Gymnasium's vector environments have the contract of ours.
+# The first major version whose VectorEnv has the same contract as ProcgenVectorEnv.
 _VECTOR_VERSION_MIN = 1
 
 
 class _Environment:
-    """What gymnasium.Env and gymnasium.vector.VectorEnv have in common, without Gymnasium."""
+    """The common part of gymnasium.Env and gymnasium.vector.VectorEnv."""
 
     metadata: dict[str, Any] = {}
     spec: Any = None
@@ -28,7 +28,7 @@ class _Environment:
     _np_random_seed: int | None = None
 
     def __enter__(self) -> Any:  # noqa: ANN401 - of the subclass's own type
-        """Gives the environment itself."""
+        """Returns the environment itself."""
         return self
 
     def __exit__(self, *exception: object) -> None:
@@ -36,16 +36,16 @@ class _Environment:
         self.close()
 
     def close(self, **kwargs: Any) -> None:
-        """For subclasses: what is to be done on closing."""
+        """Releases resources; subclasses override it."""
 
     @property
     def unwrapped(self) -> Any:  # noqa: ANN401 - of the subclass's own type
-        """The environment itself: nothing wraps it."""
+        """The environment itself, since it is not a wrapper."""
         return self
 
     @property
     def np_random(self) -> np.random.Generator:
-        """A random stream for whoever wants one; the environments draw none of it."""
+        """A random generator for wrappers; the environments do not use it."""
         if self._np_random is None:
             self._seed_np_random(None)
         assert self._np_random is not None
@@ -54,11 +54,11 @@ class _Environment:
     @np_random.setter
     def np_random(self, value: np.random.Generator) -> None:
         self._np_random = value
-        self._np_random_seed = -1  # Gymnasium's word for one that is not known.
+        self._np_random_seed = -1  # Gymnasium's value for an unknown seed.
 
     @property
     def np_random_seed(self) -> int | None:
-        """What that stream was seeded with."""
+        """The seed of that generator."""
         if self._np_random_seed is None:
             self._seed_np_random(None)
         return self._np_random_seed
@@ -87,13 +87,13 @@ except ImportError:
 
         def reset(
             self, *, seed: int | None = None, options: dict[str, Any] | None = None
-        ) -> Any:  # noqa: ANN401 - gymnasium.Env's gives what subclasses say
-            """Seeds np_random, where a seed is given."""
+        ) -> Any:  # noqa: ANN401 - as gymnasium.Env's
+            """Seeds np_random if `seed` is not None."""
             if seed is not None:
                 self._seed_np_random(seed)
 
     def batch_space(space: Any, n: int) -> Any:  # noqa: ANN401
-        """Gives the space of n elements of a space, as gymnasium.vector.utils.batch_space."""
+        """Returns the space of batches of n, as gymnasium.vector.utils.batch_space."""
         if isinstance(space, _spaces.Discrete):
             return _spaces.MultiDiscrete(np.full(n, space.n))
         return _spaces.Box(0, 255, (n, *space.shape), space.dtype)
@@ -117,7 +117,7 @@ else:
             self.closed = True
 
         def close_extras(self, **kwargs: Any) -> None:
-            """For subclasses: what is to be done on closing."""
+            """Releases resources; subclasses override it."""
 
 
 try:
@@ -125,7 +125,7 @@ try:
 except ImportError:
 
     class AutoresetMode(enum.Enum):  # type: ignore[no-redef]
-        """What follows the step that ends an episode, as gymnasium.vector.AutoresetMode."""
+        """When the next episode starts, as gymnasium.vector.AutoresetMode."""
 
         NEXT_STEP = "NextStep"
         SAME_STEP = "SameStep"
@@ -133,7 +133,7 @@ except ImportError:
 
 
 def single_spaces(shape: tuple[int, ...], action_count: int) -> dict[str, Any]:
-    """Gives the spaces of one environment by attribute of gymnasium.Env."""
+    """Returns the spaces of one environment by their attributes of gymnasium.Env."""
     return {
         "observation_space": spaces.Box(0, 255, shape, np.uint8),
         "action_space": spaces.Discrete(action_count),
@@ -141,7 +141,7 @@ def single_spaces(shape: tuple[int, ...], action_count: int) -> dict[str, Any]:
 
 
 def vector_spaces(shape: tuple[int, ...], action_count: int, num_envs: int) -> dict[str, Any]:
-    """Gives the four spaces of a vector environment by attribute."""
+    """Returns the four spaces of a vector environment by their attributes."""
     single = single_spaces(shape, action_count)
     batched = {name: batch_space(space, num_envs) for name, space in single.items()}
     return {f"single_{name}": space for name, space in single.items()} | batched
@@ -150,8 +150,8 @@ def vector_spaces(shape: tuple[int, ...], action_count: int, num_envs: int) -> d
 def register_environments() -> None:
     """Registers an environment for each game with Gymnasium, where Gymnasium is installed.
 
-    Also by upstream's ids for Gym: ``gymnasium.make("procgen_client:procgen-coinrun-v0")``. Before
-    1.0 make_vec makes vector environments of its own of them.
+    Also under upstream's ids: ``gymnasium.make("procgen_client:procgen-coinrun-v0")``. Before
+    Gymnasium 1.0 make_vec builds Gymnasium's own vector environments from ProcgenGymEnv.
     """
     if not HAS_GYMNASIUM:
         return
@@ -164,10 +164,10 @@ def register_environments() -> None:
 
 
 def warn_of_old_gymnasium() -> None:
-    """Warns where the installed Gymnasium has no vector environments like ours."""
+    """Warns if the installed Gymnasium's VectorEnv has another contract."""
     if HAS_GYMNASIUM and not HAS_VECTOR_CONTRACT:
         warnings.warn(
             f"Gymnasium {gymnasium.__version__} is installed: ProcgenVectorEnv is a subclass of "
-            f"its VectorEnv, as wrappers want it, with {_VECTOR_VERSION_MIN}.0 or later",
+            f"its VectorEnv, as wrappers require, only with {_VECTOR_VERSION_MIN}.0 or later",
             stacklevel=3,
         )

@@ -1,4 +1,4 @@
-"""A batch's numbers as infos of a Gymnasium vector environment: arrays, each with a mask `_key`."""
+"""Infos of a Gymnasium vector environment from a batch: arrays, each with a mask `_key`."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from procgen_client.batch import Batch
 
 
 def level_infos(batch: Batch, mask: np.ndarray) -> dict[str, Any]:
-    """Gives what is known of the levels, for the environments of `mask` (bool [N])."""
+    """Returns the levels of a step; `mask`, bool [N], is the mask of each entry."""
     return {
         "level_seed": batch.level_seeds,
         "_level_seed": mask.copy(),
@@ -22,9 +22,9 @@ def level_infos(batch: Batch, mask: np.ndarray) -> dict[str, Any]:
 
 
 def reset_infos(batch: Batch, mask: np.ndarray) -> dict[str, Any]:
-    """Gives what is known of the levels where the environments of `mask` (bool [N]) begin.
+    """Returns the levels after a reset of the environments of `mask`, bool [N].
 
-    What they stepped before says nothing of the new episode, and is not told.
+    The masks of prev_* are false, since the new episodes have stepped no level.
     """
     nowhere = np.zeros_like(mask)
     infos: dict[str, Any] = {"level_seed": batch.level_seeds, "_level_seed": mask.copy()}
@@ -34,9 +34,9 @@ def reset_infos(batch: Batch, mask: np.ndarray) -> dict[str, Any]:
 
 
 def episode_infos(batch: Batch, ended: np.ndarray, same_step: bool) -> dict[str, Any]:
-    """Gives what is known of the episodes of `ended` (bool [N]), which have ended in this step.
+    """Returns return and length of the episodes that ended in this step, `ended` bool [N].
 
-    With SAME_STEP also what they showed last.
+    With SAME_STEP also their last observations and infos.
     """
     infos: dict[str, Any] = {}
     _add_numbers(infos, "episode_return", batch.episode_returns, ended)
@@ -44,20 +44,20 @@ def episode_infos(batch: Batch, ended: np.ndarray, same_step: bool) -> dict[str,
     if not same_step:
         return infos
 
-    final_obs = np.empty(batch.env_count, dtype=object)  # Of None.
+    final_obs = np.empty(batch.env_count, dtype=object)  # All None.
     for row, observation in zip(ended.nonzero()[0], batch.final_observations, strict=True):
         final_obs[row] = observation.copy()
     final_info: dict[str, Any] = {}
-    # The level that the last observation shows.
+    # The level in the last observation.
     _add_numbers(final_info, "level_seed", batch.prev_level_seeds, ended)
     _add_numbers(final_info, "prev_level_seed", batch.prev_level_seeds, ended)
     _add_numbers(final_info, "prev_level_complete", batch.prev_level_complete, ended)
-    final_info |= infos  # The episode's return and length.
+    final_info |= infos  # Return and length.
     infos |= {"final_obs": final_obs, "_final_obs": ended.copy()}
     infos |= {"final_info": final_info, "_final_info": ended.copy()}
     return infos
 
 
 def _add_numbers(infos: dict[str, Any], name: str, values: np.ndarray, mask: np.ndarray) -> None:
-    infos[name] = values * mask  # Of the values' type; np.where takes five times as long.
+    infos[name] = values * mask  # Keeps the type; np.where takes five times as long.
     infos[f"_{name}"] = mask.copy()

@@ -1,4 +1,4 @@
-"""Spaces with Gymnasium's names and attributes, where Gymnasium is not installed."""
+"""Spaces with Gymnasium's names and attributes, for installations without Gymnasium."""
 
 from __future__ import annotations
 
@@ -9,10 +9,10 @@ import numpy.typing as npt
 
 
 class Space:
-    """What all spaces have: a shape, a type of elements and samples."""
+    """Base class of spaces: shape, element type, samples."""
 
     def __init__(self, shape: tuple[int, ...], dtype: npt.DTypeLike) -> None:
-        """Takes shape and type of the elements."""
+        """Takes the shape and the element type."""
         self.shape = shape
         self.dtype = np.dtype(dtype)
         self._random = np.random.default_rng()
@@ -22,11 +22,11 @@ class Space:
         return self.contains(value)
 
     def contains(self, value: object) -> bool:
-        """Whether value is an element: of this shape and kind, within the bounds."""
+        """Whether value is an element: shape, kind and bounds match."""
         raise NotImplementedError
 
     def sample(self) -> Any:  # noqa: ANN401 - an int or an array
-        """Gives an element at random."""
+        """Returns a random element."""
         raise NotImplementedError
 
     def seed(self, seed: int | None = None) -> None:
@@ -53,7 +53,7 @@ class Box(Space):
         return self._fits(value) and bool(np.all((array >= self.low) & (array <= self.high)))
 
     def sample(self) -> np.ndarray:
-        """Gives an element at random."""
+        """Returns a random element."""
         return self._random.integers(self.low, self.high, endpoint=True).astype(self.dtype)
 
 
@@ -61,7 +61,7 @@ class Discrete(Space):
     """The integers in [0, n)."""
 
     def __init__(self, n: int) -> None:
-        """Takes the number of them."""
+        """Takes n."""
         super().__init__((), np.int64)
         self.n = n
 
@@ -70,7 +70,7 @@ class Discrete(Space):
         return self._fits(value) and 0 <= int(np.asarray(value)) < self.n
 
     def sample(self) -> np.int64:
-        """Gives an element at random."""
+        """Returns a random element."""
         return np.int64(self._random.integers(self.n))
 
 
@@ -78,7 +78,7 @@ class MultiDiscrete(Space):
     """Arrays of integers, element i in [0, nvec[i])."""
 
     def __init__(self, nvec: npt.ArrayLike) -> None:
-        """Takes the number of integers for each element."""
+        """Takes the exclusive bound of each element."""
         self.nvec = np.asarray(nvec, np.int64)
         super().__init__(self.nvec.shape, np.int64)
 
@@ -88,12 +88,12 @@ class MultiDiscrete(Space):
         return self._fits(value) and bool(np.all((array >= 0) & (array < self.nvec)))
 
     def sample(self) -> np.ndarray:
-        """Gives an element at random."""
+        """Returns a random element."""
         return self._random.integers(self.nvec)
 
 
 class Dict(Space):
-    """Dicts with an element of each of some spaces."""
+    """Dictionaries with an element of each space."""
 
     def __init__(self, spaces: dict[str, Space]) -> None:
         """Takes the spaces by name."""
@@ -101,7 +101,7 @@ class Dict(Space):
         self.spaces = dict(spaces)
 
     def __getitem__(self, name: str) -> Space:
-        """Gives the space of that name."""
+        """Returns the space with that name."""
         return self.spaces[name]
 
     def contains(self, value: object) -> bool:
@@ -113,10 +113,10 @@ class Dict(Space):
         )
 
     def sample(self) -> dict[str, Any]:
-        """Gives an element at random."""
+        """Returns a random element."""
         return {name: space.sample() for name, space in self.spaces.items()}
 
     def seed(self, seed: int | None = None) -> None:
-        """Seeds the samples of all."""
+        """Seeds the samples of all spaces."""
         for space in self.spaces.values():
             space.seed(seed)

@@ -1,4 +1,4 @@
-"""One environment with Gymnasium's interface."""
+"""One environment with the API of gymnasium.Env."""
 
 from __future__ import annotations
 
@@ -20,18 +20,18 @@ class _VectorEnvOfOne(ProcgenVectorEnv):
 class ProcgenGymEnv(Env):
     """One environment on a server, with the contract of gymnasium.Env.
 
-    It subclasses that where Gymnasium is installed, and works without it. Each step is a round trip
-    of its own: for many environments use ProcgenVectorEnv.
+    A subclass of gymnasium.Env where Gymnasium is installed; works without it. Each step is a
+    round trip: for many environments use ProcgenVectorEnv.
 
-    Observations are uint8 [64, 64, 3], or of the form that the options say; actions are integers in
-    [0, 15). A time limit truncates, everything else terminates; then the environment wants to be
-    reset. Infos are numbers: ``level_seed``, ``prev_level_seed``, ``prev_level_complete``; where
-    the episode ended also ``episode_return`` and ``episode_length``.
+    Observations are uint8 [64, 64, 3], or of the format in the options; actions are integers in
+    [0, 15). The time limit truncates an episode, every other end terminates it; reset must follow.
+    Infos are numbers: ``level_seed``, ``prev_level_seed``, ``prev_level_complete``; at the end of
+    an episode also ``episode_return`` and ``episode_length``.
 
     Threads: one at a time.
 
     Attributes:
-        vector_env: The vector environment of one that it is made of.
+        vector_env: The ProcgenVectorEnv with one environment that steps it.
     """
 
     metadata: dict[str, Any] = {"render_modes": ["rgb_array"], "render_fps": 15}
@@ -44,11 +44,11 @@ class ProcgenGymEnv(Env):
         render_mode: str | None = None,
         **options: Any,
     ) -> None:
-        """Makes it.
+        """Creates the environment.
 
         Args:
             games: The game's name.
-            server, render_mode, options: As ProcgenVectorEnv takes them.
+            server, render_mode, options: As for ProcgenVectorEnv.
 
         Errors as ProcgenVectorEnv.
         """
@@ -71,11 +71,11 @@ class ProcgenGymEnv(Env):
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[np.ndarray, dict[str, Any]]:
-        """Begins a new episode.
+        """Starts a new episode.
 
         Args:
-            seed: Seeds the choice of levels anew. None: it goes on; so the very first reset gives
-                the episode that rand_seed began.
+            seed: New seed of the choice of levels. None: unchanged; the first reset then returns
+                the episode that rand_seed chose.
             options: ``level_seed``: the level to play.
 
         Returns:
@@ -90,14 +90,14 @@ class ProcgenGymEnv(Env):
         return observations[0], _of_one(infos)
 
     def step(self, action: int) -> tuple[np.ndarray, SupportsFloat, bool, bool, dict[str, Any]]:
-        """Takes an action in [0, 15), or -1, which ends the episode.
+        """Steps with an action in [0, 15), or -1, which ends the episode.
 
         Returns:
             Observation, reward, terminated, truncated, infos.
 
         Raises:
             FailedPreconditionError: The episode is over: call reset.
-            InvalidArgumentError: It is no such action. Nothing has moved.
+            InvalidArgumentError: The action is out of range. Nothing was stepped.
         """
         if self._is_over:
             raise FailedPreconditionError("the episode is over: call reset")
@@ -112,7 +112,7 @@ class ProcgenGymEnv(Env):
         )
 
     def save_state(self) -> bytes:
-        """Takes a snapshot, which any environment of the game can be put into."""
+        """Returns a snapshot, for any environment of the same game."""
         return self.vector_env.save_states()[0]
 
     def restore_state(self, state: bytes) -> tuple[np.ndarray, dict[str, Any]]:
@@ -122,18 +122,18 @@ class ProcgenGymEnv(Env):
         return observations[0], _of_one(infos)
 
     def render(self) -> np.ndarray | None:
-        """Draws it for people: uint8 [side, side, 3]. None if render_mode is None."""
+        """Renders for people: uint8 [side, side, 3]. None if render_mode is None."""
         frames = self.vector_env.render()
         return None if frames is None else frames[0]
 
     def close(self) -> None:
-        """Deletes it on the server. Closing again does nothing."""
-        if hasattr(self, "vector_env"):  # It is not where __init__ failed.
+        """Deletes the environment on the server. Closing again does nothing."""
+        if hasattr(self, "vector_env"):  # False if __init__ failed.
             self.vector_env.close()
 
 
 def _of_one(infos: dict[str, Any]) -> dict[str, Any]:
-    """Gives the infos of the first environment of a vector environment."""
+    """Returns the infos of the first environment of a vector environment."""
     return {
         name: values[0].item()
         for name, values in infos.items()

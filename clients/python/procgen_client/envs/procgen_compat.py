@@ -1,8 +1,8 @@
-"""The interfaces of Procgen 0.10.7 ("upstream"): a drop-in for the package `procgen`.
+"""The API of Procgen 0.10.7 ("upstream"): a drop-in for the package `procgen`.
 
-Replace ``from procgen import ...`` with ``from procgen_client import ...``. Without an address a
-local server is started, which shares memory with the program. Levels, rewards and episode ends
-equal upstream's for the same rand_seed.
+Replace ``from procgen import ...`` with ``from procgen_client import ...``. Without an address it
+starts a local server, which shares memory with the program. Levels, rewards and episode ends equal
+upstream's for the same rand_seed.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ _RENDER_SIZE_PX = 512
 
 
 class ProcgenGym3Env(Gym3Env):
-    """N environments with gym3's interface: act, observe, get_info, callmethod.
+    """N environments with gym3's API: act, observe, get_info, callmethod.
 
     A subclass of gym3.Env, with its types, where gym3 is installed.
 
@@ -43,8 +43,8 @@ class ProcgenGym3Env(Gym3Env):
     Attributes:
         num: Number of environments, N.
         ob_space, ac_space: Types of an observation, {"rgb": uint8 [64, 64, 3]}, and of an action.
-        combos: Keys of each action, as get_combos gives them.
-        render_mode: As given.
+        combos: Keys of each action, as get_combos returns them.
+        render_mode: "rgb_array" or None.
         pool: The pool on the server.
     """
 
@@ -71,18 +71,18 @@ class ProcgenGym3Env(Gym3Env):
         resource_root: str | os.PathLike[str] | None = None,
         server: str | Client | None = None,
     ) -> None:
-        """Makes the environments.
+        """Creates the environments.
 
         Args:
             num, env_name: Number of environments, and their game. Or n games, separated by commas:
-                environment i plays number i % n, and num is a multiple of n.
+                environment i plays game i % n, and num is a multiple of n.
             center_agent, ..., rand_seed: Upstream's options; see
                 procgen_client.options.EnvironmentOptions.
-            num_threads: Not used: the server has workers of its own.
-            render_mode: "rgb_array": infos contain a picture for people, "rgb". Or None.
-            debug: False: nothing is compiled here.
+            num_threads: Ignored: the server has worker threads.
+            render_mode: "rgb_array": infos contain a frame for people, "rgb". Or None.
+            debug: Must be False, since nothing is compiled.
             resource_root: Folder with upstream's art, for a local server. None: built-in art.
-            server: As ProcgenVectorEnv takes it.
+            server: As for ProcgenVectorEnv.
 
         Raises:
             UpstreamAssertionError: An option is out of range.
@@ -116,18 +116,18 @@ class ProcgenGym3Env(Gym3Env):
         self._actions = client.catalog().actions
         self.combos = self.get_combos()
         self.render_mode = render_mode
-        self._batch: Batch | None = None  # As the environments stand, once it is known.
+        self._batch: Batch | None = None  # The current state; None: not received.
         self._close_once = weakref.finalize(self, _close, self.pool, owned)
 
     def act(self, ac: npt.ArrayLike) -> None:
-        """Has all environments stepped, and does not wait for it; observe does.
+        """Sends a step of all environments; observe waits for it.
 
         Args:
-            ac: Numbers [N], each in [0, 15), or -1, which ends the episode. They are cast to int32
-                as upstream does, so that floats are truncated.
+            ac: Numbers [N], each in [0, 15), or -1, which ends the episode. Cast to int32 as in
+                upstream, so floats are truncated.
 
         Raises:
-            InvalidArgumentError: A wrong length, or a value out of range. Nothing has moved.
+            InvalidArgumentError: A wrong length, or a value out of range. Nothing was stepped.
         """
         actions = _cast_actions(ac)
         _check(
@@ -138,23 +138,24 @@ class ProcgenGym3Env(Gym3Env):
         self.pool.send_step(actions)
 
     def observe(self) -> tuple[np.ndarray, dict[str, np.ndarray], np.ndarray]:
-        """Returns rewards, observations and first; valid before the first act, and again.
+        """Returns rewards, observations and first; also before the first act, and repeatedly.
 
         Returns:
-            Reward of the last act, float32 [N] (the old episode's where one ended); {"rgb": uint8
-            [N, 64, 64, 3]}; whether a new episode has begun, bool [N]. All are the caller's own.
+            Rewards of the last act, float32 [N] (of the ended episode where one ended); {"rgb":
+            uint8 [N, 64, 64, 3]}; whether a new episode has begun, bool [N]. The arrays belong to
+            the caller.
         """
         batch = self._now()
         assert batch.observations is not None
         return batch.rewards.copy(), {"rgb": batch.observations.copy()}, batch.first.copy()
 
     def get_info(self) -> list[dict[str, Any]]:
-        """Returns information on each environment's level.
+        """Returns infos of each environment's level.
 
         Returns:
-            A dict for each: ``prev_level_seed`` and ``prev_level_complete`` of the level that was
-            stepped, ``level_seed`` of the one in the observation; with render_mode "rgb_array" also
-            ``rgb``, uint8 [512, 512, 3].
+            A dict for each environment: ``prev_level_seed`` and ``prev_level_complete`` of the
+            level that was stepped, ``level_seed`` of the level in the observation; with render_mode
+            "rgb_array" also ``rgb``, uint8 [512, 512, 3].
         """
         batch = self._now()
         complete = batch.prev_level_complete.astype(np.uint8)
@@ -186,12 +187,12 @@ class ProcgenGym3Env(Gym3Env):
         return [None] * self.num if result is None else result
 
     def get_state(self) -> list[bytes]:
-        """Takes a snapshot of each environment."""
+        """Returns a snapshot of each environment."""
         self._receive()
         return self.pool.save_states()
 
     def set_state(self, states: Sequence[bytes]) -> None:
-        """Puts each environment into a snapshot."""
+        """Restores each environment from a snapshot."""
         _check(
             len(states) == self.num,
             f"states has {len(states)} entries; there are {self.num} environments",
@@ -201,17 +202,17 @@ class ProcgenGym3Env(Gym3Env):
         self._batch = None
 
     def get_combos(self) -> list[tuple[str, ...]]:
-        """Returns the keys that each action presses."""
+        """Returns the keys of each action."""
         return [tuple(action.keys) for action in self._actions]
 
     def keys_to_act(self, keys_list: Sequence[Sequence[str]]) -> list[np.ndarray]:
-        """Gives the actions of pressed keys, for interactive programs.
+        """Returns the actions of pressed keys, for interactive programs.
 
         Args:
-            keys_list: Names of the keys that are pressed, for each environment.
+            keys_list: Names of the pressed keys, for each environment.
 
         Returns:
-            For each environment int64 [1]: the action that presses most of these keys and no other.
+            For each environment int64 [1]: the action with the most of these keys and no others.
         """
         actions = []
         for keys in keys_list:
@@ -236,7 +237,7 @@ class ProcgenGym3Env(Gym3Env):
 
 
 class ProcgenEnv:
-    """N environments with the interface of baselines' VecEnv: reset, step.
+    """N environments with the API of baselines' VecEnv: reset, step.
 
     Threads: one at a time.
 
@@ -244,11 +245,11 @@ class ProcgenEnv:
         num_envs: Number of environments, N.
         observation_space, action_space: Dict with "rgb", and Discrete: spaces of Gym, if the
             program has imported it, else of Gymnasium, or classes like them without it.
-        render_mode: As given.
-        env: The ProcgenGym3Env that it is made of.
+        render_mode: "rgb_array" or None.
+        env: The ProcgenGym3Env that steps them.
     """
 
-    # By the names of Gym until 0.21, as upstream, and by those of its successors.
+    # Keys of Gym until 0.21, as in upstream, and of later versions.
     metadata: dict[str, Any] = {
         "render.modes": ["human", "rgb_array"],
         "video.frames_per_second": 15,
@@ -259,7 +260,7 @@ class ProcgenEnv:
     spec = None
 
     def __init__(self, num_envs: int, env_name: str, *args: Any, **kwargs: Any) -> None:
-        """Makes the environments; the arguments are ProcgenGym3Env's."""
+        """Creates the environments; arguments as for ProcgenGym3Env."""
         self.env = ProcgenGym3Env(num_envs, env_name, *args, **kwargs)
         self.num_envs = num_envs
         self.render_mode = self.env.render_mode
@@ -270,19 +271,18 @@ class ProcgenEnv:
 
     @property
     def unwrapped(self) -> ProcgenEnv:
-        """The environments themselves: nothing wraps them."""
+        """The environment itself, since it is not a wrapper."""
         return self
 
     def reset(self) -> dict[str, np.ndarray]:
-        """Gives the observations, {"rgb": uint8 [N, 64, 64, 3]}, and begins no new episodes.
+        """Returns the observations, {"rgb": uint8 [N, 64, 64, 3]}, and starts no episodes.
 
-        As with upstream, episodes end by the game's rules alone. A call in their midst
-        is warned of.
+        As in upstream, only the game ends an episode. A call within an episode warns.
         """
         _, observations, first = self.env.observe()
         if not first.all():
             warnings.warn(
-                "reset in the midst of episodes does nothing: they end by the game's rules",
+                "reset within an episode does nothing: only the game ends an episode",
                 stacklevel=2,
             )
         return observations
@@ -296,8 +296,8 @@ class ProcgenEnv:
             actions: Numbers [N], each in [0, 15), or -1, as ProcgenGym3Env.act takes them.
 
         Returns:
-            Observations {"rgb": uint8 [N, 64, 64, 3]}, of the next episode where one has ended;
-            rewards, float32 [N]; whether an episode has ended, bool [N]; a list of infos.
+            Observations {"rgb": uint8 [N, 64, 64, 3]}, of the next episode where one ended;
+            rewards, float32 [N]; whether an episode ended, bool [N]; a list of infos.
 
         Raises:
             InvalidArgumentError: `actions` has a wrong length or a value out of range.
@@ -306,23 +306,23 @@ class ProcgenEnv:
         return self.step_wait()
 
     def step_async(self, actions: npt.ArrayLike) -> None:
-        """The first half of step: what is done before the other costs no time."""
+        """Sends a step; step_wait returns its results. The server steps meanwhile."""
         self.env.act(actions)
 
     def step_wait(
         self,
     ) -> tuple[dict[str, np.ndarray], np.ndarray, np.ndarray, list[dict[str, Any]]]:
-        """Waits for what step_async began, and gives what step gives."""
+        """Waits for the step that step_async sent, and returns the values of step."""
         rewards, observations, first = self.env.observe()
         return observations, rewards, first, self.env.get_info()
 
     def render(self, mode: str = "human") -> np.ndarray | None:
-        """Gives a picture of environment 0, as upstream does; get_images gives all.
+        """Returns a frame of environment 0, as upstream does; get_images returns all.
 
         Args:
-            mode: "rgb_array": the picture in the infos, uint8 [512, 512, 3], if render_mode is
-                "rgb_array"; else the observation, uint8 [64, 64, 3]. "human": gives None, since no
-                window is opened.
+            mode: "rgb_array": the frame in the infos, uint8 [512, 512, 3], if render_mode is
+                "rgb_array"; else the observation, uint8 [64, 64, 3]. "human": returns None, since
+                no window is opened.
 
         Raises:
             InvalidArgumentError: There is no such mode.
@@ -337,7 +337,7 @@ class ProcgenEnv:
         return self.env.pool.render([0], size_px=_RENDER_SIZE_PX)[0]
 
     def get_images(self) -> list[np.ndarray]:
-        """Draws all environments for people: N pictures, uint8 [512, 512, 3]."""
+        """Renders all environments for people: N frames, uint8 [512, 512, 3]."""
         return self.env.pool.render(size_px=_RENDER_SIZE_PX)
 
     def close(self) -> None:
@@ -348,7 +348,7 @@ class ProcgenEnv:
 def _create_pool(
     client: Client, owned: Client | None, env_name: str, num: int, options: EnvironmentOptions
 ) -> Pool:
-    """Makes the pool; where that cannot be, closes the client that is owned."""
+    """Creates the pool; closes `owned` on failure."""
     games = env_name.split(",")
     try:
         _check(
@@ -374,13 +374,13 @@ def _cast_actions(ac: npt.ArrayLike) -> np.ndarray:
     """Casts actions to int32, as upstream does.
 
     Raises:
-        UpstreamAssertionError: They are no finite numbers.
+        UpstreamAssertionError: They are not finite numbers.
     """
     given = np.asarray(ac)
     try:
         if given.dtype.kind == "f" and not np.isfinite(given).all():
             raise ValueError("not all are finite")
-        with np.errstate(invalid="ignore"):  # What exceeds int32 becomes what is no action.
+        with np.errstate(invalid="ignore"):  # Values beyond int32 become invalid actions.
             return given.astype(np.int32)
     except (TypeError, ValueError, OverflowError) as error:
         raise UpstreamAssertionError(

@@ -37,23 +37,22 @@ _AUTORESET_MODES = {
 class ProcgenVectorEnv(VectorEnv):
     """N environments on a server, with the contract of Gymnasium's VectorEnv (1.1 and later).
 
-    It subclasses gymnasium.vector.VectorEnv where Gymnasium 1.0 or later is installed. Where an
-    older one is, whose vector environments have another contract, it only has the spaces of
-    Gymnasium, and making it warns. Without Gymnasium the spaces are small classes with the same
-    names and attributes. ``metadata["autoreset_mode"]`` is a member of an enumeration with
-    Gymnasium's names and values, Gymnasium's own since 1.1.
+    A subclass of gymnasium.vector.VectorEnv with Gymnasium 1.0 or later. Older versions have
+    another contract: there it only uses Gymnasium's spaces, and the constructor warns. Without
+    Gymnasium the spaces are small classes with the same names and attributes.
+    ``metadata["autoreset_mode"]`` is a member of AutoresetMode, Gymnasium's own since 1.1.
 
-    Shapes (N = num_envs): observations uint8 [N, 64, 64, 3], red, green, blue, top row first;
-    actions int [N], each in [0, 15) (-1, which is outside of the action space, does nothing and
-    ends the episode); rewards float64 [N]; terminations and truncations bool [N]. A time limit
-    truncates, everything else terminates.
+    Shapes (N = num_envs): observations uint8 [N, 64, 64, 3], RGB, top row first; actions int [N],
+    each in [0, 15), or -1, which is outside of the action space and ends the episode; rewards
+    float64 [N]; terminations and truncations bool [N]. The time limit truncates an episode, every
+    other end terminates it.
 
-    Observations of another form (screen_size, grayscale_obs, layout and frame_stack, as
-    Client.create_pool takes them) are [N, *pool.observation_shape]. A stack of frames has its own
-    axis before the frame's, as Gymnasium's FrameStackObservation makes it; at an episode's
-    beginning, and after restore_states and clone_states, one frame stands in all places.
+    Other observation formats (screen_size, grayscale_obs, layout, frame_stack of
+    Client.create_pool) have shape [N, *pool.observation_shape]. A frame stack adds an axis before
+    the frame's, as Gymnasium's FrameStackObservation. A new or restored episode starts with copies
+    of one frame.
 
-    Infos, each with a mask ``_key`` of the environments it holds for:
+    Infos, each with a mask ``_key`` of the environments for which it is valid:
 
     - ``level_seed`` int32 [N]: level in the observation;
     - ``prev_level_seed`` int32 [N]: level that was stepped; ``prev_level_complete`` bool [N]: this
@@ -68,7 +67,7 @@ class ProcgenVectorEnv(VectorEnv):
 
     Attributes:
         num_envs: Number of environments, N.
-        pool: The pool on the server, for what the vector environment has no name for.
+        pool: The Pool, for calls that the vector environment does not have.
     """
 
     metadata: dict[str, Any] = {
@@ -77,7 +76,7 @@ class ProcgenVectorEnv(VectorEnv):
         "autoreset_mode": AutoresetMode.NEXT_STEP,
     }
 
-    # Whether it may be given to what takes Gymnasium's vector environments.
+    # Whether programs use it as a Gymnasium vector environment.
     _is_for_gymnasium = True
 
     def __init__(
@@ -93,32 +92,29 @@ class ProcgenVectorEnv(VectorEnv):
         frame_skip: int = 1,
         **options: Any,
     ) -> None:
-        """Makes the pool.
+        """Creates the pool.
 
         Args:
-            games, num_envs: A game, or several that are dealt in turn to N environments.
-            server: Address of a server, or a Client (which stays open on close). None: the address
-                in the variable PROCGEN_SERVER, else a local server, which is started and shares
-                memory.
-            autoreset_mode: What follows the step that ends an episode: a member of AutoresetMode or
-                its value.
+            games, num_envs: A game, or several, which alternate; number of environments, N.
+            server: Address of a server, or a Client (which close() leaves open). None: the address
+                in the variable PROCGEN_SERVER, else a local server with shared memory.
+            autoreset_mode: A member of AutoresetMode or its value.
             render_mode: "rgb_array" for render(), or None.
-            render_size_px: Side of render's square pictures, in pixels.
-            copy: True: observations are arrays of your own. So they are without a copy, unless they
-                are shared. False: with transport "shared_memory" they are read-only views of
-                memory that the server draws into, and only so many may be kept
-                (held_batches_max, 2 by default, and those of this step). It saves 12 kB of
-                copying for each environment.
-            frame_skip: Each action is taken so many times, in [1, 1000], and only the last is
-                drawn; rewards are summed, and an environment stops when its episode ends.
-            **options: As Client.create_pool takes them: the options of Procgen 0.10.7
-                (distribution_mode, num_levels, start_level, rand_seed, use_sequential_levels, ...),
-                the form of the observations (screen_size, grayscale_obs, layout, frame_stack) and
-                how they travel (encoding, chunk_count, transport).
+            render_size_px: Side of render's square frames, in pixels.
+            copy: True: observations belong to the caller. False: with transport "shared_memory"
+                they are read-only views of memory that the server renders into, and arrays may
+                refer to held_batches_max batches (2 by default) in addition to the current one.
+                Saves copying 12 kB per environment. Other transports never copy.
+            frame_skip: Number of times that each action is repeated, in [1, 1000]. Only the last
+                observation is rendered, rewards are summed, and an environment stops when its
+                episode ends.
+            **options: As for Client.create_pool: options of Procgen 0.10.7 (distribution_mode,
+                num_levels, start_level, rand_seed, use_sequential_levels, ...), observation format
+                (screen_size, grayscale_obs, layout, frame_stack), transport, encoding and others.
 
         Raises:
             InvalidArgumentError: An argument is out of range.
-            UnimplementedError: The server does not draw for people, with render_mode "rgb_array".
+            UnimplementedError: render_mode is "rgb_array", and the server has no rendering.
             ProcgenError: As Client and Client.create_pool.
         """
         if self._is_for_gymnasium:
@@ -141,17 +137,17 @@ class ProcgenVectorEnv(VectorEnv):
         self.__dict__ |= vector_spaces(self.pool.observation_shape, ACTION_COUNT, num_envs)
         self._mode = mode
         self._frame_skip = frame_skip
-        self._next_levels: dict[int, int] = {}  # To be told with the next step.
+        self._next_levels: dict[int, int] = {}  # Sent with the next step.
         self._copy = copy
         self._render_size_px = render_size_px
-        self._untouched = True  # Neither reset nor stepped: all stand at their first step.
+        self._untouched = True  # Neither reset nor stepped yet.
         self._everywhere = np.ones(num_envs, np.bool_)
-        self._ended = np.zeros(num_envs, np.bool_)  # Whose episode is over, to be reset (DISABLED).
+        self._ended = np.zeros(num_envs, np.bool_)  # Episode over; with DISABLED to be reset.
         owned = None if client is server else client
         self._close_once = weakref.finalize(self, _close, self.pool, owned)
 
     def __enter__(self) -> ProcgenVectorEnv:
-        """Gives the environment itself."""
+        """Returns the environment itself."""
         return self
 
     def __exit__(self, *exception: object) -> None:
@@ -164,15 +160,15 @@ class ProcgenVectorEnv(VectorEnv):
         seed: int | Sequence[int | None] | None = None,
         options: dict[str, Any] | None = None,
     ) -> tuple[np.ndarray, dict[str, Any]]:
-        """Begins new episodes and gives the first observations.
+        """Starts new episodes and returns the first observations.
 
         Args:
-            seed: Seeds the environments' choice of levels anew: environment i with seed + i, or
-                with seed[i] (None: it goes on as it is). None: all go on; so the very first reset
-                gives the episodes that rand_seed began, as in upstream.
-            options: ``reset_mask``, bool [N] with at least one True: only these begin anew, and the
-                others stay as they are. The dict is left as it is: wrappers read it afterwards.
-                ``level_seeds``, int [N]: the levels to play.
+            seed: New seed of the choice of levels: seed + i for environment i, or seed[i] (None:
+                unchanged). None: all unchanged; the first reset then returns the episodes that
+                rand_seed chose, as in upstream.
+            options: ``reset_mask``, bool [N] with at least one True: only these environments are
+                reset. ``level_seeds``, int [N]: the levels to play. The dict is not modified, since
+                wrappers read it afterwards.
 
         Returns:
             Observations and infos. ``_level_seed`` is the reset_mask; no environment has stepped a
@@ -207,24 +203,22 @@ class ProcgenVectorEnv(VectorEnv):
             Observations, rewards, terminations, truncations, infos.
 
         Raises:
-            InvalidArgumentError: `actions` has a wrong length or a value out of range. Nothing has
-                moved.
-            FailedPreconditionError: With DISABLED, an environment's episode is over: reset it.
-                Nothing has moved. Or step_async was called and step_wait was not.
+            InvalidArgumentError: `actions` has a wrong length or a value out of range. Nothing was
+                stepped.
+            FailedPreconditionError: With DISABLED, an environment's episode is over: reset it. Or
+                step_async was called without step_wait. Nothing was stepped.
         """
         self.step_async(actions)
         return self.step_wait()
 
     def step_async(self, actions: npt.ArrayLike) -> None:
-        """Has all environments stepped, and does not wait for it; step_wait gives the results.
+        """Sends a step of all environments; step_wait returns its results.
 
-        The first half of step, as Gymnasium's AsyncVectorEnv has it: what is done between the two
-        halves costs no time. Nothing else may be asked of the environment there.
-
-        Args and errors as step.
+        As in Gymnasium's AsyncVectorEnv. The server steps while the program does other work. Only
+        step_wait may follow. Arguments and errors as step.
         """
         if self.pool.in_flight:
-            raise FailedPreconditionError("step_async was called before: call step_wait first")
+            raise FailedPreconditionError("step_async was called before; call step_wait first")
         if self._mode is AutoresetMode.DISABLED and self._ended.any():
             raise FailedPreconditionError(
                 f"the episodes of environments {np.flatnonzero(self._ended).tolist()} are over: "
@@ -246,11 +240,11 @@ class ProcgenVectorEnv(VectorEnv):
     def step_wait(
         self,
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, dict[str, Any]]:
-        """Waits for what step_async began, and gives what step gives.
+        """Waits for the step that step_async sent, and returns the values of step.
 
         Raises:
             FailedPreconditionError: step_async was not called.
-            ProcgenError: Whatever the server says.
+            ProcgenError: Any error of the server.
         """
         if not self.pool.in_flight:
             raise FailedPreconditionError("step_async was not called: call it first")
@@ -258,7 +252,7 @@ class ProcgenVectorEnv(VectorEnv):
         self._untouched = False
         self._ended = batch.ended
         infos = level_infos(batch, self._everywhere)
-        if np.count_nonzero(self._ended):  # As any(), in a fifth of its time.
+        if np.count_nonzero(self._ended):  # Five times as fast as any().
             infos |= episode_infos(batch, self._ended, self._mode is AutoresetMode.SAME_STEP)
         return (
             self._observations(batch),
@@ -269,10 +263,10 @@ class ProcgenVectorEnv(VectorEnv):
         )
 
     def set_next_levels(self, level_seeds: Mapping[int, int]) -> None:
-        """Chooses the levels that environments play after their present ones.
+        """Chooses the levels of the next episodes of some environments.
 
-        It is told to the server with the next step, and holds until they are played: also from an
-        episode that ends with that very step.
+        Sent with the next step, and valid until they are played, also if that step ends the
+        episode.
 
         Args:
             level_seeds: Level seeds by environment.
@@ -286,13 +280,13 @@ class ProcgenVectorEnv(VectorEnv):
 
     @property
     def episodes_over(self) -> np.ndarray:
-        """Whose episode has ended with the last step and no other has begun yet; bool [N]."""
+        """Whether the last step ended the episode and the next has not started; bool [N]."""
         if self._mode is AutoresetMode.SAME_STEP:
             return np.zeros(self.num_envs, np.bool_)
         return self._ended.copy()
 
     def save_states(self, environments: Sequence[int] | None = None) -> list[bytes]:
-        """Takes snapshots of environments (None: of all); see Pool.save_states."""
+        """Returns snapshots of environments (None: all); see Pool.save_states."""
         return self.pool.save_states(environments)
 
     def restore_states(
@@ -301,10 +295,10 @@ class ProcgenVectorEnv(VectorEnv):
         """Restores saved states and returns observations and infos of all.
 
         Args:
-            states: Snapshots by environment, or a list of one for each; see Pool.restore_states.
+            states: Snapshots by environment, or a list with one for each; see Pool.restore_states.
 
         Returns:
-            Observations and infos, as of reset.
+            Observations and infos, as reset.
         """
         self.pool.restore_states(states)
         return self._observe()
@@ -319,19 +313,19 @@ class ProcgenVectorEnv(VectorEnv):
         """Copies states between environments and returns observations and infos of all.
 
         Args:
-            pairs: (source, target) environments; see Pool.clone_states, also for the others. The
-                pool of another ProcgenVectorEnv is its attribute ``pool``.
-            source_pool: The pool that is read. None: this one.
+            pairs: (source, target) environments; see Pool.clone_states.
+            source_pool: The pool that is read, e.g. the attribute ``pool`` of another
+                ProcgenVectorEnv. None: this one.
             source_server: Address of its server. None: the same server.
 
         Returns:
-            Observations and infos, as of reset.
+            Observations and infos, as reset.
         """
         self.pool.clone_states(pairs, source_pool=source_pool, source_server=source_server)
         return self._observe()
 
     def render(self) -> tuple[np.ndarray, ...] | None:
-        """Draws all environments for people: N pictures, uint8 [side, side, 3].
+        """Renders all environments for people: N frames, uint8 [side, side, 3].
 
         None if render_mode is None.
         """
@@ -340,22 +334,21 @@ class ProcgenVectorEnv(VectorEnv):
         return tuple(self.pool.render(size_px=self._render_size_px))
 
     def close_extras(self, **kwargs: Any) -> None:
-        """Deletes the pool, and closes the connection if it was made here; called by close()."""
-        if hasattr(self, "_close_once"):  # It is not where __init__ failed.
+        """Deletes the pool, and closes the connection unless the caller opened it."""
+        if hasattr(self, "_close_once"):  # False if __init__ failed.
             self._close_once()
 
     def _observe(self) -> tuple[np.ndarray, dict[str, Any]]:
         batch = self.pool.observe()
         self._untouched = False
-        # One that was saved where the next episode begins with the end of the last (`first`) is in
-        # the midst of that.
+        # `first`: saved in a pool with "same_step", where the next episode has already started.
         self._ended = batch.ended & ~batch.first
         return self._observations(batch), level_infos(batch, self._everywhere)
 
     def _observations(self, batch: Batch) -> np.ndarray:
         observations = batch.observations
         assert observations is not None
-        # What was received is an array of the learner's own already.
+        # A received array belongs to the caller already; a view of shared memory is read-only.
         if not self._copy or observations.flags.writeable:
             return observations
         return observations.copy()
@@ -372,7 +365,7 @@ def _create_pool(
 ) -> Pool:
     if is_drawn and not client.catalog().features.render:
         raise UnimplementedError(
-            f"the server at {client.address} does not draw for people; use render_mode None"
+            f"the server at {client.address} has no rendering; use render_mode None"
         )
     if is_local(client) and options.get("encoding", "raw") == "raw":
         options = {"transport": "shared_memory"} | options
@@ -399,9 +392,9 @@ def _reset_mask(given: object, num_envs: int) -> np.ndarray:
     if given is None:
         return np.ones(num_envs, np.bool_)
     if not isinstance(given, np.ndarray) or given.dtype != np.bool_ or given.shape != (num_envs,):
-        raise InvalidArgumentError(f"reset_mask is a bool array of shape [{num_envs}]")
+        raise InvalidArgumentError(f"reset_mask is not a bool array of shape [{num_envs}]")
     if not given.any():
-        raise InvalidArgumentError("reset_mask has no True: it must name at least one environment")
+        raise InvalidArgumentError("reset_mask has no True; it has at least one")
     return given
 
 

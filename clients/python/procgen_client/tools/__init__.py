@@ -1,1 +1,1 @@
-"""Programs and helpers around a pool: a server of one's own, evaluation, statistics, videos."""
+"""Local servers, evaluation, episode statistics, videos."""

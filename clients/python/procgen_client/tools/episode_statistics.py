@@ -1,4 +1,4 @@
-"""What ended episodes were like: returns, lengths, levels."""
+"""Statistics of ended episodes: returns, lengths, levels."""
 
 from __future__ import annotations
 
@@ -15,25 +15,25 @@ class Episode(NamedTuple):
     """An episode that has ended."""
 
     environment: int  # Index in the pool.
-    level_seed: int  # Its (last) level.
+    level_seed: int  # Its last level.
     episode_return: float  # Sum of its rewards.
     length: int  # In steps.
     is_completed: bool  # Its last step completed the level.
 
 
 class EpisodeStatistics:
-    """Collects the episodes that end, and sums up the last ones.
+    """Collects ended episodes, with means over the most recent ones.
 
     Attributes:
-        episode_count: How many were collected.
-        recent: The last ones, oldest first; at most `window`.
+        episode_count: Number of collected episodes.
+        recent: The last `window` episodes, oldest first.
     """
 
     def __init__(self, window: int = 100) -> None:
-        """Begins with none.
+        """Starts without episodes.
 
         Args:
-            window: How many of the last episodes are summed up; at least 1.
+            window: Number of episodes in the means, at least 1.
         """
         if window < 1:
             raise InvalidArgumentError(f"window is {window}; it is at least 1")
@@ -41,7 +41,7 @@ class EpisodeStatistics:
         self.recent: deque[Episode] = deque(maxlen=window)
 
     def add(self, step: Batch | dict[str, Any]) -> list[Episode]:
-        """Collects the episodes that ended in a step, and gives them.
+        """Collects the episodes that ended in a step, and returns them.
 
         Args:
             step: A batch of a pool, or the infos of a step of ProcgenVectorEnv.
@@ -53,17 +53,17 @@ class EpisodeStatistics:
 
     @property
     def mean_return(self) -> float:
-        """Mean return of the last episodes; NaN while there are none."""
+        """Mean return of `recent`; NaN if empty."""
         return _mean([episode.episode_return for episode in self.recent])
 
     @property
     def mean_length(self) -> float:
-        """Mean length of the last episodes, in steps; NaN while there are none."""
+        """Mean length of `recent`, in steps; NaN if empty."""
         return _mean([episode.length for episode in self.recent])
 
     @property
     def completed_share(self) -> float:
-        """Share of the last episodes that completed their level; NaN while there are none."""
+        """Share of `recent` that completed their level; NaN if empty."""
         return _mean([episode.is_completed for episode in self.recent])
 
 

@@ -1,17 +1,17 @@
-"""procgen-evaluate: what a policy gets on the levels it was trained on, and on all others.
+"""procgen-evaluate: scores a policy on its training levels and on all levels.
 
 The protocol of the benchmark's paper (Cobbe et al., 2020): a policy is trained on a fixed set of
-levels (200 easy or 500 hard ones, beginning with level 0) and evaluated on these and on levels
-drawn from all. Returns are normalised by the constants of each game, (return - min) / (max - min),
-which the server's catalog has, and averaged over games.
+levels (200 easy or 500 hard ones, from level 0 on) and evaluated on these and on all levels.
+Returns are normalised by each game's constants in the server's catalog,
+(return - min) / (max - min), and averaged over games.
 
     procgen-evaluate --policy my_package.my_module:make_policy --plot returns.png
 
-`make_policy(game)` gives a policy of that game: a function from observations, uint8 [N, 64, 64, 3],
-to actions, int [N]. Without --policy a random one plays.
+`make_policy(game)` returns the game's policy: a function from observations, uint8 [N, 64, 64, 3],
+to actions, int [N]. The default is a random policy.
 
-Every environment plays equally many episodes, and all of them count: the first to end would be the
-short ones, whose returns are others.
+Each environment plays the same number of episodes, and all of them count. The first episodes to end
+are short ones, with a biased mean return.
 """
 
 from __future__ import annotations
@@ -35,30 +35,30 @@ from procgen_client.options import GAMES
 from procgen_client.tools.local_server import is_local, open_client
 
 Policy = Callable[[np.ndarray], Any]  # Observations uint8 [N, 64, 64, 3] -> actions int [N].
-MakePolicy = Callable[[str], Policy]  # Of the game of that name.
+MakePolicy = Callable[[str], Policy]  # From a game's name.
 
-# Levels that the paper trains on, by mode.
+# Number of training levels in the paper, by mode.
 TRAIN_LEVELS = {"easy": 200, "hard": 500}
 
 
 class Protocol(NamedTuple):
-    """How policies are evaluated."""
+    """Parameters of an evaluation."""
 
     mode: str = "hard"  # One of TRAIN_LEVELS.
-    train_levels: int = 0  # Levels 0 ... that it was trained on; 0: as the paper, by mode.
-    episode_count: int = 100  # Of each game and set of levels, at least: the same for each row.
-    env_count: int = 50  # Played at once; no more than episode_count.
+    train_levels: int = 0  # Number of training levels, from 0 on; 0: TRAIN_LEVELS.
+    episode_count: int = 100  # At least, per game and set of levels; equal per environment.
+    env_count: int = 50  # Environments; at most episode_count.
     rand_seed: int = 0  # Seeds the choice of levels.
 
 
 class GameScore(NamedTuple):
-    """What a policy got in a game."""
+    """Scores of a policy in a game."""
 
     game: str
-    episode_count: int  # Of each of the two.
-    train_return: float  # Mean return on the levels that it was trained on.
+    episode_count: int  # Per set of levels.
+    train_return: float  # Mean return on the training levels.
     test_return: float  # Mean return on all levels.
-    train_score: float  # The same, normalised.
+    train_score: float  # The returns, normalised.
     test_score: float
 
 
@@ -72,16 +72,17 @@ def evaluate(
     """Plays each game on both sets of levels.
 
     Args:
-        client: The server to play on.
+        client: Connection to the server.
         games: Names of games.
-        make_policy: Returns a game's policy; called once for each of the two.
-        protocol: How.
-        progress: Told the game, "train" or "test", how many episodes have ended and of how many.
+        make_policy: Returns a game's policy; called once for each set of levels.
+        protocol: Parameters of the evaluation.
+        progress: Called with the game, "train" or "test", the number of ended episodes and their
+            total.
 
     Raises:
         InvalidArgumentError: A number of the protocol is out of range, or a game has no constants
             in that mode.
-        ProcgenError: Whatever the server says.
+        ProcgenError: Any error of the server.
     """
     train_levels = _check(protocol)
     scores = []
@@ -108,13 +109,13 @@ def evaluate(
 
 
 def random_policy(game: str) -> Policy:
-    """Gives a policy that chooses any action."""
+    """Returns a uniformly random policy."""
     random = np.random.default_rng(list(game.encode()))
     return lambda observations: random.integers(0, ACTION_COUNT, len(observations))
 
 
 def _check(protocol: Protocol) -> int:
-    """Gives the number of levels that were trained on."""
+    """Validates `protocol`, and returns the number of training levels."""
     if protocol.mode not in TRAIN_LEVELS:
         raise InvalidArgumentError(
             f"mode is {protocol.mode!r}; it is one of {', '.join(TRAIN_LEVELS)}"
@@ -128,7 +129,7 @@ def _check(protocol: Protocol) -> int:
 
 
 def return_range(catalog: catalog_pb2.Catalog, game: str, mode: str) -> tuple[float, float]:
-    """Gives the returns that are normalised to 0 and 1.
+    """Returns the game's returns that are normalised to 0 and 1.
 
     Raises:
         InvalidArgumentError: There is no such game, or it has none in that mode.
@@ -150,7 +151,7 @@ def _play(
     num_levels: int,
     progress: Callable[[int, int], None],
 ) -> np.ndarray:
-    """Plays equally many episodes in each environment and gives their returns: [N, k]."""
+    """Plays k episodes in each environment and returns their returns, [N, k]."""
     env_count = min(protocol.env_count, protocol.episode_count)
     each = -(-protocol.episode_count // env_count)
     returns = np.zeros((env_count, each), np.float32)
@@ -177,7 +178,7 @@ def _play(
 
 
 def table(scores: Sequence[GameScore]) -> str:
-    """Gives the scores as a table in Markdown, with the mean normalised returns last."""
+    """Returns the scores as a Markdown table, with the mean normalised returns last."""
     lines = [
         "| game | train levels | all levels | normalised: train | all | gap |",
         "| --- | ---: | ---: | ---: | ---: | ---: |",
@@ -194,7 +195,7 @@ def table(scores: Sequence[GameScore]) -> str:
 
 
 def means(scores: Sequence[GameScore]) -> tuple[float, float]:
-    """Gives the mean normalised returns on the levels trained on, and on all."""
+    """Returns the mean normalised returns on the training levels and on all levels."""
     return (
         float(np.mean([score.train_score for score in scores])),
         float(np.mean([score.test_score for score in scores])),
@@ -219,10 +220,10 @@ def plot(scores: Sequence[GameScore], path: str) -> None:
 
 
 class ProgressLine:
-    """Progress: on a terminal one line that is overwritten, otherwise a line per game."""
+    """Prints progress: on a terminal one line that is overwritten, otherwise a line per game."""
 
     def __init__(self, stream: IO[str], game_count: int) -> None:
-        """Takes where to write, and the number of games."""
+        """Takes the output stream and the number of games."""
         self._stream = stream
         self._game_count = game_count
         self._begun: list[str] = []
@@ -241,15 +242,15 @@ class ProgressLine:
 
 
 def load_policy(name: str) -> MakePolicy:
-    """Gives what MODULE:FUNCTION names.
+    """Returns the function that "MODULE:FUNCTION" names.
 
     Raises:
-        InvalidArgumentError: It is no such name, or there is no such thing.
+        InvalidArgumentError: The name has another form, or there is no such function.
     """
     module, separator, function = name.partition(":")
     if not separator:
         raise InvalidArgumentError(f"policy is {name!r}; it is MODULE:FUNCTION")
-    sys.path.insert(0, "")  # As python3 -m has it: modules of the working folder are found.
+    sys.path.insert(0, "")  # As python3 -m: find modules of the working folder.
     try:
         make_policy: Callable[[str], Policy] = getattr(importlib.import_module(module), function)
         return make_policy
@@ -258,7 +259,7 @@ def load_policy(name: str) -> MakePolicy:
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Evaluates as the command line says; gives the exit status, 2 for a mistake."""
+    """Runs the command line; returns the exit status, 2 after an error."""
     parser = _parser()
     given = parser.parse_args(arguments)
     games = list(GAMES) if given.games == ["all"] else given.games
@@ -302,11 +303,11 @@ def _parser() -> argparse.ArgumentParser:
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.add_argument("games", nargs="*", default=["all"], help="games; default: all sixteen")
-    parser.add_argument("--policy", metavar="MODULE:FUNCTION", help="default: a random one")
-    parser.add_argument("--server", help="its address; default: PROCGEN_SERVER, else its own")
+    parser.add_argument("--policy", metavar="MODULE:FUNCTION", help="default: a random policy")
+    parser.add_argument("--server", help="address; default: PROCGEN_SERVER, else a local server")
     parser.add_argument("--mode", default=default.mode, help="easy or hard; default: %(default)s")
     parser.add_argument(
-        "--train-levels", type=int, default=0, help="0 ...; default: 200 easy or 500 hard ones"
+        "--train-levels", type=int, default=0, help="from 0 on; default: 200 easy, 500 hard"
     )
     parser.add_argument(
         "--episodes", type=int, default=default.episode_count, help="default: %(default)s"
@@ -314,9 +315,9 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument(
         "--environments", type=int, default=default.env_count, help="default: %(default)s"
     )
-    parser.add_argument("--seed", type=int, default=0, help="of the levels; default: %(default)s")
+    parser.add_argument("--seed", type=int, default=0, help="of levels; default: %(default)s")
     parser.add_argument("--plot", metavar="FILE", help="draw the normalised returns")
-    parser.add_argument("--json", metavar="FILE", help="write all figures")
+    parser.add_argument("--json", metavar="FILE", help="write all results")
     return parser
 
 

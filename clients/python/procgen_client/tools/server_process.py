@@ -1,4 +1,4 @@
-"""A server of one's own, on this machine."""
+"""procgen-server as a child process."""
 
 from __future__ import annotations
 
@@ -16,27 +16,28 @@ from typing import IO
 from procgen_client import _fork
 from procgen_client.errors import UnavailableError
 
-# Where to look for the program if nobody says: this variable, then PATH.
+# Path of the program. If unset, it is searched in PATH.
 BINARY_VARIABLE = "PROCGEN_SERVER_BINARY"
 
-# Runs a program until standard input ends, which it does with whoever holds its other end. The
-# program's own standard input is empty, and standard output ends with it.
+# Shell script that runs a program and stops it at the end of the shell's standard input, which is a
+# pipe that the parent process holds. The program's standard input is empty, and standard output
+# closes when the program ends.
 _UNTIL_INPUT_ENDS = '"$@" </dev/null & exec >&-; read _; kill $! 2>/dev/null; wait $!'
 
-# The server writes the address that it is bound to on its standard output, and nothing else.
+# The server writes only its bound address to standard output.
 _ADDRESS = re.compile(r"(unix:\S+|(?:[\w.-]+|\[[0-9a-fA-F:]+\]):\d+)\s*$")
 
 
 class ServerProcess:
-    """A procgen-server that is started, and stopped on leaving.
+    """A procgen-server as a child process. A context manager: leaving it stops the server.
 
-    It listens on loopback, on a port that the system chooses, unless told otherwise. A session of
-    its own keeps Ctrl-C from it: it runs until stop is called, also when this program ends without
-    doing so, unless it is tied to it.
+    By default it listens on loopback, on a port that the system chooses. It runs in a session of
+    its own, so Ctrl-C does not reach it. It runs until stop is called; with `tied` also until this
+    program ends.
 
     Attributes:
-        address: Where it listens, for Client.
-        process_id: Its process id; where it is tied, that of the shell that watches it.
+        address: Its address, for Client.
+        process_id: Its process id; with `tied` that of the shell that watches it.
     """
 
     def __init__(
@@ -49,21 +50,21 @@ class ServerProcess:
         log_path: str | os.PathLike[str] | None = None,
         start_timeout: float = 30.0,
     ) -> None:
-        """Starts it and waits until it listens.
+        """Starts the server and waits until it listens.
 
         Args:
-            binary: The program. None: what the variable PROCGEN_SERVER_BINARY says, else
+            binary: Path of the program. None: the variable PROCGEN_SERVER_BINARY, else
                 procgen-server in PATH.
             flags: More flags, e.g. ["--workers=2"]; see ``procgen-server --help``.
-            address: Where it listens: HOST:PORT (port 0: one that the system chooses) or
-                unix:PATH.
-            tied: It ends with this program, however that ends.
-            log_path: File that its log lines are written to. None: they are thrown away.
-            start_timeout: How long to wait for it, in seconds.
+            address: HOST:PORT (port 0: the system chooses) or unix:PATH.
+            tied: Stop it when this program ends, even after SIGKILL.
+            log_path: File for its log. None: the log is discarded.
+            start_timeout: Time to wait for it, in seconds.
 
         Raises:
             FileNotFoundError: There is no such program.
-            UnavailableError: It ended, or did not listen in time; the message bears its last words.
+            UnavailableError: It ended, or did not listen in time. The message has the end of its
+                log.
         """
         program = _find(binary)
         self._log_path = None if log_path is None else Path(log_path)
@@ -88,31 +89,31 @@ class ServerProcess:
             raise
 
     def __enter__(self) -> ServerProcess:
-        """Gives the process itself."""
+        """Returns the process itself."""
         return self
 
     def __exit__(self, *exception: object) -> None:
-        """Stops it."""
+        """Stops the server."""
         self.stop()
 
     def stop(self, *, timeout: float = 15.0) -> int:
-        """Asks it to drain and end, and waits; kills it after `timeout` seconds.
+        """Lets the server drain and end, and waits; kills it after `timeout` seconds.
 
         Returns:
-            Its exit status. Stopping again gives that again.
+            Its exit status; the same if called again.
         """
         self._ask_to_end()
         try:
             return self._process.wait(timeout)
         except subprocess.TimeoutExpired:
-            os.killpg(self.process_id, signal.SIGKILL)  # Its session's: also where a shell watches.
+            os.killpg(self.process_id, signal.SIGKILL)  # The session, including a shell.
             return self._process.wait()
         finally:
             if self._process.stdout is not None:
                 self._process.stdout.close()
 
     def abandon(self) -> None:
-        """In a forked child: leaves the process to the parent, whose end alone it ends with."""
+        """In a forked child: closes the pipes, so that only the parent's end stops the server."""
         for end in (self._process.stdin, self._process.stdout):
             if end is not None:
                 end.close()
@@ -149,7 +150,7 @@ class ServerProcess:
         if self._log_path is None or not self._log_path.is_file():
             return ""
         lines = self._log_path.read_text(errors="replace").splitlines()[-5:]
-        return "; it said:\n" + "\n".join(lines) if lines else ""
+        return "; its log ends with:\n" + "\n".join(lines) if lines else ""
 
 
 def _find(binary: str | os.PathLike[str] | None) -> str:
@@ -157,7 +158,7 @@ def _find(binary: str | os.PathLike[str] | None) -> str:
     found = shutil.which(wanted)
     if found is None:
         raise FileNotFoundError(
-            f"there is no program {os.fspath(wanted)}; say where procgen-server is, or set "
-            f"{BINARY_VARIABLE}"
+            f"there is no program {os.fspath(wanted)}; set {BINARY_VARIABLE} to the path of "
+            "procgen-server"
         )
     return os.fspath(found)

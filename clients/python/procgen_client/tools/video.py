@@ -1,4 +1,4 @@
-"""Videos of what is played."""
+"""Videos of environments."""
 
 from __future__ import annotations
 
@@ -17,14 +17,13 @@ from procgen_client.pool_resource import PoolResource
 
 
 class VideoRecorder:
-    """Records environments of a pool, drawn for people, as an mp4; needs the program ffmpeg.
+    """Records environments of a pool, rendered for people, as an mp4 file; needs ffmpeg.
 
-    A context manager: the file is complete on leaving. Environments stand side by side, in rows of
-    a square.
+    A context manager: leaving it completes the file. Environments are arranged in a square grid.
 
     Attributes:
-        path: The file.
-        frame_count: How many frames were captured.
+        path: Path of the file.
+        frame_count: Number of captured frames.
     """
 
     def __init__(
@@ -36,24 +35,24 @@ class VideoRecorder:
         size_px: int = 512,
         frames_per_second: int = 15,
     ) -> None:
-        """Begins the file; an old one of that name is overwritten.
+        """Starts the file; overwrites an existing one.
 
         Args:
-            pool: The pool (of a ProcgenVectorEnv, its attribute ``pool``).
-            path: The file, e.g. "coinrun.mp4".
-            environments: Indices in the pool of those that are shown.
-            size_px: Side of each one's square picture, in [16, 2048].
+            pool: The pool (of a ProcgenVectorEnv: its attribute ``pool``).
+            path: Path of the file, e.g. "coinrun.mp4".
+            environments: Indices in the pool.
+            size_px: Side of each environment's square frame in pixels, in [16, 2048].
             frames_per_second: In [1, 60]; people play at 15.
 
         Raises:
-            FileNotFoundError: There is no program ffmpeg.
+            FileNotFoundError: ffmpeg is not installed.
             InvalidArgumentError: A number is out of range.
         """
         if len(environments) == 0:
-            raise InvalidArgumentError("environments is empty; a video shows at least one")
+            raise InvalidArgumentError("environments is empty; it has at least one")
         program = shutil.which("ffmpeg")
         if program is None:
-            raise FileNotFoundError("there is no program ffmpeg, which makes videos; install it")
+            raise FileNotFoundError("there is no program ffmpeg, which encodes videos; install it")
         self.path = os.fspath(path)
         self.frame_count = 0
         self._pool = pool
@@ -63,7 +62,7 @@ class VideoRecorder:
         self._rows = math.ceil(len(self._environments) / self._columns)
         size = f"{self._columns * size_px}x{self._rows * size_px}"
         rate = str(in_range("frames_per_second", frames_per_second, 1, 60))
-        # The codec wants even sides.
+        # The codec requires even sides.
         even = "pad=ceil(iw/2)*2:ceil(ih/2)*2"
         self._said = tempfile.TemporaryFile()  # noqa: SIM115 - closed by close
         self._encoder = subprocess.Popen(
@@ -76,7 +75,7 @@ class VideoRecorder:
         )
 
     def __enter__(self) -> VideoRecorder:
-        """Gives the recorder itself."""
+        """Returns the recorder itself."""
         return self
 
     def __exit__(self, *exception: object) -> None:
@@ -84,10 +83,10 @@ class VideoRecorder:
         self.close()
 
     def capture(self) -> None:
-        """Adds a frame: the environments as they stand.
+        """Adds a frame of the environments' current states.
 
         Raises:
-            OSError: ffmpeg has ended; the message bears what it said.
+            OSError: ffmpeg has ended; the message has its output.
             ProcgenError: As Pool.render.
         """
         frame = self._tile(self._pool.render(self._environments, size_px=self._size_px))
@@ -102,7 +101,7 @@ class VideoRecorder:
         """Completes the file. Closing again does nothing.
 
         Raises:
-            OSError: ffmpeg could not write it; the message bears what it said.
+            OSError: ffmpeg could not write the file; the message has its output.
         """
         if self._said.closed:
             return

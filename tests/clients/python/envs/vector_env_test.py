@@ -414,7 +414,7 @@ def test_render_gives_a_frame_for_each_environment(client: Client, make_env: Mak
     with pytest.raises(errors.InvalidArgumentError, match="render_mode is 'human'"):
         make_env(render_mode="human")
     if not client.catalog().features.render:
-        with pytest.raises(errors.UnimplementedError, match="does not draw for people"):
+        with pytest.raises(errors.UnimplementedError, match="has no rendering"):
             make_env(render_mode="rgb_array")
         return
     env = make_env(render_mode="rgb_array", render_size_px=128)
