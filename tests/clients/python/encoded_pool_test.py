@@ -66,7 +66,7 @@ def assert_go_alike(raw: Pool, encoded: Pool, request_count: int, seed: int) -> 
 @native_only
 @pytest.mark.parametrize("form", _FORMATS)
 @pytest.mark.parametrize("game", ["coinrun", "fruitbot", "maze"])
-def test_answers_are_those_of_a_raw_pool(client: Client, game: str, form: str) -> None:
+def test_encoded_batches_equal_raw_ones(client: Client, game: str, form: str) -> None:
     options = _OPTIONS | _FORMATS[form]
     with (
         client.create_pool(game, _ENV_COUNT, **options) as raw,
@@ -78,7 +78,7 @@ def test_answers_are_those_of_a_raw_pool(client: Client, game: str, form: str) -
 
 
 @native_only
-def test_states_are_restored_and_streams_follow_one_another(
+def test_encoded_batches_equal_raw_ones_after_restore_and_takeover(
     server: ServerProcess, client: Client
 ) -> None:
     with (
@@ -104,7 +104,7 @@ def test_states_are_restored_and_streams_follow_one_another(
 
 
 @native_only
-def test_vector_environments_show_the_same(client: Client) -> None:
+def test_encoded_vector_environments_equal_raw_ones(client: Client) -> None:
     arguments: dict[str, Any] = {"num_envs": 4, "server": client, **_OPTIONS}
     with (
         ProcgenVectorEnv("bigfish", **arguments) as raw,
@@ -121,14 +121,14 @@ def test_vector_environments_show_the_same(client: Client) -> None:
 
 
 @pytest.mark.parametrize("encoding", ["gzip", "lz4_difference"])
-def test_unknown_encodings_are_refused(client: Client, encoding: str) -> None:
+def test_unknown_encodings_are_rejected(client: Client, encoding: str) -> None:
     allowed = "it is one of raw, delta_zstd"
     with pytest.raises(InvalidArgumentError, match=f"encoding is '{encoding}'; {allowed}"):
         client.create_pool("maze", 1, encoding=encoding)
 
 
 @pytest.mark.skipif(is_native(), reason="the native module decodes")
-def test_without_the_native_module_no_pool_is_made(client: Client) -> None:
+def test_without_the_native_module_no_pool_is_created(client: Client) -> None:
     before = client.load().pool_count
     for options in ({"encoding": _ENCODING}, {"transport": "shared_memory"}):
         with pytest.raises(UnimplementedError, match="need the module procgen_client._native"):

@@ -237,24 +237,26 @@ def _environment() -> dict[str, str]:
 
 @native_only
 @pytest.mark.parametrize("how", ["fork", "spawn"])
-def test_children_make_environments_while_their_parent_has_some(how: str, tmp_path: Path) -> None:
+def test_children_create_environments_while_the_parent_has_some(how: str, tmp_path: Path) -> None:
     _run(_CHILDREN_MAKE_THEIR_OWN, how, "{}", folder=tmp_path)
 
 
 @native_only
-def test_children_do_so_beside_a_stream(server: ServerProcess, tmp_path: Path) -> None:
+def test_children_create_environments_while_the_parent_has_a_stream(
+    server: ServerProcess, tmp_path: Path
+) -> None:
     where = repr({"server": server.address})
     _run(_CHILDREN_MAKE_THEIR_OWN, "fork", where, folder=tmp_path)
 
 
 @native_only
-def test_environments_run_in_worker_processes_beside_an_open_one(tmp_path: Path) -> None:
+def test_worker_processes_run_environments_while_the_parent_steps(tmp_path: Path) -> None:
     _run(_ASYNC_VECTOR_ENV, folder=tmp_path)
 
 
 @native_only  # grpcio ends the parent's calls when such a child ends by sys.exit.
 @pytest.mark.parametrize("where", ["private", "stream"])
-def test_a_child_cannot_use_its_parents_environment_nor_end_it(
+def test_child_can_neither_use_nor_close_its_parents_environment(
     where: str, server: ServerProcess, tmp_path: Path
 ) -> None:
     arguments = {} if where == "private" else {"server": server.address}
@@ -262,18 +264,18 @@ def test_a_child_cannot_use_its_parents_environment_nor_end_it(
 
 
 @pytest.mark.skipif(is_native(), reason="of grpcio")
-def test_connections_by_grpcio_are_refused_in_children(
+def test_grpcio_connections_are_rejected_in_children(
     server: ServerProcess, tmp_path: Path
 ) -> None:
     _run(_BY_GRPCIO, server.address, folder=tmp_path)
 
 
 @native_only
-def test_children_of_children_connect(server: ServerProcess, tmp_path: Path) -> None:
+def test_grandchildren_can_connect(server: ServerProcess, tmp_path: Path) -> None:
     _run(_GENERATIONS, server.address, folder=tmp_path)
 
 
-def test_a_local_server_ends_with_its_program_whose_children_live() -> None:
+def test_local_server_ends_with_its_program_despite_running_children() -> None:
     with subprocess.Popen(
         [sys.executable, "-c", _CHILD_OUTLIVES_IT],
         env=_environment(),

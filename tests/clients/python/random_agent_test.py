@@ -27,7 +27,7 @@ _FRAME = re.compile(
 
 
 @pytest.mark.parametrize("language", ["python", "cpp"])
-def test_it_plays(server: ServerProcess, language: str) -> None:
+def test_random_agent_plays(server: ServerProcess, language: str) -> None:
     if language == "cpp":
         program = [os.environ["PROCGEN_CPP_RANDOM_AGENT"]]
     else:
@@ -39,7 +39,7 @@ def test_it_plays(server: ServerProcess, language: str) -> None:
 
 
 @pytest.mark.parametrize("language", _AGENTS)
-def test_it_has_as_many_lines_as_is_said(language: str) -> None:
+def test_random_agent_is_as_short_as_documented(language: str) -> None:
     lines = (_CLIENTS / _AGENTS[language]).read_text().splitlines()
     own = [line for line in lines if not _FRAME.match(line)]
     assert 5 < len(own) <= _LINES_MAX, own

@@ -13,7 +13,7 @@ _README = Path(__file__).resolve().parents[3] / "clients/python/README.md"
 _EXAMPLES = re.findall(r"^```python\n(.*?)^```$", _README.read_text(), re.DOTALL | re.MULTILINE)
 
 
-def test_there_are_examples() -> None:
+def test_readme_has_examples() -> None:
     assert len(_EXAMPLES) >= 5
 
 

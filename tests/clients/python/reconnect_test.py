@@ -72,7 +72,7 @@ def _trace(pool: Pool, count: int) -> list[int]:
         ("delta_zstd", 300, 40_000, 5),
     ],
 )
-def test_nothing_is_lost_on_a_bad_network(
+def test_faulty_network_loses_nothing(
     server: ServerProcess,
     client: Client,
     encoding: str,
@@ -96,7 +96,7 @@ def test_nothing_is_lost_on_a_bad_network(
 
 
 @native_only
-def test_a_server_that_is_gone_is_given_up_in_time() -> None:
+def test_reconnecting_to_a_lost_server_times_out() -> None:
     with ServerProcess(flags=["--workers=1"]) as server:
         with Client(server.address, reconnect_timeout=0.5) as client:
             pool = client.create_pool("maze", 2)
@@ -110,7 +110,7 @@ def test_a_server_that_is_gone_is_given_up_in_time() -> None:
             assert not pool.attached
 
 
-def test_without_a_time_to_reconnect_the_first_loss_is_an_error() -> None:
+def test_without_reconnect_timeout_the_first_loss_is_an_error() -> None:
     with ServerProcess(flags=["--workers=1"]) as server:
         with Client(server.address, reconnect_timeout=0) as client:
             pool = client.create_pool("maze", 2)
@@ -122,7 +122,7 @@ def test_without_a_time_to_reconnect_the_first_loss_is_an_error() -> None:
             assert "made again" not in caught.value.message
 
 
-def test_a_server_that_drains_is_not_asked_again() -> None:
+def test_draining_server_is_not_contacted_again() -> None:
     with ServerProcess(flags=["--workers=1", "--drain_timeout=1s"]) as server:
         with Client(server.address, reconnect_timeout=600) as client:
             pool = client.create_pool("maze", 2)
@@ -133,7 +133,7 @@ def test_a_server_that_drains_is_not_asked_again() -> None:
                     pool.step([4, 4])
 
 
-def test_who_stepped_the_pool_meanwhile_is_not_overlooked(client: Client) -> None:
+def test_step_after_a_takeover_is_aborted(client: Client) -> None:
     with client.create_pool("maze", 2) as pool:
         pool.step([4, 4])
         with client.get_pool(pool.name) as other:
@@ -143,7 +143,7 @@ def test_who_stepped_the_pool_meanwhile_is_not_overlooked(client: Client) -> Non
             pool.step([4, 4])
 
 
-def test_a_lease_is_told_and_renewed(client: Client) -> None:
+def test_lease_is_returned_and_renewed(client: Client) -> None:
     with client.create_pool("maze", 1, lease_duration=90.5) as pool:
         assert pool.spec.lease_duration.ToTimedelta().total_seconds() == 90.5
         pool.renew()
@@ -156,7 +156,7 @@ def test_a_lease_is_told_and_renewed(client: Client) -> None:
             pool.renew(25 * 3600)
 
 
-def test_the_pool_of_a_killed_learner_is_freed_when_its_lease_runs_out(
+def test_pool_of_a_killed_learner_is_deleted_when_its_lease_expires(
     server: ServerProcess, client: Client
 ) -> None:
     learner = f"""

@@ -50,7 +50,7 @@ def wheel(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return file
 
 
-def test_the_wheel_holds_all_modules_and_nothing_else(wheel: Path) -> None:
+def test_wheel_contains_exactly_the_modules(wheel: Path) -> None:
     names = set(zipfile.ZipFile(wheel).namelist())
     sources = {
         str(path.relative_to(_ROOT / "clients/python"))
@@ -62,7 +62,7 @@ def test_the_wheel_holds_all_modules_and_nothing_else(wheel: Path) -> None:
     }
 
 
-def test_what_is_installed_of_it_works(
+def test_installed_wheel_works(
     server: ServerProcess, wheel: Path, tmp_path: Path
 ) -> None:
     # With the system's grpcio, protobuf and numpy.

@@ -192,7 +192,7 @@ else:
 """
 
 
-def test_a_program_in_cleanrls_manner_runs_with_gym(
+def test_cleanrl_style_program_runs_with_gym(
     server: ServerProcess, tmp_path: Path
 ) -> None:
     for name, text in _GYM.items():

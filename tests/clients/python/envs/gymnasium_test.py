@@ -236,14 +236,14 @@ def _run(program: str, folder: Path, server: ServerProcess) -> None:
     assert result.returncode == 0, result.stderr
 
 
-def test_gymnasiums_classes_and_spaces_are_used(server: ServerProcess, tmp_path: Path) -> None:
+def test_gymnasium_classes_and_spaces_are_used(server: ServerProcess, tmp_path: Path) -> None:
     if importlib.util.find_spec("gymnasium") is None:
         _install(tmp_path, "1.4.0")
     _run(_PROGRAM, tmp_path, server)
 
 
 @pytest.mark.parametrize("version", ["1.0.0", "0.29.1"])
-def test_older_versions_have_what_fits_them(
+def test_older_gymnasium_versions_are_supported(
     version: str, server: ServerProcess, tmp_path: Path
 ) -> None:
     _install(tmp_path, version)

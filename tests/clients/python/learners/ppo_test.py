@@ -27,7 +27,7 @@ def undisturbed(
     return train(tmp_path_factory.mktemp("undisturbed"), server.address)
 
 
-def test_a_row_is_written_for_each_update(undisturbed: dict[str, str]) -> None:
+def test_each_update_writes_a_row(undisturbed: dict[str, str]) -> None:
     header, *rows = undisturbed["progress"].splitlines()
     assert header == "step,return_mean,length_mean"
     assert [int(row.split(",")[0]) for row in rows] == [256, 512, 768, 1024]
@@ -49,7 +49,7 @@ def test_equal_seeds_give_equal_runs(
     assert other["learning"] != undisturbed["learning"]
 
 
-def test_a_run_that_was_stopped_after_each_update_continues_as_if_undisturbed(
+def test_run_stopped_after_each_update_equals_an_uninterrupted_run(
     server: ServerProcess, undisturbed: dict[str, str], tmp_path: Path
 ) -> None:
     for update in range(1, 5):
@@ -58,7 +58,7 @@ def test_a_run_that_was_stopped_after_each_update_continues_as_if_undisturbed(
     assert stopped == undisturbed
 
 
-def test_what_was_written_after_the_checkpoint_is_written_again(
+def test_rows_after_the_checkpoint_are_rewritten(
     server: ServerProcess, undisturbed: dict[str, str], tmp_path: Path
 ) -> None:
     train(tmp_path, server.address, time_limit=0)
@@ -69,7 +69,7 @@ def test_what_was_written_after_the_checkpoint_is_written_again(
     assert train(tmp_path, server.address, resume=True) == undisturbed
 
 
-def test_a_run_is_saved_on_sigterm(
+def test_sigterm_saves_the_run(
     server: ServerProcess, undisturbed: dict[str, str], tmp_path: Path
 ) -> None:
     command = options(tmp_path, server.address, total_steps=100 * STEPS_OF_UPDATE)
@@ -85,7 +85,7 @@ def test_a_run_is_saved_on_sigterm(
     assert len(saved) < 100
 
 
-def test_a_checkpoint_is_neither_overwritten_nor_continued_with_other_options(
+def test_checkpoint_is_neither_overwritten_nor_resumed_with_other_options(
     server: ServerProcess, tmp_path: Path
 ) -> None:
     train(tmp_path, server.address, total_steps=STEPS_OF_UPDATE)
@@ -112,7 +112,7 @@ class _RestartedEnvironments(Environments):
         return super().receive()
 
 
-def test_a_learner_survives_restarts_of_its_server(
+def test_training_survives_server_restarts(
     undisturbed: dict[str, str], tmp_path: Path
 ) -> None:
     made: list[_RestartedEnvironments] = []
@@ -148,7 +148,7 @@ def _train_on_two_ranks(output: Path, servers: str) -> dict[str, str]:
     return results(output)
 
 
-def test_two_ranks_do_not_depend_on_where_their_environments_are(
+def test_two_ranks_on_one_or_two_servers_give_equal_runs(
     server: ServerProcess, tmp_path: Path
 ) -> None:
     one = _train_on_two_ranks(tmp_path / "one", server.address)
@@ -159,7 +159,7 @@ def test_two_ranks_do_not_depend_on_where_their_environments_are(
     assert min(environments) < 8 <= max(environments) < 16
 
 
-def test_rewards_are_divided_by_the_deviation_of_discounted_returns() -> None:
+def test_rewards_are_divided_by_the_standard_deviation_of_returns() -> None:
     rewards = np.float32([[1, 0], [0, 2], [3, 0]])
     ended = np.array([[False, True], [False, False], [True, False]])
     normalized = ppo.RewardNormalizer(2, 0.5)(rewards, ended)
@@ -169,7 +169,7 @@ def test_rewards_are_divided_by_the_deviation_of_discounted_returns() -> None:
         assert normalized[t] == pytest.approx(rewards[t] / deviation, rel=1e-3)
 
 
-def test_advantages_are_generalised_estimates() -> None:
+def test_advantages_are_generalized_advantage_estimates() -> None:
     rewards, ended = np.float32([[1], [0], [2]]), np.array([[False], [True], [False]])
     values = np.float32([[0.5], [0.25], [1], [4]])
     advantages = ppo.estimate_advantages(rewards, ended, values, gamma=0.9, lambda_=0.8)

@@ -22,7 +22,7 @@ _EPISODES = 200
 _RISE_MIN = 1.5
 
 
-def test_the_return_rises(server: ServerProcess, tmp_path: Path) -> None:
+def test_training_increases_the_return(server: ServerProcess, tmp_path: Path) -> None:
     words = ["--game", "starpilot", "--levels", "10", "--network", "nature", "--num-steps", "64"]
     words += ["--total-steps", "150000", "--seed", str(_SEED)]
     assert ppo.main([*words, "--server", server.address, "--output", str(tmp_path)]) == 0

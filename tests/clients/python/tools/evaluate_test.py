@@ -44,7 +44,7 @@ def _play_by_hand(client: Client, num_levels: int) -> float:
     return float(np.mean([each[:3] for each in returns]))
 
 
-def test_scores_are_those_of_equally_many_episodes_of_each(client: Client) -> None:
+def test_scores_average_equally_many_episodes_per_environment(client: Client) -> None:
     (score,) = evaluate.evaluate(client, ["coinrun"], always(7), _SMALL)
     assert score.episode_count == 12
     assert score.train_return == pytest.approx(_play_by_hand(client, 3))
@@ -54,7 +54,7 @@ def test_scores_are_those_of_equally_many_episodes_of_each(client: Client) -> No
     assert score.test_score == pytest.approx((score.test_return - 5) / 5)
 
 
-def test_the_papers_numbers_of_levels_are_the_default(client: Client) -> None:
+def test_default_train_levels_are_those_of_the_paper(client: Client) -> None:
     assert evaluate.TRAIN_LEVELS == {"easy": 200, "hard": 500}
     made: list[str] = []
 
@@ -71,18 +71,18 @@ def test_the_papers_numbers_of_levels_are_the_default(client: Client) -> None:
     assert made == ["200", "0", "500", "0"]
 
 
-def test_every_game_has_constants_in_both_modes(client: Client) -> None:
+def test_every_game_has_normalization_constants_in_both_modes(client: Client) -> None:
     for mode in evaluate.TRAIN_LEVELS:
         for game in GAMES:
             low, high = evaluate.return_range(client.catalog(), game, mode)
             assert low < high
 
 
-def test_the_client_knows_the_servers_games(client: Client) -> None:
+def test_client_lists_the_games_of_the_server(client: Client) -> None:
     assert [game.name for game in client.catalog().games] == list(GAMES)
 
 
-def test_progress_is_told(client: Client) -> None:
+def test_progress_is_printed(client: Client) -> None:
     told = io.StringIO()
     evaluate.evaluate(client, ["maze"], always(-1), _SMALL, ProgressLine(told, 1))
     assert told.getvalue() == (
@@ -98,7 +98,7 @@ def test_progress_is_told(client: Client) -> None:
     assert "\r\033[K[1/1] maze, train levels: 4 of 12 episodes\r" in terminal.getvalue()
 
 
-def test_the_table_ends_with_the_mean() -> None:
+def test_table_ends_with_the_mean() -> None:
     scores = [
         GameScore("coinrun", 10, 9.0, 8.0, 0.8, 0.6),
         GameScore("maze", 10, 7.0, 5.0, 0.4, 0.0),
@@ -119,7 +119,7 @@ def test_the_table_ends_with_the_mean() -> None:
         ({"train_levels": -1}, "train_levels is -1"),
     ],
 )
-def test_wrong_protocols_are_refused(
+def test_invalid_protocols_are_rejected(
     client: Client, change: dict[str, object], message: str
 ) -> None:
     with pytest.raises(errors.InvalidArgumentError, match=message):
@@ -137,7 +137,9 @@ def _command(*arguments: str) -> subprocess.CompletedProcess[str]:
     )
 
 
-def test_the_command_prints_writes_and_draws(server: ServerProcess, tmp_path: Path) -> None:
+def test_command_prints_a_table_and_writes_json_and_plot(
+    server: ServerProcess, tmp_path: Path
+) -> None:
     pytest.importorskip("matplotlib")
     run = _command(
         *("coinrun", "maze", "--server", server.address, "--mode", "easy", "--episodes", "4"),
@@ -168,7 +170,7 @@ def test_the_command_prints_writes_and_draws(server: ServerProcess, tmp_path: Pa
         (["maze", "--mode", "memory"], "one of easy, hard"),
     ],
 )
-def test_the_command_tells_of_mistakes(
+def test_command_reports_invalid_arguments(
     server: ServerProcess, arguments: list[str], message: str
 ) -> None:
     run = _command(*arguments, "--server", server.address)
