@@ -102,6 +102,6 @@ def test_the_service_restarts_after_a_crash(said: str) -> None:
     assert "NRestarts=1" in said
 
 
-def test_a_stop_is_no_failure_and_a_purge_stops_it(said: str) -> None:
+def test_stop_is_not_a_failure_and_purge_stops_the_service(said: str) -> None:
     assert "Result=success" in said
     assert re.search(r"^inactive$", said, re.MULTILINE)
