@@ -8,8 +8,8 @@
 
 void VersionIsOne(void) { CLAIM(libenv.version() == 1); }
 
-// As a C compiler sees it; the library checks what a C++ compiler sees when it is built.
-void LayoutIsThatOfThePage(void) {
+// The layout in C. The library checks the layout in C++ when it is compiled.
+void LayoutMatchesTheDocumentation(void) {
   CLAIM(sizeof(union LibenvValue) == 4);
   CLAIM(sizeof(struct LibenvTensorType) == 128 + 4 + 4 + 16 * 4 + 4 + 4 + 4);
   CLAIM(offsetof(struct LibenvTensorType, scalar_type) == 128);
@@ -52,7 +52,7 @@ static void ClaimInfos(const struct LibenvTensorType types[]) {
   ClaimIsInt32(&types[2], "level_seed", INT_MAX);
 }
 
-void SpacesAreThoseOfThePage(void) {
+void SpacesMatchTheDocumentation(void) {
   const struct OptionList list = RequiredOptions("coinrun");
   struct LibenvHandle* handle = Make(1, &list);
   CLAIM(handle != NULL);
@@ -81,7 +81,7 @@ void RenderHumanAddsAnInfo(void) {
   libenv.close(handle);
 }
 
-// Making fails, and the one line that is said has `words` in it.
+// Expects that libenv_make fails and writes one line that contains `words`.
 static void ClaimIsRefused(int env_count, const struct OptionList* list,
                            const char* words) {
   BeginListening();
@@ -116,7 +116,7 @@ static void ClaimMissingIsRefused(int missing, const char* name) {
   ClaimIsRefused(1, &list, name);
 }
 
-void BadOptionsAreToldInOneLine(void) {
+void InvalidOptionErrorIsOneLine(void) {
   const struct OptionList good = RequiredOptions("coinrun");
   ClaimIsRefused(0, &good, "env_count");
   ClaimIsRefused(-5, &good, "env_count");
@@ -139,12 +139,12 @@ void BadOptionsAreToldInOneLine(void) {
   ClaimIntegerIsRefused("num_threads", INT_MAX, "num_threads");
   ClaimIntegerIsRefused("distribution_mode", 3, "distribution_mode");
   ClaimIntegerIsRefused("distribution_mode", 20, "distribution_mode");
-  // Coinrun has neither extreme levels nor memory ones.
+  // Coinrun has no extreme mode and no memory mode.
   ClaimIntegerIsRefused("distribution_mode", 2, "distribution_mode");
   ClaimIntegerIsRefused("distribution_mode", 10, "distribution_mode");
 }
 
-void MalformedOptionsAreToldInOneLine(void) {
+void MalformedOptionErrorIsOneLine(void) {
   struct OptionList list = RequiredOptions("coinrun");
   AddBoolean(&list, "center_agent", 2);
   ClaimIsRefused(1, &list, "center_agent");
@@ -170,7 +170,7 @@ void MalformedOptionsAreToldInOneLine(void) {
   CLAIM(EndListening().line_count == 1);
 }
 
-// What some steps of two environments look like.
+// Digest of 20 steps of two environments.
 static uint32_t Play(const struct OptionList* list) {
   struct Host host = OpenHost(2, list);
   uint32_t digest = kDigestBegin;
@@ -184,11 +184,11 @@ static uint32_t Play(const struct OptionList* list) {
   return digest;
 }
 
-void DefaultsAreTheLibrarys(void) {
+void MissingOptionsHaveTheDefaults(void) {
   static const char* const kFalse[] = {"center_agent",         "use_sequential_levels",
                                        "use_generated_assets", "use_monochrome_assets",
                                        "restrict_themes",      "paint_vel_info"};
-  // Maze shows whether the camera follows, coinrun themes and backgrounds.
+  // Maze depends on center_agent, coinrun on themes and backgrounds.
   struct OptionList list = RequiredOptions("coinrun,maze");
   const uint32_t expected = Play(&list);
   AddInteger(&list, "num_levels", 0);
@@ -210,7 +210,7 @@ void DefaultsAreTheLibrarys(void) {
   CLAIM(Play(&other) != expected);
 }
 
-void AllOptionsAreTaken(void) {
+void AllOptionsAreAccepted(void) {
   struct OptionList list = RequiredOptions("jumper");
   const uint32_t expected = Play(&list);
   AddString(&list, "resource_root", "/nowhere/at/all/");

@@ -35,7 +35,7 @@ static uint32_t DigestOfPlay(struct Host* host, int first_step, int step_count) 
   return digest;
 }
 
-void RestoredEnvironmentsGoOnTheSame(void) {
+void RestoredEnvironmentsContinueIdentically(void) {
   const struct OptionList list = RequiredOptions(kGames);
   struct OptionList other_list = RequiredOptions(kGames);
   AddInteger(&other_list, "rand_seed", 77);
@@ -83,14 +83,14 @@ void RestoringRefreshesOneEnvironment(void) {
   CloseHost(&host);
 }
 
-void SnapshotsAreTakenBeforeBuffersAreSet(void) {
+void SnapshotsNeedNoBuffers(void) {
   const struct OptionList list = RequiredOptions("maze");
   struct LibenvHandle* handle = Make(1, &list);
   struct Host host = OpenHost(1, &list);
   ActAll(&host, -1);
   libenv.observe(host.handle);
   const uint32_t expected = DigestOfHost(&host);
-  // A step that runs is waited for.
+  // libenv_get_state waits for the running step.
   ActAll(&host, -1);
   const int later = libenv.get_state(host.handle, 0, snapshot, kSnapshotBytesMax);
   CLAIM(later > 0);
@@ -125,20 +125,20 @@ void OptionsComeFromTheSnapshot(void) {
   CloseHost(&hard);
 }
 
-// An invalid snapshot is reported in one line that contains `told`, and changes nothing.
+// Expects that libenv_set_state writes one line that contains `expected`, and changes nothing.
 static void ClaimRefused(struct Host* host, int environment, char* data, int length,
-                         const char* told) {
+                         const char* expected) {
   const uint32_t before = DigestOfHost(host);
   BeginListening();
   libenv.set_state(host->handle, environment, data, length);
   const struct CapturedOutput said = EndListening();
-  CLAIM(said.line_count == 1 && strstr(said.text, told) != NULL);
+  CLAIM(said.line_count == 1 && strstr(said.text, expected) != NULL);
   CLAIM(DigestOfHost(host) == before);
   libenv.observe(host->handle);
   CLAIM(DigestOfHost(host) == before);
 }
 
-void BadSnapshotsAreToldInOneLine(void) {
+void InvalidSnapshotErrorIsOneLine(void) {
   const struct OptionList list = RequiredOptions("coinrun,maze");
   struct Host host = OpenHost(2, &list);
   libenv.observe(host.handle);
