@@ -37,7 +37,7 @@ TEST(CancellationTest, StaysCancelled) {
   EXPECT_FALSE(cancellation.Sleep(absl::Hours(1)));
 }
 
-TEST(CancellationTest, WithoutACheckItIsNever) {
+TEST(CancellationTest, NeverCancelsWithoutACheck) {
   procgen_client::Cancellation cancellation(nullptr);
   EXPECT_FALSE(cancellation.Check());
   EXPECT_TRUE(cancellation.Sleep(absl::Milliseconds(1)));
@@ -72,14 +72,14 @@ class CancelledWaitTest : public ServiceTest {
   std::atomic<bool> is_cancelled_ = false;
 };
 
-TEST_F(CancelledWaitTest, OfAnAnswer) {
+TEST_F(CancelledWaitTest, ReceiveReturnsCancelled) {
   const auto client = Cancellable();
   v1::PoolSpec spec = MazeSpec(256);
   spec.set_games(0, "caveflyer");
   CancelReceive(client.get(), spec);
 }
 
-TEST_F(CancelledWaitTest, OfAStreamThatIsAborted) {
+TEST_F(CancelledWaitTest, ReceiveOfAnAbortedStreamReturnsCancelled) {
   v1::PoolSpec spec = MazeSpec(256);
   spec.set_games(0, "caveflyer");
   const auto stream = CreateAndAttach(spec);
@@ -91,7 +91,7 @@ TEST_F(CancelledWaitTest, OfAStreamThatIsAborted) {
   EXPECT_THAT(stream->Receive(&batch), StatusIs(absl::StatusCode::kCancelled, testing::_));
 }
 
-TEST_F(CancelledWaitTest, OfConnecting) {
+TEST_F(CancelledWaitTest, ConnectReturnsCancelled) {
   // Listens, and answers nothing.
   const int listener = socket(AF_INET, SOCK_STREAM, 0);
   sockaddr_in address = {};
