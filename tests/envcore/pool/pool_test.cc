@@ -29,7 +29,7 @@ void ExpectNoPool(const PoolOptions& options, absl::StatusCode code, const std::
   EXPECT_EQ(status.message(), message);
 }
 
-TEST(PoolCreateTest, RejectsOptionsOutOfRangeAndSaysWhatIsAllowed) {
+TEST(PoolCreateTest, RejectsOptionsOutOfRangeAndNamesTheRange) {
   const auto invalid = absl::StatusCode::kInvalidArgument;
   ExpectNoPool(OptionsOf({}), invalid, "games is empty, must name at least one game");
   ExpectNoPool(OptionsOf({"maze"}, 0), invalid, "env_count is 0, must be at least 1");
@@ -60,7 +60,7 @@ TEST(PoolCreateTest, ReturnsErrorsOfEnvironmentOptions) {
             absl::StatusCode::kNotFound);
 }
 
-TEST(PoolCreateTest, AShardNeedNotBeAMultipleOfTheGames) {
+TEST(PoolCreateTest, AShardsSizeNeedNotBeAMultipleOfTheGameCount) {
   PoolOptions options = OptionsOf({"maze", "miner"}, 1);
   options.first_env = 1;
   options.total_env_count = 4;
