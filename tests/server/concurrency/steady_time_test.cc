@@ -22,7 +22,7 @@ class SteadyTimeTest : public testing::TestWithParam<absl::Duration> {
   void Jump() const { SetWallClockOffset(absl::ToInt64Nanoseconds(GetParam())); }
 };
 
-TEST_P(SteadyTimeTest, TheTestMovesTheWallClock) {
+TEST_P(SteadyTimeTest, WallClockCanBeMovedByTheTest) {
   using WallClock = std::chrono::system_clock;  // absl::Now follows it within seconds only
   const WallClock::time_point before = WallClock::now();
   Jump();

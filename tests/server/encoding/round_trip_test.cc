@@ -69,7 +69,7 @@ INSTANTIATE_TEST_SUITE_P(All, RoundTripTest,
                                                std::get<1>(info.param).name);
                          });
 
-TEST(RoundTripBytesTest, DoNotDependOnTheNumberOfWorkers) {
+TEST(RoundTripBytesTest, BytesDoNotDependOnTheNumberOfWorkers) {
   EncodedPlay alone({.game = "coinrun", .env_count = 8, .worker_count = 1});
   EncodedPlay three({.game = "coinrun", .env_count = 8, .worker_count = 3});
   for (int step = 0; step < kStepCount; ++step) {

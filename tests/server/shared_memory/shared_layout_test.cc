@@ -24,7 +24,7 @@ TEST(SharedLayoutTest, ArraysAreAlignedAndBatchesWholePages) {
 }
 
 // Writes each row of each array, and checks whether any was written twice.
-TEST(SharedLayoutTest, RowsOfSlicesLieApartAndWithin) {
+TEST(SharedLayoutTest, RowsOfSlicesAreDisjointAndInBounds) {
   constexpr int32_t kEnvCount = 5;
   constexpr int64_t kObservationBytes = 48;
   const SharedLayout layout(kEnvCount, kObservationBytes);

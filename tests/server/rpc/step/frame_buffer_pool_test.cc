@@ -35,7 +35,7 @@ TEST(FrameBufferPoolTest, MemoryIsReusedAfterTheLastSliceCopy) {
   EXPECT_EQ(ring.Take(2000).bytes.size(), 2000U);
 }
 
-TEST(FrameBufferPoolTest, SlicesOutliveTheRing) {
+TEST(FrameBufferPoolTest, SlicesOutliveThePool) {
   auto ring = std::make_unique<FrameBufferPool>();
   const Frames frames = ring->Take(1000);
   ring = nullptr;

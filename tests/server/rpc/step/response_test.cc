@@ -59,7 +59,7 @@ TEST(ResponseTest, BytesAreThoseOfTheWholeMessage) {
   }
 }
 
-TEST(ResponseTest, WithoutObservationsTheMessageIsAll) {
+TEST(ResponseTest, WithoutObservationsTheMessageIsTheWholeResponse) {
   const Response response = ResponseOf(3);
   EXPECT_EQ(BytesOf(Serialized(response)), response.message.SerializeAsString());
 }

@@ -179,7 +179,7 @@ TEST_F(PoolSessionTest, SavingStopsOnRequest) {
   EXPECT_THAT(taken, ElementsAre(3, 1));
 }
 
-TEST_F(PoolSessionTest, OnlyChangesOfEnvironmentsChangeTheNumber) {
+TEST_F(PoolSessionTest, OnlyStepsAndRestoresChangeTheChangeNumber) {
   const std::unique_ptr<PoolSession> session = Make();
   const std::vector<int32_t> actions(kEnvCount, 4);
   const int64_t made = session->change_number();
