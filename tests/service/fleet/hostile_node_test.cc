@@ -116,7 +116,7 @@ class HostileNodeTest : public FleetTest {
 
 class WrongAnswerTest : public HostileNodeTest, public testing::WithParamInterface<Attack> {};
 
-TEST_P(WrongAnswerTest, ReachesNoLearner) {
+TEST_P(WrongAnswerTest, DoesNotReachTheLearner) {
   StartNode("a");
   HostileNode* const hostile = StartHostileNode("b", GetParam().damage);
   hostile->Attack(GetParam().attacked_request == 0);

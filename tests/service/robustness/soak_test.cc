@@ -140,7 +140,7 @@ int64_t PeakUntil(absl::Time end, pid_t process) {
   return peak;
 }
 
-TEST(SoakTest, AbruptLearnersReceiveTheirTracesAndLeakNothing) {
+TEST(SoakTest, AbruptLearnersReceiveTheirTracesWithoutLeaks) {
   ReturnFreedMemoryAtOnce();
   // Its log would fill the pipe that nobody reads meanwhile.
   // On a fast machine there are hundreds of pools whose leases run.

@@ -70,7 +70,7 @@ class UntrustedClientTest : public AccessTest {
   }
 };
 
-TEST_F(UntrustedClientTest, ServerRecoversFromLackOfFileDescriptors) {
+TEST_F(UntrustedClientTest, ServerRecoversFromExhaustedFileDescriptors) {
   Start();
   const rlimit few = {64, 64};
   ASSERT_EQ(prlimit(server_->process_id(), RLIMIT_NOFILE, &few, nullptr), 0);

@@ -84,7 +84,7 @@ TEST_F(HostileStatesTest, AnotherVersionIsDataLoss) {
                                        HasSubstr("of version 9, this engine supports version 1")));
 }
 
-TEST_F(HostileStatesTest, AFieldThatIsMissingIsNamed) {
+TEST_F(HostileStatesTest, MissingFieldIsNamed) {
   std::string body = good_.substr(kSnapshotHeaderBytes);
   body.replace(body.find("level_seed"), 10, "level_heed");
   EXPECT_THAT(Restore(FrameSnapshot(body)),

@@ -166,7 +166,7 @@ TEST_F(StatesTest, CloneFromAnotherPoolMayRepeatSources) {
   EXPECT_EQ(SnapshotsOf(Saved(source)), read);
 }
 
-TEST_F(StatesTest, NextLevelAfterARestoredEpisodeIsThePools) {
+TEST_F(StatesTest, NextLevelAfterARestoredEpisodeFollowsThePool) {
   v1::PoolSpec spec = MazeSpec(2);
   spec.set_autoreset_mode(v1::AUTORESET_MODE_NEXT_STEP);
   const std::string ended = CreatePool(spec);

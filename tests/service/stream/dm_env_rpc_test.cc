@@ -179,7 +179,7 @@ TEST_F(DmEnvRpcTest, BrokenStreamStopsWaitingForAWorld) {
   EXPECT_THAT(player.Finish(), IsOk());
 }
 
-TEST_F(DmEnvRpcTest, StreamsEndWhenTheServerDrainsJoinedOrNot) {
+TEST_F(DmEnvRpcTest, JoinedAndUnjoinedStreamsEndWhenTheServerDrains) {
   AgentStream idle(channel_);
   const std::string world = idle.Create();
   AgentStream player(channel_);

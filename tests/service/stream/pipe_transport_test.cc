@@ -133,12 +133,12 @@ TEST_F(PipeTransportTest, EndOfStreamClosesThePipes) {
   EXPECT_THAT(End(), IsOk());
 }
 
-TEST_F(PipeTransportTest, ItEndsWithItsPool) {
+TEST_F(PipeTransportTest, PipesEndWithTheirPool) {
   EXPECT_THAT(client_->DeletePool(pool_), IsOk());
   EXPECT_THAT(End(), StatusIs(absl::StatusCode::kAborted, HasSubstr("was deleted")));
 }
 
-TEST_F(PipeTransportTest, ItEndsWithACancelledStream) {
+TEST_F(PipeTransportTest, PipesEndWithACancelledStream) {
   context_.TryCancel();
   EXPECT_EQ(End().code(), absl::StatusCode::kCancelled);
 }

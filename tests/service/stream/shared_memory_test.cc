@@ -37,7 +37,7 @@ struct Case {
   bool small_stacks = false;
 };
 
-class EqualTest : public SharedMemoryTest, public testing::WithParamInterface<Case> {
+class SharedBatchesTest : public SharedMemoryTest, public testing::WithParamInterface<Case> {
  protected:
   static constexpr int32_t kEnvCount = 6;
 
@@ -83,7 +83,7 @@ class EqualTest : public SharedMemoryTest, public testing::WithParamInterface<Ca
   }
 };
 
-TEST_P(EqualTest, BatchesEqualThoseOfTheGrpcStream) {
+TEST_P(SharedBatchesTest, BatchesEqualThoseOfTheGrpcStream) {
   const auto stream = Attach(CreatePool(Spec()));
   const auto shared = Attach(CreatePool(SharedSpec(Spec())));
   ASSERT_NE(stream, nullptr);
@@ -114,7 +114,7 @@ TEST_P(EqualTest, BatchesEqualThoseOfTheGrpcStream) {
 }
 
 INSTANTIATE_TEST_SUITE_P(
-    Cases, EqualTest,
+    Cases, SharedBatchesTest,
     testing::Values(
         Case{.name = "Bigfish", .games = {"bigfish"}},
         Case{.name = "NextStep", .games = {"maze"}, .autoreset_mode = v1::AUTORESET_MODE_NEXT_STEP},

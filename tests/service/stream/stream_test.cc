@@ -254,7 +254,7 @@ TEST_F(StreamTest, LargePoolIsSplitIntoResponsesOfFourMebibytes) {
   EXPECT_TRUE(stream->Finish().ok());
 }
 
-TEST_F(StreamTest, SplitAnswersEqualWholeOnes) {
+TEST_F(StreamTest, SplitResponsesEqualWholeOnes) {
   procgen_client::Batch whole;
   procgen_client::Batch joined;
   const auto large_client = Connect(16 << 20);
