@@ -1,4 +1,4 @@
-// The program procgen-server: its flags, its start and its end.
+// procgen-server as a program: flags, startup and shutdown.
 
 #include <csignal>
 #include <filesystem>
@@ -23,7 +23,7 @@ using testing::HasSubstr;
 
 class SignalTest : public testing::TestWithParam<int> {};
 
-// Steps until the server says that it drains.
+// Steps until the server reports that it drains.
 void StepUntilItDrains(procgen_client::StepStream* stream) {
   procgen_client::Batch batch;
   absl::Status status;
@@ -115,7 +115,8 @@ TEST(DrainingTest, IdlePoolsAndConnectionsDoNotDelayDrain) {
   EXPECT_EQ(process.Wait(), 0);
 }
 
-// What a maze looks like on the server at `address`, whose catalog must tell of `art`.
+// The first observation of a maze on the server at `address`. Expects that its catalog reports
+// `art`.
 std::string FirstPictureOf(const std::string& address, const std::string& art) {
   const auto client = procgen_client::Client::Connect(address);
   EXPECT_THAT(client, IsOk());

@@ -1,4 +1,4 @@
-// What happened in an episode: it is played again, and is the same.
+// GetEpisode: a replay of the returned episode equals the original.
 
 #include <memory>
 #include <random>
@@ -189,7 +189,7 @@ TEST_F(EpisodesTest, SlicesMayBeSteppedInTurn) {
   ExpectPlaysTheSame(Last(stream->pool().name(), 1));
 }
 
-// A server whose pools have little memory for their episodes.
+// A server whose pools have little memory for episodes.
 class LittleMemoryEpisodesTest : public EpisodesTest {
  protected:
   void SetUp() override {
@@ -240,14 +240,14 @@ TEST_F(EpisodesTest, ResetEndsAnEpisodeThatWasStepped) {
   v1::StepPoolRequest reset;
   reset.mutable_reset()->add_resets()->set_environment(0);
   reset.mutable_reset()->mutable_resets(0)->set_level_seed(-5);
-  for (int32_t i = 0; i < 2; ++i) {  // the second time it has had no step
+  for (int32_t i = 0; i < 2; ++i) {  // the second reset ends an episode without steps
     ASSERT_THAT(stream->Call(reset, &batch), IsOk());
   }
   EXPECT_EQ(Last(pool).outcome(), v1::EPISODE_OUTCOME_RESET);
   EXPECT_EQ(Last(pool).actions(), std::string("\x07"));
   ExpectPlaysTheSame(Last(pool));
   EXPECT_THAT(Current(pool).actions(), IsEmpty());
-  // A reset in place of a step; the other environment continues.
+  // A reset within a step; the other environment is stepped.
   v1::StepPoolRequest step = StepRequest({3, 5});
   *step.mutable_step()->add_resets() = reset.reset().resets(0);
   ASSERT_THAT(stream->Step({2, 4}, &batch), IsOk());
@@ -298,16 +298,16 @@ TEST_F(EpisodesTest, RestoredStatesAreReportedAndTheNextEpisodeIsWhole) {
   EXPECT_EQ(Current(pool).actions(), std::string("\x02"));
   ASSERT_THAT(stream->Step({-1, 3}, &batch), IsOk());
   EXPECT_EQ(Last(pool).incomplete_reason(), v1::INCOMPLETE_REASON_STATE_RESTORED);
-  // With the options that came along.
+  // The next episode has the options of the restored state.
   ASSERT_THAT(stream->Step({4, 3}, &batch), IsOk());
   EXPECT_EQ(Current(pool).options().distribution_mode(), v1::DISTRIBUTION_MODE_HARD);
   ExpectPlaysTheSame(Current(pool));
-  // A state of an episode's beginning is one.
+  // A state at the start of an episode gives a complete episode.
   ASSERT_THAT(client_->RestoreStates(pool, *fresh), IsOk());
   ASSERT_THAT(stream->Step({1, 3}, &batch), IsOk());
   EXPECT_EQ(Current(pool).actions(), std::string("\x01"));
   ExpectPlaysTheSame(Current(pool));
-  // What is cloned is put in, too.
+  // A cloned state counts as restored.
   ASSERT_THAT(client_->CloneStates(pool, {Pair(0, 1)}), IsOk());
   EXPECT_EQ(Current(pool, 1).incomplete_reason(), v1::INCOMPLETE_REASON_STATE_RESTORED);
   ASSERT_THAT(stream->Step({1, -1}, &batch), IsOk());

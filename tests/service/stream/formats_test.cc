@@ -1,5 +1,5 @@
-// Other observation formats over gRPC. The engine's tests check the pixels; these check that they
-// arrive complete, in the pool's format.
+// Observation formats over gRPC: observations equal those of the engine in the pool's format. The
+// engine's tests check the pixels.
 
 #include <memory>
 #include <string>
@@ -27,7 +27,7 @@ v1::PoolSpec FormattedSpec(int32_t env_count, int32_t size_px, int32_t frame_sta
   return spec;
 }
 
-// What a pool of the engine shows of the same spec after each of `actions`.
+// The observations of an engine pool of the same spec after each of `actions`.
 std::vector<std::vector<uint8_t>> Expected(const v1::PoolSpec& spec,
                                            const std::vector<int32_t>& actions) {
   PoolOptions options;
@@ -55,7 +55,7 @@ std::vector<std::vector<uint8_t>> Expected(const v1::PoolSpec& spec,
 
 class FormatsTest : public ServiceTest {
  protected:
-  // Steps a pool of `spec` over the wire and compares it with the engine's.
+  // Steps a pool of `spec` over gRPC and compares it with the engine.
   void ExpectAsTheEngine(const v1::PoolSpec& spec) {
     const std::vector<int32_t> actions = {4, 7, 7, 1, -1, 7, 3};
     const std::vector<std::vector<uint8_t>> expected = Expected(spec, actions);

@@ -1,6 +1,5 @@
-// Everything wrong that a learner can ask of a stream, its code and its message. After each, the
-// pool is as before and can be attached again; the fixture checks that the server and another pool
-// go on.
+// All errors that a request on a stream can cause: code and message. After each the pool is
+// unchanged and can be attached again. The fixture checks the server and another pool.
 
 #include <string>
 #include <utility>
@@ -17,7 +16,7 @@ using testing::HasSubstr;
 
 class StreamErrorsTest : public ServiceTest {
  protected:
-  // Sends a request that must fail, and checks that the pool has not moved.
+  // Sends an invalid request and checks that the pool is unchanged.
   void ExpectRefused(v1::StepPoolRequest request, absl::StatusCode code,
                      const testing::Matcher<std::string>& message) {
     const std::string name = CreatePool(MazeSpec(4));
@@ -34,7 +33,7 @@ class StreamErrorsTest : public ServiceTest {
     EXPECT_THAT(batch.episode_lengths(), testing::Each(1));
   }
 
-  // Opens a stream with the generated stub and sends these requests.
+  // Sends these requests on a raw stream; returns its status.
   absl::Status RunRequests(const std::vector<v1::StepPoolRequest>& requests) {
     const auto stub = v1::StepService::NewStub(channel_);
     grpc::ClientContext context;
