@@ -1,4 +1,4 @@
-// A server that drains, seen from its clients.
+// A draining server, seen by its clients.
 
 #include <string>
 
@@ -33,7 +33,7 @@ TEST_F(DrainTest, DrainRejectsCallsAndEndsStreams) {
 }
 
 TEST_F(DrainTest, LearnerThatDoesNotReadIsDisconnectedAtTheTimeout) {
-  // Its answers are not read, so the request that it has under way is never answered.
+  // The responses are not read, so the running request does not complete.
   const auto stub = v1::StepService::NewStub(channel_);
   grpc::ClientContext context;
   const auto stream = stub->StepPool(&context);

@@ -97,8 +97,8 @@ TEST_P(EveryGameStatesTest, RestoredStatesOnAnotherServerContinueAsTheOriginals)
     std::swap(states.front(), states.back());
     ASSERT_THAT((*other_client)->RestoreStates(other_name, states), IsOk());
 
-    const auto goes_on = Played(stream->get(), 9, kSavedCount, kStepsAfter);
-    EXPECT_EQ(Played(other->get(), 9, kSavedCount, kStepsAfter), goes_on);
+    const auto continued = Played(stream->get(), 9, kSavedCount, kStepsAfter);
+    EXPECT_EQ(Played(other->get(), 9, kSavedCount, kStepsAfter), continued);
   }
 }
 

@@ -41,18 +41,18 @@ TEST_P(BackpressureTest, LearnerThatDoesNotReadBlocksOnlyItself) {
   const auto stub =
       v1::StepService::NewStub(grpc::CreateChannel(address, grpc::InsecureChannelCredentials()));
   grpc::ClientContext context;
-  const auto deaf = stub->StepPool(&context);
+  const auto unread = stub->StepPool(&context);
   v1::StepPoolRequest request;
   request.mutable_attach()->set_pool(pool);
   request.mutable_attach()->set_requests_in_flight_max(kInFlightMax);
   request.mutable_attach()->set_resumable(GetParam());
   v1::StepPoolResponse response;
-  ASSERT_TRUE(deaf->Write(request) && deaf->Read(&response));
+  ASSERT_TRUE(unread->Write(request) && unread->Read(&response));
   const int64_t before = ProcessResources::Of(process.process_id()).memory_bytes;
   for (int64_t number = 1; number <= kRequestCount; ++number) {
     request = StepRequest(std::vector<int32_t>(kEnvCount, 4));
     request.set_sequence_number(number);
-    ASSERT_TRUE(deaf->Write(request));
+    ASSERT_TRUE(unread->Write(request));
   }
   procgen_client::Batch batch;
   for (int step = 0; step < 200; ++step) {
@@ -63,12 +63,12 @@ TEST_P(BackpressureTest, LearnerThatDoesNotReadBlocksOnlyItself) {
 
   // Reading returns all responses.
   for (int64_t number = 1; number <= kRequestCount; ++number) {
-    ASSERT_TRUE(deaf->Read(&response));
+    ASSERT_TRUE(unread->Read(&response));
     EXPECT_EQ(response.sequence_number(), number);
   }
-  deaf->WritesDone();
-  EXPECT_FALSE(deaf->Read(&response));
-  EXPECT_TRUE(deaf->Finish().ok());
+  unread->WritesDone();
+  EXPECT_FALSE(unread->Read(&response));
+  EXPECT_TRUE(unread->Finish().ok());
 }
 
 INSTANTIATE_TEST_SUITE_P(Resumable, BackpressureTest, testing::Bool());

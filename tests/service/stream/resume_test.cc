@@ -159,10 +159,10 @@ TEST_F(ResumeTest, LearnerThatDoesNotReadCanBeTakenOver) {
   // Responses of 5 MB fill the connection, so the second waits until the first is written.
   const std::vector<int32_t> actions(400, 4);
   const std::string pool = CreatePool(MazeSpec(400));
-  const auto deaf = Open(pool);
-  deaf->Receive();
-  deaf->Send(StepRequest(actions), 1);
-  deaf->Send(StepRequest(actions), 2);
+  const auto unread = Open(pool);
+  unread->Receive();
+  unread->Send(StepRequest(actions), 1);
+  unread->Send(StepRequest(actions), 2);
   while (client_->GetPool(pool)->next_sequence_number() < 3) {
   }
   const auto other_client = Connect();
