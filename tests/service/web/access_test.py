@@ -1,4 +1,4 @@
-"""Whose pages see what, over which connections, and how many."""
+"""Access to pages: tokens, owners, quotas, TLS, the limit on viewers, and shutdown."""
 
 from __future__ import annotations
 
@@ -227,7 +227,8 @@ def test_shutdown_notifies_pages_and_leaves_nothing(tmp_path: Path) -> None:
 
     with serve(tmp_path) as server:
         run(test(server.url, lambda: os.kill(server.process.process_id, signal.SIGTERM)))
-        # Its end is looked at on leaving. A play's pool is no reason to wait for the drain's end.
+        # The end of the block checks the server's exit. The pool of a play does not delay the
+        # drain.
         assert server.process.stop(timeout=9) == 0
         with pytest.raises(errors.UnavailableError):
             Client(server.process.address)

@@ -1,4 +1,4 @@
-"""The live view: pools of the server as they are stepped, how they went, what they show."""
+"""The live view: pools while they are stepped, their history and their frames."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from procgen_client import Client, Pool
 
 
 class Learner:
-    """Steps a pool on a thread of its own until it is stopped."""
+    """Steps a pool in a thread until stop()."""
 
     def __init__(self, pool: Pool) -> None:
         self.pool = pool
@@ -85,7 +85,7 @@ def test_pools_are_reported_once_a_second(server: WebServer, learner: Learner) -
 
 def test_a_late_page_receives_the_history(server: WebServer, learner: Learner) -> None:
     async def test() -> None:
-        # Nobody looks meanwhile.
+        # No page is open meanwhile.
         await asyncio.sleep(3)
         async with open_page(server.url) as page:
             told = (await page.call("pool.history", pool="pools/learning")).result
@@ -117,7 +117,7 @@ def test_frames_equal_the_environments(server: WebServer) -> None:
                 assert [it["environment"] for it in frames.entries] == [4, 1]
                 assert {it["format"] for it in frames.entries} == {"rgb"}
                 assert frames.parts["environment-4"] == seen[4].tobytes()
-                # Nothing has changed, so nothing comes; then something does.
+                # No frames arrive while nothing changes.
                 await asyncio.sleep(0.3)
                 assert not page.has_event("frames")
                 seen = pool.step(np.full(6, 7)).observations
@@ -287,7 +287,8 @@ def test_a_page_that_does_not_read_delays_nothing(server: WebServer, learner: Le
                 before = resident_bytes()
                 for _ in range(45):
                     await other.event("frames")
-                # Three seconds of 4 x 20 x 196,608 bytes, 15 times each, would be 700 MB.
+                # In three seconds, 15 frame sets a second of 4 x 20 x 196,608 bytes would be 700
+                # MB.
                 assert resident_bytes() - before < 64 << 20
             slow.socket.transport.abort()
 

@@ -1,4 +1,4 @@
-"""What pages may say: requests that are right, and all that are wrong."""
+"""Messages of pages: valid requests, invalid ones, and limits."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ def test_hello_describes_the_server(server: WebServer) -> None:
     run(test())
 
 
-# Method, members, code, and a part of the message.
+# Method, members, expected code, and a part of the expected message.
 REFUSALS: list[tuple[str, dict[str, Any], str, str]] = [
     ("nothing", {}, "UNIMPLEMENTED", "there is no method 'nothing'"),
     ("hello", {}, "FAILED_PRECONDITION", "has said hello"),
@@ -141,7 +141,7 @@ def test_hello_comes_first(server: WebServer) -> None:
 
 
 _OPEN = {"id": 1, "method": "replay.open"}
-# What closes the socket, as text or binary.
+# Messages that close the socket, text and binary.
 BROKEN: list[str | bytes] = [
     "", "hello", "[]", "7", "{", '{"id": 1}', '{"method": "hello"}',
     '{"id": -1, "method": "hello"}',
@@ -177,7 +177,7 @@ def test_invalid_messages_close_only_their_socket(server: WebServer) -> None:
 def test_messages_are_bounded(server: WebServer) -> None:
     async def test() -> None:
         async with open_page(server.url) as page:
-            with contextlib.suppress(ConnectionClosed):  # before all of it was sent
+            with contextlib.suppress(ConnectionClosed):  # before everything was sent
                 await page.socket.send(b"x" * ((4 << 20) + 1))
             assert (await page.closed())[0] == 1009
         async with open_page(server.url, says_hello=False) as page:
@@ -213,7 +213,7 @@ def test_requests_beyond_the_rate_wait(server: WebServer) -> None:
             begun = time.monotonic()
             answers = [page.send("pools.unfollow") for _ in range(400)]
             await asyncio.gather(*answers)
-            # 200 may be saved up, and 100 a second come after them.
+            # The rate limit: a burst of 200, then 100 a second.
             assert time.monotonic() - begun >= 1.8
 
     run(test())

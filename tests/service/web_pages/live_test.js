@@ -1,4 +1,4 @@
-// The live view over a learner that runs.
+// The live view of a running learner.
 
 import assert from "node:assert/strict";
 import { after, before, test } from "node:test";

@@ -1,4 +1,4 @@
-// The play page, by real keys.
+// The play page, with real key events.
 
 import assert from "node:assert/strict";
 import { execFile } from "node:child_process";
@@ -11,7 +11,7 @@ import { figure, picture, waitForPicture, waitForText, withBrowser } from "./bro
 import { COINRUN_1000, COINRUN_1000_PATH, COINRUN_1000_STEPS, playKeys } from "./playing.js";
 import { Server } from "./server.js";
 
-// Numbers of actions, as the catalog has them.
+// Action numbers of the catalog.
 const ACTIONS = { LEFT: 1, "LEFT+UP": 2, none: 4, "RIGHT+DOWN": 6, RIGHT: 7, "RIGHT+UP": 8, D: 9 };
 
 const it = withBrowser();
@@ -102,7 +102,7 @@ test("a mode with a single level names it", async () => {
   assert.equal(await page.locator("[name=level]").isEditable(), false);
 });
 
-// Opens a level whose server's requests are seen. `asked(action)` waits until the server is asked for this action.
+// Opens a level and records the requests to its server. `asked(action)` waits for a request with this action.
 async function openHeard(options) {
   const page = await it.open("about:blank", options);
   const opened = page.waitForEvent("websocket");

@@ -13,7 +13,7 @@ const it = withBrowser();
 let server;
 let folder;
 let trace;      // the path of a play's trace
-let pictures;   // what the play showed, by step
+let pictures;   // the frames of the play, by step
 before(async () => {
   server = await Server.start();
   folder = await mkdtemp(join(tmpdir(), "procgen-web-"));
@@ -28,7 +28,7 @@ function row(page, number) {
   return waitForText(figure(page, "#figures", "Step"), new RegExp(`^${number} of ${COINRUN_1000_STEPS}$`));
 }
 
-// Moves the slider, as a pointer or a key would.
+// Moves the slider as a pointer or a key does.
 async function seek(page, number) {
   await page.locator("#row").fill(String(number));
   await row(page, number);

@@ -1,4 +1,4 @@
-// The server stops and is started again under open pages.
+// The server stops and restarts while pages are open.
 
 import assert from "node:assert/strict";
 import { test } from "node:test";
