@@ -25,7 +25,7 @@ TEST(AloneTest, SubscribersAreNotifiedUntilTheSubscriptionEnds) {
   {
     const Subscription subscription = alone->Subscribe([&] { ++told; });
     alone->Publish(NodeStatus());
-    alone->Publish(NodeStatus());  // nothing has changed
+    alone->Publish(NodeStatus());  // unchanged
     EXPECT_EQ(told, 1);
     NodeStatus draining;
     draining.draining = true;

@@ -1,6 +1,5 @@
-// What the encoder writes is, decoded by the C++ client, what it was given, to the last bit: each
-// game, in each form of observation, over hundreds of steps with ends, resets and new levels, in
-// slices that change from step to step.
+// The C++ client decodes exactly what was encoded: in every game and observation format, over
+// hundreds of steps with ends, resets and new levels, in changing slices.
 
 #include <string>
 #include <tuple>

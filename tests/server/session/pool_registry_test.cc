@@ -9,7 +9,7 @@
 namespace procgen {
 namespace {
 
-// PoolSupervisorTest has pools in it; here are only names.
+// Names only; PoolSupervisorTest covers registered pools.
 class PoolRegistryTest : public testing::Test {
  protected:
   absl::StatusOr<PoolRegistry::Key> Reserve(const std::string& id) {
@@ -21,7 +21,7 @@ class PoolRegistryTest : public testing::Test {
   Limits limits_;
   Quotas quotas_{limits_};
   Capacity capacity_{limits_};
-  PoolRegistry registry_;  // after those that its pools have reservations of
+  PoolRegistry registry_;  // destroyed before the reservations' owners
 };
 
 TEST_F(PoolRegistryTest, NameIsReservedWhileItsPoolIsCreated) {

@@ -5,7 +5,7 @@
 namespace procgen {
 namespace {
 
-// Reads a request and puts it into the inbox.
+// Reads a request into the inbox.
 StreamRequest* Read(RequestWindow* window) {
   window->BeginRead();
   StreamRequest* request = window->EndRead(/*ok=*/true);

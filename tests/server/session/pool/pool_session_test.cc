@@ -33,7 +33,7 @@ class PoolSessionTest : public testing::Test {
                                          context_.Get());
   }
 
-  // Attaches, where nobody has to be waited for.
+  // Attaches to a pool without a stream.
   static absl::Status Attach(
       PoolSession* session, const AttachOptions& options = {},
       PoolSession::EndStream end_stream = [](StreamEnd, const absl::Status&) {}) {

@@ -1,4 +1,4 @@
-// A pool that shares memory with its learners.
+// A pool in shared memory.
 
 #include <filesystem>
 #include <memory>
@@ -55,7 +55,7 @@ class SharedSessionTest : public testing::Test {
     return status;
   }
 
-  // The batch that request `number` is given; -1: it is answered again.
+  // The batch slot of request `number`; -1 if it was executed before.
   absl::StatusOr<int32_t> Ask(int64_t number, const std::vector<int32_t>& released = {}) {
     Request request = RequestOf(number);
     request.released = released;
