@@ -1,4 +1,4 @@
-// Waits that the caller ends: of connecting, of calls, and of streams by either transport.
+// Cancelled waits: for a connection, for calls, and for streams over both transports.
 #include "procgen_client/cancellation.h"
 
 #include <arpa/inet.h>
@@ -24,7 +24,7 @@
 namespace procgen {
 namespace {
 
-// A wait ends within twice the interval; the rest is for a machine that is busy.
+// A wait ends within twice the check interval; the rest is for a busy machine.
 constexpr absl::Duration kEndedWithin = absl::Seconds(5);
 
 TEST(CancellationTest, StaysCancelled) {
@@ -45,14 +45,14 @@ TEST(CancellationTest, NeverCancelsWithoutACheck) {
 
 class CancelledWaitTest : public ServiceTest {
  protected:
-  // A client whose waits end once is_cancelled_ is set.
+  // A client whose waits end once is_cancelled_ is true.
   std::unique_ptr<procgen_client::Client> Cancellable() {
     procgen_client::ConnectOptions options;
     options.is_cancelled = [this] { return is_cancelled_.load(); };
     return *procgen_client::Client::Connect(server_->address(), options);
   }
 
-  // Has a stream of `client` wait for an answer that takes long, and cancels it.
+  // Cancels Receive while a long request runs.
   void CancelReceive(procgen_client::Client* client, const v1::PoolSpec& spec) {
     const std::string name = CreatePool(spec);
     const auto stream = client->Attach(name);
@@ -92,7 +92,7 @@ TEST_F(CancelledWaitTest, ReceiveOfAnAbortedStreamReturnsCancelled) {
 }
 
 TEST_F(CancelledWaitTest, ConnectReturnsCancelled) {
-  // Listens, and answers nothing.
+  // Listens without accepting connections.
   const int listener = socket(AF_INET, SOCK_STREAM, 0);
   sockaddr_in address = {};
   address.sin_family = AF_INET;

@@ -1,6 +1,6 @@
 package procgenclient
 
-// The examples run, and what README.md shows runs as it stands.
+// The examples and the examples of README.md run.
 
 import (
 	"fmt"
@@ -12,7 +12,7 @@ import (
 	"testing"
 )
 
-// Runs a program with a main package of this package's users; gives what it printed.
+// Runs a main package that uses this package; returns its output.
 func goRun(t *testing.T, arguments ...string) string {
 	t.Helper()
 	said, err := exec.Command("go", append([]string{"run"}, arguments...)...).CombinedOutput()

@@ -1,6 +1,6 @@
 package procgenclient
 
-// Pools over a real server: batches, slices, requests sent ahead, errors, and giving up.
+// Pools on a real server: batches, slices, pipelined requests, errors, cancelled waits.
 
 import (
 	"bytes"

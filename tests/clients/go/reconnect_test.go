@@ -20,11 +20,11 @@ import (
 
 const half = 6
 
-// Steps one half of the pool and the other in turn, with requests sent ahead.
+// Steps the two halves of the pool in turn, with pipelined requests.
 func traceOf(t *testing.T, pool *Pool, count int) []*Batch {
 	t.Helper()
 	ctx := testContext(t)
-	// Attaching is not tried again by itself.
+	// The client does not retry attach.
 	for pool.Attach(ctx, AttachOptions{TakeOver: true, ResponseBytesMax: 65536}) != nil {
 		must(t, ctx.Err())
 	}
@@ -100,7 +100,7 @@ func TestFaultyNetworkLosesNothing(t *testing.T) {
 	}
 }
 
-// A server of its own, a pool of two that was stepped, and the client that did so.
+// Starts a server and steps a new pool of two environments on it.
 func ownPool(t *testing.T, reconnectTimeout time.Duration, flags ...string) (*ServerProcess, *Pool) {
 	t.Helper()
 	own, err := StartServer("", append(flags, "--workers=1")...)

@@ -1,6 +1,6 @@
 package procgenclient
 
-// One pool of one game, in few lines.
+// VectorEnv: one pool of one game.
 
 import (
 	"context"
@@ -38,7 +38,7 @@ func TestVectorEnvKeepsTheFirstError(t *testing.T) {
 
 	wrong := NewVectorEnv(testContext(t), server.Address, "maze", 3)
 	if wrong.Step(make([]int32, 4)) || wrong.Step(wrong.SampleActions()) {
-		t.Error("went on after an error")
+		t.Error("no error after the first one")
 	}
 	expectError(t, wrong.Close(), codes.InvalidArgument, "4 actions")
 

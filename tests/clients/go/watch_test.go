@@ -1,6 +1,6 @@
 package procgenclient
 
-// Pools are watched while they are stepped, and what happened in their episodes is read.
+// Watching pools, and reading their episodes.
 
 import (
 	"bytes"

@@ -1,6 +1,6 @@
 package procgenclient
 
-// Responses are read as the generated message reads them, however they are written.
+// The parser of responses equals the generated message, for any valid wire form.
 
 import (
 	"reflect"

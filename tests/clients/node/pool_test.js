@@ -1,4 +1,4 @@
-// Pools over a real server: batches, slices, requests sent ahead, errors, and giving up.
+// Pools on a real server: batches, slices, pipelined requests, errors, aborted waits.
 
 import assert from "node:assert/strict";
 import { test } from "node:test";

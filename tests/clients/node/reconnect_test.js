@@ -18,7 +18,7 @@ function digest(batch) {
   return hash.digest("hex");
 }
 
-// Connecting and attaching are not tried again by themselves.
+// The client does not retry connect and attach.
 async function persistently(attempt) {
   for (;;) {
     try {
@@ -31,7 +31,7 @@ async function persistently(attempt) {
   }
 }
 
-// Steps one half of the pool and the other in turn, with requests sent ahead.
+// Steps the two halves of the pool in turn, with pipelined requests.
 async function traceOf(pool, stepCount) {
   await persistently(() => pool.attach({ takeOver: true, responseBytesMax: 65536 }));
   const sent = [];

@@ -1,4 +1,4 @@
-// Pools are watched while they are stepped, and what happened in their episodes is read, over a real server.
+// Watching pools, and reading their episodes, on a real server.
 
 import assert from "node:assert/strict";
 import { test } from "node:test";
