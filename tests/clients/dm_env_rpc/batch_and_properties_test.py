@@ -1,11 +1,11 @@
-"""Batched worlds, and the properties extension, as clients of dm_env_rpc see them."""
+"""Batched worlds and the properties extension, over gRPC."""
 
 from __future__ import annotations
 
 from typing import Any
 
 import numpy as np
-from conftest import Agent, refused
+from conftest import Agent, rejected
 
 RUNNING = 1
 RGB, LEVEL_SEED = 1, 3
@@ -44,8 +44,8 @@ class TestBatch:
         action.shape.append(3)
         request.step.requested_observations.append(10)
         agent.send(request)
-        told = agent.protocol.unpack(agent.receive().step.observations[10])
-        np.testing.assert_array_equal(told, [True, True, True])
+        terminated = agent.protocol.unpack(agent.receive().step.observations[10])
+        np.testing.assert_array_equal(terminated, [True, True, True])
 
     def test_single_environment_properties_are_indexed(self, agent: Agent) -> None:
         agent.join(agent.create(env_name="maze", num_envs=2, rand_seed=1))
@@ -58,9 +58,9 @@ class TestBatch:
         np.testing.assert_array_equal(agent.read("level_seed"), [levels[0], levels[0]])
         assert agent.read("level_seed.1") == levels[0]
         assert sorted(agent.list("state")) == ["state.0", "state.1"]
-        with refused(NOT_FOUND, "no property 'state.2'"):
+        with rejected(NOT_FOUND, "no property 'state.2'"):
             agent.read("state.2")
-        with refused(PERMISSION_DENIED, "'state' cannot be read"):
+        with rejected(PERMISSION_DENIED, "'state' cannot be read"):
             agent.read("state")
 
 
@@ -70,7 +70,7 @@ class TestProperties:
         assert "coinrun" in agent.read("games")
         name = agent.create(env_name="maze")
         assert name in agent.read("worlds")
-        with refused(NOT_FOUND, "no property 'level_seed'"):
+        with rejected(NOT_FOUND, "no property 'level_seed'"):
             agent.read("level_seed")
 
     def test_joining_adds_world_properties(self, joined: Agent) -> None:
@@ -84,19 +84,19 @@ class TestProperties:
         assert state.description
 
     def test_errors_have_the_codes_that_clients_expect(self, joined: Agent) -> None:
-        with refused(NOT_FOUND, "no property 'gravity'"):
+        with rejected(NOT_FOUND, "no property 'gravity'"):
             joined.read("gravity")
-        with refused(PERMISSION_DENIED, "'level_seed' cannot be written"):
+        with rejected(PERMISSION_DENIED, "'level_seed' cannot be written"):
             joined.write("level_seed", np.int32(1))
-        with refused(PERMISSION_DENIED, "'next_level_seed' cannot be read"):
+        with rejected(PERMISSION_DENIED, "'next_level_seed' cannot be read"):
             joined.read("next_level_seed")
-        with refused(PERMISSION_DENIED, "'games' cannot be listed"):
+        with rejected(PERMISSION_DENIED, "'games' cannot be listed"):
             joined.list("games")
-        with refused(INVALID_ARGUMENT, "next_level_seed has type FLOAT, allowed: an integer type"):
+        with rejected(INVALID_ARGUMENT, "next_level_seed has type FLOAT, allowed: an integer type"):
             joined.write("next_level_seed", np.float32(1))
-        with refused(INVALID_ARGUMENT, "next_level_seed is 2147483648, allowed: -2147483648 to"):
+        with rejected(INVALID_ARGUMENT, "next_level_seed is 2147483648, allowed: -2147483648 to"):
             joined.write("next_level_seed", 2**31)
-        with refused(DATA_LOSS):
+        with rejected(DATA_LOSS):
             joined.write("state", np.frombuffer(b"nonsense", np.uint8))
 
     def test_next_level_seed_is_played_in_the_next_episode(self, joined: Agent) -> None:

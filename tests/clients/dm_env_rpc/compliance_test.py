@@ -1,7 +1,7 @@
-"""What clients of dm_env_rpc rely on, with gRPC's Python and code generated from our protos.
+"""Compliance with dm_env_rpc, tested with grpcio and code generated from this repository's protos.
 
-The groups are those of the protocol's own compliance tests: worlds, joining, resets, observations
-and actions of steps.
+The classes follow dm_env_rpc's own compliance tests: worlds, joining, resets, observations and
+actions of steps.
 """
 
 from __future__ import annotations
@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from conftest import Agent, RequestError, refused
+from conftest import Agent, RequestError, rejected
 
 RUNNING, TERMINATED, INTERRUPTED = 1, 2, 3
 RGB, REWARD, LEVEL_SEED = 1, 2, 3
@@ -22,15 +22,15 @@ class TestCreateDestroyWorld:
         agent.destroy(agent.create(env_name="coinrun"))
 
     def test_unknown_settings_are_rejected(self, agent: Agent) -> None:
-        with refused(INVALID_ARGUMENT, "no setting 'gravity', allowed: env_name, num_envs"):
+        with rejected(INVALID_ARGUMENT, "no setting 'gravity', allowed: env_name, num_envs"):
             agent.create(env_name="coinrun", gravity=9.81)
 
     def test_env_name_is_required(self, agent: Agent) -> None:
-        with refused(INVALID_ARGUMENT, "settings have no env_name"):
+        with rejected(INVALID_ARGUMENT, "settings have no env_name"):
             agent.create(num_levels=3)
 
     def test_unknown_game_error_lists_the_games(self, agent: Agent) -> None:
-        with refused(NOT_FOUND, 'no game is named "pong"; there are bigfish'):
+        with rejected(NOT_FOUND, 'no game is named "pong"; there are bigfish'):
             agent.create(env_name="pong")
 
     @pytest.mark.parametrize("name", ["pools/none-such", "nonsense", ""])
@@ -39,9 +39,9 @@ class TestCreateDestroyWorld:
             agent.destroy(name)
 
     def test_joined_world_cannot_be_destroyed(self, joined: Agent, agents: Any, world: str) -> None:
-        with refused(FAILED_PRECONDITION, "joined by this stream"):
+        with rejected(FAILED_PRECONDITION, "joined by this stream"):
             joined.destroy(world)
-        with refused(FAILED_PRECONDITION, "joined by another stream"):
+        with rejected(FAILED_PRECONDITION, "joined by another stream"):
             agents().destroy(world)
         assert joined.act(4).state == RUNNING
 
@@ -68,7 +68,7 @@ class TestCreateDestroyWorld:
     def test_invalid_values_are_named(
         self, agent: Agent, settings: dict[str, Any], message: str
     ) -> None:
-        with refused(INVALID_ARGUMENT, message):
+        with rejected(INVALID_ARGUMENT, message):
             agent.create(env_name="maze", **settings)
 
 
@@ -85,7 +85,7 @@ class TestJoinLeaveWorld:
         assert (reward.name, reward.dtype, list(reward.shape)) == ("reward", 1, [])
         names = [spec.name for spec in joined.specs.observations.values()]
         assert len(set(names)) == len(names)
-        # The adaptor would return it where the environment's tests want None.
+        # The dm_env adaptor would return it where dm_env's tests require None.
         assert "discount" not in names
 
     def test_bounds_have_the_type_of_their_spec(self, joined: Agent) -> None:
@@ -95,21 +95,21 @@ class TestJoinLeaveWorld:
                 assert bound.WhichOneof("payload") in (None, fields.get(spec.dtype))
 
     def test_second_join_is_an_error(self, joined: Agent, world: str) -> None:
-        with refused(FAILED_PRECONDITION, "leave it before another is joined"):
+        with rejected(FAILED_PRECONDITION, "leave it before another is joined"):
             joined.join(world)
         assert joined.act(4).state == RUNNING
 
     def test_occupied_world_cannot_be_joined(self, joined: Agent, agents: Any, world: str) -> None:
-        with refused(FAILED_PRECONDITION, "another stream is attached"):
+        with rejected(FAILED_PRECONDITION, "another stream is attached"):
             agents().join(world)
         assert joined.act(4).state == RUNNING
 
     def test_unknown_world_cannot_be_joined(self, agent: Agent) -> None:
-        with refused(NOT_FOUND, "no pool pools/none-such"):
+        with rejected(NOT_FOUND, "no pool pools/none-such"):
             agent.join("pools/none-such")
 
     def test_join_rejects_settings(self, agent: Agent, world: str) -> None:
-        with refused(INVALID_ARGUMENT, "no setting 'seed', allowed: none with join_world"):
+        with rejected(INVALID_ARGUMENT, "no setting 'seed', allowed: none with join_world"):
             agent.join(world, seed=1)
         agent.join(world)
 
@@ -130,7 +130,7 @@ class TestJoinLeaveWorld:
         joined.act(4)
         joined.close()
         other = agents()
-        for _ in range(1000):  # The server has to notice.
+        for _ in range(1000):  # Until the server detects the closed stream.
             try:
                 other.join(world)
                 break
@@ -140,7 +140,7 @@ class TestJoinLeaveWorld:
 
     @pytest.mark.parametrize("call", ["step", "reset"])
     def test_step_and_reset_require_a_joined_world(self, agent: Agent, call: str) -> None:
-        with refused(FAILED_PRECONDITION, "no world is joined"):
+        with rejected(FAILED_PRECONDITION, "no world is joined"):
             getattr(agent, call)()
 
     def test_every_agent_receives_the_same_specs(
@@ -163,7 +163,7 @@ class TestReset:
         joined.reset()
         again = joined.act(0)
         assert again.state == RUNNING
-        np.testing.assert_array_equal(again.observations[RGB], begun[RGB])  # There is one level.
+        np.testing.assert_array_equal(again.observations[RGB], begun[RGB])  # A single level.
 
     def test_reset_before_the_first_step_keeps_the_level(self, agent: Agent) -> None:
         name = agent.create(env_name="maze", rand_seed=3)
@@ -177,7 +177,7 @@ class TestReset:
         joined.reset(level_seed=321)
         assert joined.act(4).observations[LEVEL_SEED] == 321
         joined.act(4)
-        with refused(INVALID_ARGUMENT, "no setting 'level', allowed: level_seed, rand_seed"):
+        with rejected(INVALID_ARGUMENT, "no setting 'level', allowed: level_seed, rand_seed"):
             joined.reset(level=3)
         assert joined.act(4).state == RUNNING
 
@@ -186,11 +186,11 @@ class TestReset:
 
         def levels() -> list[int]:
             agent.reset(rand_seed=5)
-            told = [agent.act(4).observations[LEVEL_SEED]]
+            seeds = [agent.act(4).observations[LEVEL_SEED]]
             for _ in range(3):
                 agent.reset()
-                told.append(agent.act(4).observations[LEVEL_SEED])
-            return told
+                seeds.append(agent.act(4).observations[LEVEL_SEED])
+            return seeds
 
         first = levels()
         assert levels() == first
@@ -199,7 +199,7 @@ class TestReset:
 
 class TestResetWorld:
     def test_unknown_world_is_an_error(self, agent: Agent) -> None:
-        with refused(NOT_FOUND):
+        with rejected(NOT_FOUND):
             agent.reset_world("pools/none-such")
 
     def test_joined_world_restarts(self, joined: Agent, world: str) -> None:
@@ -226,7 +226,7 @@ class TestResetWorld:
                 )
             )
         )
-        # When the other one is heard is not known, but it must be in the end.
+        # The reset interrupts one of the next steps.
         while (answer := joined.act(4)).state != INTERRUPTED:
             assert answer.state in (RUNNING, TERMINATED)
         assert other.receive().HasField("reset_world")
@@ -250,33 +250,33 @@ class TestStepObservations:
         assert joined.step().observations == {}
 
     def test_only_requested_observations_are_returned(self, joined: Agent) -> None:
-        told = joined.step(observations=[REWARD]).observations
-        assert list(told) == [REWARD]
+        observations = joined.step(observations=[REWARD]).observations
+        assert list(observations) == [REWARD]
 
     def test_repeated_observations_are_allowed(self, joined: Agent) -> None:
-        told = joined.step(observations=[RGB, REWARD, RGB]).observations
-        assert sorted(told) == [RGB, REWARD]
-        assert told[RGB].shape == (64, 64, 3)
+        observations = joined.step(observations=[RGB, REWARD, RGB]).observations
+        assert sorted(observations) == [RGB, REWARD]
+        assert observations[RGB].shape == (64, 64, 3)
 
     @pytest.mark.parametrize("uid", [0, 9, 4711, 2**64 - 1])
     def test_unknown_observations_are_named(self, joined: Agent, uid: int) -> None:
-        with refused(INVALID_ARGUMENT, f"no observation {uid}, allowed: 1 to 8"):
+        with rejected(INVALID_ARGUMENT, f"no observation {uid}, allowed: 1 to 8"):
             joined.step(observations=[RGB, uid])
 
     def test_unknown_observations_are_rejected_before_the_step(self, joined: Agent) -> None:
         joined.act(4)
         before = joined.read("state")
-        with refused(INVALID_ARGUMENT):
+        with rejected(INVALID_ARGUMENT):
             joined.step({1: np.int32(7)}, [4711])
         np.testing.assert_array_equal(joined.read("state"), before)
 
     def test_observations_match_their_specs(self, joined: Agent) -> None:
         types = {1: np.float32, 4: np.int32, 6: np.uint8, 8: np.uint64, 9: np.bool_}
         for _ in range(2):
-            told = joined.act(4).observations
+            observations = joined.act(4).observations
             for uid, spec in joined.specs.observations.items():
-                assert told[uid].dtype == types[spec.dtype], spec.name
-                assert told[uid].shape == tuple(spec.shape), spec.name
+                assert observations[uid].dtype == types[spec.dtype], spec.name
+                assert observations[uid].shape == tuple(spec.shape), spec.name
 
     def test_first_reward_is_zero(self, joined: Agent) -> None:
         assert joined.act(4).observations[REWARD] == 0
@@ -315,7 +315,7 @@ class TestStepActions:
     ) -> None:
         joined.act(4)
         before = joined.read("state")
-        with refused(INVALID_ARGUMENT, message):
+        with rejected(INVALID_ARGUMENT, message):
             joined.step(actions)
         np.testing.assert_array_equal(joined.read("state"), before)
         assert joined.act(4).state == RUNNING
@@ -338,7 +338,7 @@ class TestStepActions:
             pass
         assert answer.state == TERMINATED
         ended = agent.read("state")
-        begun = agent.step({4711: 1}, [REWARD, LEVEL_SEED])  # Not even its number is looked at.
+        begun = agent.step({4711: 1}, [REWARD, LEVEL_SEED])  # Ignores even unknown actions.
         assert (begun.state, begun.observations[REWARD]) == (RUNNING, 0)
         # A state saved between two episodes continues with the next episode.
         agent.write("state", ended)
@@ -367,12 +367,13 @@ class TestStream:
 
     def test_empty_request_gets_an_error(self, agent: Agent) -> None:
         agent.send(agent.protocol.pb2.EnvironmentRequest())
-        with refused(INVALID_ARGUMENT, "asks for nothing, allowed: create_world"):
+        with rejected(INVALID_ARGUMENT, "asks for nothing, allowed: create_world"):
             agent.receive()
 
     def test_unknown_extension_gets_an_error(self, agent: Agent) -> None:
         request = agent.protocol.pb2.EnvironmentRequest()
         request.extension.Pack(agent.protocol.pb2.Tensor())
         agent.send(request)
-        with refused(UNIMPLEMENTED, "offered: dm_env_rpc.v1.extensions.properties.PropertyRequest"):
+        offered = "dm_env_rpc.v1.extensions.properties.PropertyRequest"
+        with rejected(UNIMPLEMENTED, f"offered: {offered}"):
             agent.receive()

@@ -1,6 +1,6 @@
-"""A server between learners and a real one, which changes answers on their way.
+"""A proxy between learners and a real server that changes responses.
 
-It speaks gRPC by messages that it does not look into, but for those that its mode changes.
+It forwards gRPC messages as bytes and parses only those that its mode changes.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ class HostileServer(grpc.GenericRpcHandler):
     """A server that listens at `address`."""
 
     def __init__(self, mode: str, target: str) -> None:
-        """Begins to listen."""
+        """Starts listening."""
         self._mode = mode
         self._channel = grpc.insecure_channel(
             target, [*_UNLIMITED, ("grpc.use_local_subchannel_pool", 1)]
@@ -36,7 +36,7 @@ class HostileServer(grpc.GenericRpcHandler):
         self._channel.close()
 
     def service(self, handler_call_details: grpc.HandlerCallDetails) -> grpc.RpcMethodHandler:
-        """Gives what handles a call."""
+        """Returns the handler of a call."""
         method = handler_call_details.method
         name = method.rsplit("/", 1)[-1]
         if name == "StepPool":
@@ -75,7 +75,7 @@ class HostileServer(grpc.GenericRpcHandler):
 
 
 def _ended_alike(answer: Callable[..., Iterator[bytes]]) -> Callable[..., Iterator[bytes]]:
-    """Has a call end as that of the real server does."""
+    """Ends a call with the status of the real server."""
 
     def ended(request: object, context: grpc.ServicerContext) -> Iterator[bytes]:
         try:

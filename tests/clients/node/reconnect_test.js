@@ -4,7 +4,7 @@ import assert from "node:assert/strict";
 import { createHash } from "node:crypto";
 import { test } from "node:test";
 import { connect, Encoding, ServerProcess, UnavailableError } from "../../../clients/node/dist/index.js";
-import { actionsOf, BadNetwork, easy, withServer } from "./server.js";
+import { actionsOf, FaultProxy, easy, withServer } from "./server.js";
 
 const it = withServer();
 const envCount = 12;
@@ -53,7 +53,7 @@ for (const [name, encoding, stepCount, bytesBetweenFaults, leastBreakCount] of [
     const undisturbedPool = await it.client.createPool(easy(["maze", "bigfish"], envCount));
     const undisturbed = await traceOf(undisturbedPool, stepCount);
     await undisturbedPool.close();
-    const network = await BadNetwork.start(it.server.address, 11, bytesBetweenFaults);
+    const network = await FaultProxy.start(it.server.address, 11, bytesBetweenFaults);
     const { name } = await it.client.createPool(easy(["maze", "bigfish"], envCount, { encoding }));
     const learner = await persistently(() => connect(network.address));
     const pool = await persistently(() => learner.getPool(name, { requestsInFlightMax: 3 }));

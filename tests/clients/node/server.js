@@ -32,12 +32,12 @@ export function actionsOf(step, count) {
 }
 
 // The program fault-proxy: a faulty network (tests/service/robustness/fault_proxy.h).
-export class BadNetwork {
+export class FaultProxy {
   static async start(target, seed, bytesBetweenFaults) {
     const process_ = spawn(process.env.PROCGEN_FAULT_PROXY, [target, `${seed}`, `${bytesBetweenFaults}`]);
     const lines = createInterface(process_.stdout);
     const [line] = await once(lines, "line");
-    return Object.assign(new BadNetwork(), { process: process_, lines, address: line.replace("listening on ", "") });
+    return Object.assign(new FaultProxy(), { process: process_, lines, address: line.replace("listening on ", "") });
   }
 
   // Stops it; returns the number of broken connections.

@@ -1,4 +1,4 @@
-"""The client for asyncio gives what the other gives, and lets other coroutines run."""
+"""The asyncio client: batches equal those of the synchronous client; other coroutines run."""
 
 from __future__ import annotations
 
@@ -10,8 +10,8 @@ from collections.abc import Awaitable, Callable
 
 import numpy as np
 import pytest
-from bad_network import Proxy
 from conftest import ENCODINGS, native_only
+from fault_proxy import Proxy
 
 from procgen_client import Batch, Client, LevelSampler, ServerProcess, aio, errors
 
@@ -124,7 +124,7 @@ def test_errors_are_the_same_and_the_pool_continues(server: ServerProcess) -> No
             with pytest.raises(errors.InvalidArgumentError, match="3 actions from environment 0"):
                 await pool.step([4, 4, 4])
             with pytest.raises(errors.InvalidArgumentError, match="next_levels"):
-                await pool.step([4, 4], next_levels={9: 1})  # The server's to find.
+                await pool.step([4, 4], next_levels={9: 1})  # Detected by the server.
             await pool.step([4, 4])
 
     _run(server, play)
@@ -170,7 +170,7 @@ def test_missing_server_and_closed_client_are_errors(server: ServerProcess) -> N
 def test_faulty_network_loses_nothing(server: ServerProcess, encoding: str) -> None:
     async def trace(pool: aio.AsyncPool) -> list[Batch]:
         while True:
-            try:  # Attaching is not tried again by itself.
+            try:  # The client does not retry attach.
                 await pool.attach(take_over=True, response_bytes_max=65536)
                 break
             except errors.ProcgenError:
@@ -187,7 +187,7 @@ def test_faulty_network_loses_nothing(server: ServerProcess, encoding: str) -> N
     async def play(client: aio.AsyncClient) -> None:
         games = ["maze", "bigfish"]
         async with await client.create_pool(games, 12, **_OPTIONS) as pool:
-            undisturbed = await trace(pool)
+            expected = await trace(pool)
         proxy = Proxy(server.address, 11, 120_000 if encoding == "raw" else 20_000)
         async with await client.create_pool(games, 12, encoding=encoding, **_OPTIONS) as pool:
             learner = None
@@ -197,12 +197,12 @@ def test_faulty_network_loses_nothing(server: ServerProcess, encoding: str) -> N
                     twin = await learner.get_pool(pool.name, requests_in_flight_max=3)
                 except errors.ProcgenError:
                     pass
-            disturbed = await trace(twin)
+            actual = await trace(twin)
             await twin.close()
             assert twin.name in [message.name for message in await client.list_pools()]
             await learner.close()
         assert proxy.stop() >= 5
-        for left, right in zip(undisturbed, disturbed, strict=True):
+        for left, right in zip(expected, actual, strict=True):
             _assert_equal(left, right)
 
     _run(server, play)

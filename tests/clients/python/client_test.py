@@ -1,4 +1,4 @@
-"""Connecting, the catalog, and the life of pools."""
+"""Connections, the catalog, nodes, and creating and deleting pools."""
 
 from __future__ import annotations
 
@@ -38,19 +38,19 @@ def test_load_counts_pools_and_environments(client: Client) -> None:
 
 
 def test_server_without_a_cluster_lists_itself(client: Client) -> None:
-    told = client.list_nodes()
-    assert told.cluster == ""
-    assert [node.name for node in told.nodes] == [told.local_node]
-    assert told.nodes[0].address == client.address
-    assert told.nodes[0].healthy
+    listed = client.list_nodes()
+    assert listed.cluster == ""
+    assert [node.name for node in listed.nodes] == [listed.local_node]
+    assert listed.nodes[0].address == client.address
+    assert listed.nodes[0].healthy
 
 
 def test_watchers_receive_each_change(client: Client) -> None:
     watch = client.watch_nodes()
     assert next(watch).nodes[0].environment_capacity > 0
     with client.create_pool("maze", 5, pool_id="watched"):
-        assert any(told.nodes[0].env_count >= 5 for told in watch)
-    # The loop over it was broken off by any(); it can go on, until it is closed.
+        assert any(message.nodes[0].env_count >= 5 for message in watch)
+    # any() ended the loop; the watch can be read until it is closed.
     watch.close()
     with pytest.raises(StopIteration):
         next(watch)
@@ -66,7 +66,7 @@ def test_watchers_are_notified_when_the_server_stops() -> None:
 
 
 def test_connect_without_a_listener_is_unavailable() -> None:
-    # Bound but not listening: nobody else can have that port, and nobody answers.
+    # Bound but not listening: the port is taken, and connections are refused.
     with socket.socket() as bound:
         bound.bind(("127.0.0.1", 0))
         address = f"127.0.0.1:{bound.getsockname()[1]}"
@@ -132,7 +132,7 @@ def test_leaving_the_context_of_a_found_pool_keeps_it(client: Client) -> None:
         with client.get_pool("pools/found") as same:
             assert same.env_count == 2
             same.observe()
-        pool.observe()  # So the other has let it go.
+        pool.observe()  # The other stream has detached.
 
 
 def test_equal_specs_create_equal_pools(client: Client) -> None:

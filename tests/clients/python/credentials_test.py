@@ -1,4 +1,4 @@
-"""Servers that ask who calls, and connections in TLS."""
+"""Tokens, owners, TLS and certificates."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ def _make_certificate(folder: Path, name: str, subject: str, alternative_names: 
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A folder with the certificates of an authority, of a server and of a client, and tokens."""
+    """A folder with certificates of an authority, a server and a client, and a token file."""
     made = tmp_path_factory.mktemp("credentials")
     _make_certificate(made, "server", "/CN=server", "DNS:localhost,IP:127.0.0.1")
     _make_certificate(made, "alice", "/CN=alice", "URI:spiffe://lab/alice")
@@ -44,14 +44,14 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="module")
 def plain(folder: Path) -> Iterator[ServerProcess]:
-    """A server with tokens, in plain text."""
+    """A server with tokens and without TLS."""
     with ServerProcess(server_binary(), ["--workers=1", f"--tokens={folder}/tokens"]) as process:
         yield process
 
 
 @pytest.fixture(scope="module")
 def secure(folder: Path) -> Iterator[ServerProcess]:
-    """A server with TLS that asks for certificates."""
+    """A server with TLS that requires client certificates."""
     flags = [
         "--workers=1",
         f"--tls_certificate={folder}/server.pem",

@@ -1,4 +1,4 @@
-"""Pools whose observations travel encoded give what pools with raw ones give."""
+"""Pools with encoded observations return the same batches as raw pools."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def assert_same(one: Batch, other: Batch) -> None:
 
 
 def send_any(pool: Pool, rng: np.random.Generator) -> None:
-    """Sends one of all kinds of requests, for a slice; some without pictures."""
+    """Sends a random request for a slice; some request no observations."""
     first = int(rng.integers(_ENV_COUNT))
     count = int(rng.integers(1, _ENV_COUNT - first + 1))
     kind = int(rng.integers(6))
@@ -73,7 +73,7 @@ def test_encoded_batches_equal_raw_ones(client: Client, game: str, form: str) ->
         client.create_pool(game, _ENV_COUNT, encoding=_ENCODING, **options) as encoded,
     ):
         for pool in (raw, encoded):
-            pool.attach(response_bytes_max=65536)  # Most answers come in several responses.
+            pool.attach(response_bytes_max=65536)  # Most batches take several responses.
         assert_go_alike(raw, encoded, request_count=200, seed=3)
 
 

@@ -1,4 +1,4 @@
-"""The examples do what their first lines say, against a real server."""
+"""The examples do what their first lines describe, with a real server."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Fingerprints, computed here as proto/README.md defines them, from what the stream answers."""
+"""Fingerprints equal those computed here from the batches, as proto/README.md defines them."""
 
 from __future__ import annotations
 
@@ -64,9 +64,9 @@ def test_readme_example_is_correct(client: Client) -> None:
 
 
 def check_episodes(pool: Pool, beginning: bytes, step_count: int) -> tuple[int, int]:
-    """Compares every episode that ends with its own computation.
+    """Compares the fingerprint of every ended episode with a computed one.
 
-    Gives how many there were, and how many levels began in the midst of one.
+    Returns the number of ended episodes, and of levels that started within an episode.
     """
     batch = pool.observe()
     episodes = [beginning + level(seed) for seed in batch.level_seeds]
@@ -87,10 +87,10 @@ def check_episodes(pool: Pool, beginning: bytes, step_count: int) -> tuple[int, 
             if batch.ended[row]:
                 expected.append(fnv1a(episodes[row]))
                 episodes[row] = beginning
-            goes_on = not batch.ended[row] and batch.prev_level_complete[row]
-            if batch.ended[row] or goes_on:
+            continues = not batch.ended[row] and batch.prev_level_complete[row]
+            if batch.ended[row] or continues:
                 episodes[row] += level(batch.level_seeds[row])
-            level_count += goes_on
+            level_count += continues
         assert batch.fingerprints.tolist() == expected
         ended_count += len(expected)
     return ended_count, level_count

@@ -1,4 +1,4 @@
-"""A process that forks keeps its environments, and its children can make their own."""
+"""A process that forks keeps its environments; its children can create their own."""
 
 from __future__ import annotations
 
@@ -254,7 +254,7 @@ def test_worker_processes_run_environments_while_the_parent_steps(tmp_path: Path
     _run(_ASYNC_VECTOR_ENV, folder=tmp_path)
 
 
-@native_only  # grpcio ends the parent's calls when such a child ends by sys.exit.
+@native_only  # With grpcio, sys.exit in the child ends the parent's calls.
 @pytest.mark.parametrize("where", ["private", "stream"])
 def test_child_can_neither_use_nor_close_its_parents_environment(
     where: str, server: ServerProcess, tmp_path: Path
@@ -291,7 +291,7 @@ def test_local_server_ends_with_its_program_despite_running_children() -> None:
         deadline = time.monotonic() + 60
         while listening in Path("/proc/net/unix").read_text():
             assert time.monotonic() < deadline, "the server lives"
-        # The child still lives, since its standard input has not ended yet.
+        # The child is still running: its standard input is open.
         assert program.stdin is not None
         assert not program.stdin.closed
     for file in folder.iterdir():

@@ -1,6 +1,6 @@
-"""Observations in other colours, layouts, sizes and stacks.
+"""Observation formats: colors, layouts, sizes and stacks.
 
-The measure is a pool with the same seeds and the default observations: numpy converts those.
+The expected values are default observations of a pool with the same seeds, converted by numpy.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""The choice of levels: told one by one, by a sampler, and by the example of a curriculum."""
+"""The choice of levels: requested one by one, by a sampler, and by the curriculum example."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ _END = -1
 
 
 def end_episodes(pool: Pool) -> list[int]:
-    """Gives the levels that begin."""
+    """Ends all episodes; returns the seeds of the new levels."""
     return pool.step([_END] * pool.env_count).level_seeds.tolist()
 
 
@@ -86,7 +86,7 @@ def test_invalid_samplers_are_rejected(client: Client, sampler: LevelSampler, me
         with pytest.raises(errors.InvalidArgumentError) as raised:
             pool.set_level_sampler(sampler)
         assert message in str(raised.value)
-        assert pool.observe().first.all(), "the pool goes on"
+        assert pool.observe().first.all(), "the pool continues"
 
 
 def test_sampler_cannot_be_set_while_requests_are_in_flight(client: Client) -> None:

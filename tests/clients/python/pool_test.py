@@ -1,4 +1,4 @@
-"""Stepping: batches, requests sent ahead, slices, resets, errors on the stream."""
+"""Stepping: batches, pipelined requests, slices, resets, errors on the stream."""
 
 from __future__ import annotations
 
@@ -117,7 +117,7 @@ def test_two_slices_equal_the_whole_pool(client: Client, pool: Pool) -> None:
 
 
 def test_batch_in_several_responses_equals_one_in_a_single_response(client: Client) -> None:
-    # The smallest response that may be asked for holds five observations: seven responses.
+    # The smallest response limit has room for five observations: seven responses.
     with (
         client.create_pool("maze", 33, rand_seed=1) as whole,
         client.create_pool("maze", 33, rand_seed=1) as pieces,
@@ -197,7 +197,7 @@ def test_repeated_action_equals_single_steps(client: Client, pool: Pool) -> None
     with client.create_pool_from_spec(pool.spec) as repeated:
         singles = [pool.step([7] * 6) for _ in range(5)]
         batch = repeated.step([7] * 6, repeat_count=5)
-        # Where an episode ends early, the repetition stops.
+        # The repetition stops where an episode ends.
         whole = ~np.any([single.ended for single in singles], axis=0)
         assert whole.any()
         rewards = np.sum([single.rewards for single in singles], axis=0)
@@ -293,7 +293,7 @@ def test_invalid_actions_are_rejected_and_change_nothing(
 def test_pool_continues_after_a_rejected_request(pool: Pool) -> None:
     before = pool.step([7] * 6)
     with pytest.raises(errors.InvalidArgumentError):
-        pool.reset([2, 2])  # Twice the same: only the server looks at that.
+        pool.reset([2, 2])  # Only the server detects the duplicate.
     assert not pool.attached
     assert_same(before, pool.observe())
 
@@ -334,7 +334,7 @@ def test_pool_can_be_closed_after_an_interrupted_wait(client: Client) -> None:
     before = signal.signal(signal.SIGALRM, interrupt)
     try:
         with client.create_pool("caveflyer", 512) as pool:
-            for _ in range(2):  # Half a million steps in each, which take as many microseconds.
+            for _ in range(2):  # 512,000 steps each, about 0.5 s.
                 pool.send_step([_NOTHING] * 512, repeat_count=1000, observe=False)
             with pytest.raises(KeyboardInterrupt):
                 signal.setitimer(signal.ITIMER_REAL, 0.02)
@@ -350,7 +350,7 @@ def test_render_draws_at_any_size_and_changes_nothing(client: Client, pool: Pool
     if not client.catalog().features.render:
         pytest.skip("this server does not draw for people yet")
     before = pool.observe()
-    frames = pool.render(size_px=512)  # Six of them take more than one message.
+    frames = pool.render(size_px=512)  # Six frames take several messages.
     assert [frame.shape for frame in frames] == [(512, 512, 3)] * 6
     assert [frame.shape for frame in pool.render([5, 0], size_px=100)] == [(100, 100, 3)] * 2
     assert_same(before, pool.observe())

@@ -1,4 +1,4 @@
-"""The random agents play against a real server, and are as short as is said of them."""
+"""The random agents run with a real server, and are as short as documented."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ _AGENTS = {
     "python": "python/examples/random_agent.py",
 }
 _LINES_MAX = 15
-# What every program of its language begins and ends with.
+# Lines that every program of the language needs.
 _FRAME = re.compile(
     r"#!|\s*(//|#include|\}?$|import |package |\"[\w/]+\"$|\)$)|\"\"\"|(func|int) main|import \($"
 )

@@ -1,4 +1,4 @@
-"""Streams that outlive their connections, and pools that outlive their learners for a while."""
+"""Reconnecting streams, and leases of pools."""
 
 from __future__ import annotations
 
@@ -11,8 +11,8 @@ import zlib
 
 import numpy as np
 import pytest
-from bad_network import Proxy, connected
 from conftest import native_only
+from fault_proxy import Proxy, connected
 
 from procgen_client import Batch, Client, Pool, ServerProcess, errors
 
@@ -22,7 +22,7 @@ _OPTIONS = {"distribution_mode": "easy", "rand_seed": 5}
 
 
 def _attach(pool: Pool) -> None:
-    """Attaching is not tried again by itself: whose stream it is that is there, nobody knows."""
+    """Repeats attach, which the client does not retry: it could end another learner's stream."""
     while not pool.attached:
         try:
             pool.attach(take_over=True, response_bytes_max=65536)
@@ -50,7 +50,7 @@ def _fingerprint(batch: Batch) -> int:
 
 
 def _trace(pool: Pool, count: int) -> list[int]:
-    """Steps one half of the pool and the other in turn, with requests sent ahead."""
+    """Steps the two halves of the pool in turn, with pipelined requests."""
     rng = np.random.default_rng(3)
     actions = rng.integers(-1, 15, (count, _HALF))
     _attach(pool)
@@ -81,18 +81,18 @@ def test_faulty_network_loses_nothing(
     least_break_count: int,
 ) -> None:
     with client.create_pool(["maze", "bigfish"], _ENV_COUNT, **_OPTIONS) as pool:
-        undisturbed = _trace(pool, count)
+        expected = _trace(pool, count)
     proxy = Proxy(server.address, 11, bytes_between_faults)
     with client.create_pool(
         ["maze", "bigfish"], _ENV_COUNT, encoding=encoding, **_OPTIONS
     ) as pool:
         with connected(proxy.address) as learner:
-            disturbed = _trace(
+            actual = _trace(
                 learner.get_pool(pool.name, requests_in_flight_max=3), count
             )
         assert client.get_pool(pool.name) is not None
     assert proxy.stop() >= least_break_count
-    assert disturbed == undisturbed
+    assert actual == expected
 
 
 @native_only
@@ -178,5 +178,5 @@ while True:
     process.wait()
     process.stdout.close()
     with pytest.raises(errors.NotFoundError):
-        while True:  # For the second that the lease has.
+        while True:  # Until the lease of one second expires.
             client.get_pool("pools/of-the-killed")

@@ -1,4 +1,4 @@
-"""Pools that share memory: views without a copy, and nothing left, whatever dies."""
+"""Pools in shared memory: views without a copy, and no leaks after any process is killed."""
 
 from __future__ import annotations
 
@@ -13,8 +13,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from bad_network import Proxy, connected
 from conftest import native_only, server_binary
+from fault_proxy import Proxy, connected
 
 from procgen_client import Batch, Client, Pool, ProcgenVectorEnv, ServerProcess, errors
 
@@ -26,7 +26,7 @@ _OPTIONS = {"distribution_mode": "easy", "rand_seed": 5}
 
 @pytest.fixture
 def folder(tmp_path: Path) -> Path:
-    """Where the server's files are; nothing may be left there."""
+    """The server's shared memory folder, which must be empty at the end."""
     path = tmp_path / "shared"
     path.mkdir()
     return path
@@ -34,7 +34,7 @@ def folder(tmp_path: Path) -> Path:
 
 @pytest.fixture
 def server(folder: Path) -> Iterator[ServerProcess]:
-    """A server of the test's own."""
+    """A server of this test."""
     with ServerProcess(
         server_binary(), ["--workers=2", f"--shared_memory_dir={folder}"]
     ) as process:
@@ -62,7 +62,7 @@ def _assert_equal(left: Batch, right: Batch) -> None:
 
 
 def _mappings(folder: Path) -> int:
-    """How often this process has files of the folder mapped."""
+    """The number of mappings of files in the folder in this process."""
     return Path("/proc/self/maps").read_text().count(str(folder))
 
 
@@ -96,7 +96,7 @@ def test_observations_are_read_only_views_and_other_arrays_are_copies(
         assert not batch.observations.flags.owndata
         with pytest.raises(ValueError, match="read-only"):
             batch.observations[0] = 0
-        batch.rewards[0] = 1  # Of one's own.
+        batch.rewards[0] = 1  # A copy.
         observations = batch.observations
         content = observations.copy()
         del batch
@@ -124,7 +124,7 @@ def test_batches_are_released_when_no_array_refers_to_them(client: Client) -> No
         del cycle
         gc.disable()
         try:
-            pool.step([4] * _ENV_COUNT)  # Whatever is in cycles is looked for before giving up.
+            pool.step([4] * _ENV_COUNT)  # The client runs the garbage collector.
         finally:
             gc.enable()
 
@@ -193,7 +193,7 @@ def test_thousand_attaches_leave_no_files_or_mappings(client: Client, folder: Pa
             pool.observe()
     del pool
     gc.collect()
-    while list(folder.iterdir()):  # A pool that was deleted is freed soon.
+    while list(folder.iterdir()):  # A deleted pool is freed a little later.
         pass
     assert _mappings(folder) == 0
     assert len(os.listdir("/proc/self/fd")) <= before + 2
@@ -211,7 +211,7 @@ def test_held_batches_survive_detach_and_reattach(server: ServerProcess) -> None
             for step in range(10):
                 pool.step(_actions(step))
             with pytest.raises(errors.InvalidArgumentError):
-                pool.step([4] * _ENV_COUNT, next_levels={99: 1})  # Of the server: ends the stream.
+                pool.step([4] * _ENV_COUNT, next_levels={99: 1})  # Ends the stream.
             assert not pool.attached
             for step in range(10):
                 pool.step(_actions(step))
@@ -219,12 +219,12 @@ def test_held_batches_survive_detach_and_reattach(server: ServerProcess) -> None
 
 
 def test_held_batches_survive_a_faulty_network(server: ServerProcess, client: Client) -> None:
-    # Messages go past the network, by pipes, which end with the connection beside them.
+    # Messages bypass the network through pipes, which end with the connection.
     proxy = Proxy(server.address, 7, 3000, silence_max_ms=10)
     with client.create_pool(["maze", "bigfish"], _ENV_COUNT, **_OPTIONS) as undisturbed:
         with _create(client) as pool, connected(proxy.address) as learner:
             other = None
-            while other is None or not other.attached:  # Only streams are tried again.
+            while other is None or not other.attached:  # The client retries streams only.
                 try:
                     other = learner.get_pool(pool.name, held_batches_max=4)
                     other.attach(take_over=True)

@@ -1,4 +1,4 @@
-"""The package's types hold by mypy, and programs that use it are checked with them."""
+"""mypy accepts the package, and uses its types to check programs."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ pytestmark = pytest.mark.skipif(shutil.which("mypy") is None, reason="mypy is mi
 
 @pytest.fixture(scope="module")
 def cache(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """What the first run has found, for the next."""
+    """mypy's cache, shared by the tests."""
     return tmp_path_factory.mktemp("cache")
 
 

@@ -1,4 +1,4 @@
-"""Watching pools, and reading what happened in their episodes."""
+"""Watching pools, and reading their episodes."""
 
 from __future__ import annotations
 
@@ -90,8 +90,8 @@ def test_episode_is_replayed(client: Client) -> None:
 def test_pools_report_statistics(client: Client) -> None:
     with client.create_pool("maze", 2) as pool:
         pool.step([7, -1])
-        told = next(each for each in client.list_pools() if each.name == pool.name)
-        assert told.episode_count == 1
-        assert told.mean_episode_length == 1
-        assert told.request_count == 1
-        assert told.request_duration_p99.ToTimedelta() == told.request_duration.ToTimedelta()
+        message = next(each for each in client.list_pools() if each.name == pool.name)
+        assert message.episode_count == 1
+        assert message.mean_episode_length == 1
+        assert message.request_count == 1
+        assert message.request_duration_p99.ToTimedelta() == message.request_duration.ToTimedelta()

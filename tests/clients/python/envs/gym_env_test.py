@@ -1,4 +1,4 @@
-"""The rules of Gymnasium's environments, each with its source.
+"""Gymnasium's contract of environments, with the source of each rule.
 
 Sources are modules of Gymnasium 1.4.0, which is not needed here.
 """

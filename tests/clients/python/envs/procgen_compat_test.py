@@ -1,7 +1,7 @@
-"""Upstream's interfaces keep to their facts, each with its source.
+"""Compatibility with upstream's interfaces, with the source of each rule.
 
-Upstream is the package `procgen` 0.10.7. Sources: the facts of gym3 and of upstream that programs
-are written against; the recordings of tests/conformance hold levels, rewards and ends to it.
+Upstream is the package `procgen` 0.10.7. Sources are the documented behaviour of gym3 and upstream.
+The recordings in tests/conformance cover levels, rewards and ends.
 """
 
 from __future__ import annotations
@@ -139,7 +139,7 @@ def test_spaces_describe_observations_and_actions(env: ProcgenGym3Env) -> None:
 
 
 def test_callmethod_saves_and_restores_states(env: ProcgenGym3Env) -> None:
-    # gym3: callmethod(name, *lists) gives a list of what each environment's method gave.
+    # gym3: callmethod(name, *lists) returns a list of each environment's result.
     for _ in range(5):
         env.act(np.full(_N, 7))
     states = env.callmethod("get_state")
@@ -252,7 +252,7 @@ def test_env_names_lists_the_games(client: Client) -> None:
 
 
 def test_resource_root_is_rejected_with_a_running_server(client: Client, tmp_path: Path) -> None:
-    # Upstream, resource_root: the folder with the art. A server that is there has its own.
+    # Upstream, resource_root: the art folder. A running server already has one.
     with pytest.raises(errors.InvalidArgumentError, match=f"{tmp_path}.*by its flag --art_dir"):
         ProcgenEnv(1, "maze", resource_root=tmp_path, server=client)
 
@@ -283,7 +283,7 @@ def test_baselines_reset_and_step(venv: ProcgenEnv, env: ProcgenGym3Env) -> None
 
 
 def test_baselines_reset_is_ignored_within_an_episode(venv: ProcgenEnv) -> None:
-    # Upstream: episodes end by the game's rules; resets in their midst are ignored.
+    # Upstream: only the game ends an episode; a reset within one is ignored.
     venv.reset()
     ob, *_ = venv.step(np.full(_N, 7))
     with pytest.warns(UserWarning, match="in the midst"):
@@ -300,9 +300,9 @@ def test_baselines_spaces(venv: ProcgenEnv) -> None:
 
 
 def test_render_returns_environment_0(client: Client, venv: ProcgenEnv) -> None:
-    # Upstream, render: mode "human" by default, which gives nothing; "rgb_array": info["rgb"] of
-    # environment 0 where the infos have it, else its observation. For recorders of videos metadata
-    # has the modes and frames per second, by the names of old and new Gym.
+    # Upstream, render: mode "human", the default, returns None; "rgb_array" returns info["rgb"] of
+    # environment 0 if the infos have it, else its observation. metadata has the modes and the frame
+    # rate for video recorders, with the keys of old and new Gym.
     observation = venv.reset()["rgb"][0]
     assert venv.render() is None
     assert venv.render("human") is None

@@ -1,7 +1,6 @@
-"""The rules of Gymnasium's vector environments, each with its source.
+"""Gymnasium's contract of vector environments, with the source of each rule.
 
-Sources are modules of Gymnasium 1.4.0, which is not needed here: ProcgenVectorEnv keeps to its
-contract without it.
+Sources are modules of Gymnasium 1.4.0, which need not be installed.
 """
 
 from __future__ import annotations
@@ -36,14 +35,14 @@ def make_env(client: Client) -> Iterator[MakeEnv]:
 
 
 def test_metadata_contains_the_autoreset_mode(make_env: MakeEnv) -> None:
-    # vector/vector_env.py, VectorEnv: "metadata[autoreset_mode]" tells wrappers the mode.
+    # vector/vector_env.py, VectorEnv: wrappers read the mode from "metadata[autoreset_mode]".
     # Ours is NEXT_STEP by default: normalising wrappers accept nothing else
     # (wrappers/vector/stateful_observation.py).
     assert make_env().metadata["autoreset_mode"] is AutoresetMode.NEXT_STEP
     for mode in AutoresetMode:
         assert make_env(autoreset_mode=mode).metadata["autoreset_mode"] is mode
         assert make_env(autoreset_mode=mode.value).metadata["autoreset_mode"] is mode
-    # The class's own is not written to by its objects.
+    # Instances do not change the class attribute.
     assert ProcgenVectorEnv.metadata["autoreset_mode"] is AutoresetMode.NEXT_STEP
 
 
@@ -100,7 +99,7 @@ def test_random_stream_exists(make_env: MakeEnv) -> None:
 
 
 def test_frame_skip_repeats_actions_and_sums_rewards(make_env: MakeEnv) -> None:
-    # Ours: an action is taken several times, rewards are summed, the last picture is drawn.
+    # Ours: repeats each action, sums the rewards and returns the last frame.
     skipping, plain = make_env("bigfish", frame_skip=3), make_env("bigfish")
     skipping.reset()
     plain.reset()
@@ -191,7 +190,7 @@ def test_equal_seeds_give_equal_episodes(make_env: MakeEnv) -> None:
 
 def test_equal_seeds_give_equal_infos(make_env: MakeEnv) -> None:
     # utils/env_checker.py, check_reset_seed: observations and infos are equal after equal seeds,
-    # whatever was played before. No level was stepped yet, which the masks tell.
+    # whatever was played before. The masks show that no level was stepped yet.
     env = make_env()
     first = env.reset(seed=3)[1]
     env.step(_END_OF_FIRST)
@@ -214,8 +213,8 @@ def test_seed_list_has_one_seed_per_environment(make_env: MakeEnv) -> None:
 
 
 def test_reset_without_a_seed_starts_other_episodes(make_env: MakeEnv) -> None:
-    # core.py, Env.reset: without a seed the random stream goes on. The very first reset shows the
-    # levels that the pool was made with, as in Procgen 0.10.7.
+    # core.py, Env.reset: without a seed the random stream continues. The first reset returns the
+    # levels that the pool was created with, as in Procgen 0.10.7.
     env = make_env()
     _, first = env.reset()
     _, second = env.reset()
@@ -226,7 +225,7 @@ def test_reset_without_a_seed_starts_other_episodes(make_env: MakeEnv) -> None:
 
 def test_reset_mask_selects_environments(make_env: MakeEnv) -> None:
     # vector/sync_vector_env.py, reset: environments outside of options["reset_mask"] keep their
-    # observations, and infos are of those inside only.
+    # observations, and infos cover only those inside.
     env = make_env(autoreset_mode=AutoresetMode.DISABLED)
     before, _ = env.reset()
     options = {"reset_mask": np.array([False, True, False, False])}
@@ -306,7 +305,7 @@ def test_same_step_mode_starts_the_episode_in_the_same_step(make_env: MakeEnv) -
 
 
 def test_all_modes_play_the_same_episodes(make_env: MakeEnv) -> None:
-    # Ours: the modes differ in when the next episode begins, never in what it is.
+    # Ours: the modes differ only in the step at which the next episode starts.
     same = make_env(autoreset_mode=AutoresetMode.SAME_STEP)
     next_ = make_env(autoreset_mode=AutoresetMode.NEXT_STEP)
     disabled = make_env(autoreset_mode=AutoresetMode.DISABLED)
@@ -349,7 +348,7 @@ def test_step_async_and_step_wait_equal_a_step(make_env: MakeEnv) -> None:
 
 def test_step_async_and_step_wait_must_alternate(make_env: MakeEnv) -> None:
     # vector/async_vector_env.py: a call while another is pending is an error, and so is waiting for
-    # what was not begun.
+    # a step that was not started.
     env = make_env()
     env.reset()
     with pytest.raises(errors.FailedPreconditionError, match="step_async was not called"):

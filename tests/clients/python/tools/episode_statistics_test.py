@@ -1,4 +1,4 @@
-"""Statistics hold the episodes that ended, from batches and from infos alike."""
+"""Statistics of ended episodes, from batches or from infos."""
 
 from __future__ import annotations
 

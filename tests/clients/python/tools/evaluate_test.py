@@ -1,4 +1,4 @@
-"""procgen-evaluate follows the paper's protocol, whose figures are in the catalog."""
+"""procgen-evaluate follows the paper's protocol, with the constants of the catalog."""
 
 from __future__ import annotations
 
@@ -26,12 +26,12 @@ def always(action: int) -> evaluate.MakePolicy:
 
 
 def right(game: str) -> evaluate.Policy:
-    """For the command line: always to the right."""
+    """A policy for the command line that always moves right."""
     return always(7)(game)
 
 
 def _play_by_hand(client: Client, num_levels: int) -> float:
-    """Three episodes of each of four environments, to the right; their mean return."""
+    """Mean return of three episodes in each of four environments, always moving right."""
     returns: list[list[float]] = [[] for _ in range(4)]
     with client.create_pool(
         "coinrun", 4, distribution_mode="easy", num_levels=num_levels, rand_seed=5
@@ -59,7 +59,7 @@ def test_default_train_levels_are_those_of_the_paper(client: Client) -> None:
     made: list[str] = []
 
     def make(game: str) -> evaluate.Policy:
-        # What was made for this game, while its pool is there.
+        # Records num_levels of the pools that exist while the game is played.
         def act(observations: np.ndarray) -> np.ndarray:
             made.extend(str(pool.spec.options.num_levels) for pool in client.list_pools())
             return np.full(len(observations), -1)
@@ -83,9 +83,9 @@ def test_client_lists_the_games_of_the_server(client: Client) -> None:
 
 
 def test_progress_is_printed(client: Client) -> None:
-    told = io.StringIO()
-    evaluate.evaluate(client, ["maze"], always(-1), _SMALL, ProgressLine(told, 1))
-    assert told.getvalue() == (
+    output = io.StringIO()
+    evaluate.evaluate(client, ["maze"], always(-1), _SMALL, ProgressLine(output, 1))
+    assert output.getvalue() == (
         "[1/1] maze, train levels: 12 of 12 episodes\n[1/1] maze, test levels: 12 of 12 episodes\n"
     )
 

@@ -1,4 +1,4 @@
-"""Without an address a program has a server of its own, which ends with it."""
+"""A program without a server address starts a local server, which ends with the program."""
 
 from __future__ import annotations
 
@@ -88,7 +88,7 @@ def test_killed_program_leaves_no_server() -> None:
     folder = _socket(address).parent
     assert folder.name.startswith("procgen-server-")
     for file in folder.iterdir():
-        file.unlink(missing_ok=True)  # the server may be about it, too
+        file.unlink(missing_ok=True)  # the server may remove it, too
     folder.rmdir()
 
 

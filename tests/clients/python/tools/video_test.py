@@ -1,4 +1,4 @@
-"""Videos hold the frames that were captured; where ffmpeg is missing the error says so."""
+"""Videos contain the captured frames; errors of ffmpeg are reported."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ def test_video_contains_the_captured_frames(client: Client, tmp_path: Path) -> N
     frames = _frames(path, 192, 192).astype(int)
     assert len(frames) == 10
     for frame, (first, second, third) in zip(frames, pictures, strict=True):
-        # The codec loses a little; another environment's picture would be far off.
+        # The codec is lossy; another environment's frame would differ far more.
         assert abs(frame[:96, :96] - first).mean() < 12
         assert abs(frame[:96, 96:] - second).mean() < 12
         assert abs(frame[96:, :96] - third).mean() < 12
