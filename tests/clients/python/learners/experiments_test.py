@@ -1,4 +1,4 @@
-"""An experiment runs its grid, continues where it was stopped, and writes a table and a figure."""
+"""An experiment runs its grid, resumes, and writes a table and a plot."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ _TINY = [
 
 @pytest.fixture(autouse=True)
 def few_episodes(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Policies are tested with few episodes."""
+    """Limits the evaluation to four episodes."""
     small = experiments.SCALES["small"]._replace(episode_count=4)
     monkeypatch.setitem(experiments.SCALES, "small", small)
 

@@ -1,4 +1,4 @@
-"""procgen-evaluate plays what the learners have saved."""
+"""procgen-evaluate plays policies that the learners saved."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A run of PPO is a function of its options: stops, servers, threads and places change nothing."""
+"""PPO runs depend only on their options, not on interruptions, servers, threads or ranks."""
 
 from __future__ import annotations
 
@@ -96,7 +96,7 @@ def test_checkpoint_is_neither_overwritten_nor_resumed_with_other_options(
 
 
 class _RestartedEnvironments(Environments):
-    """Environments whose server is killed and started again in the middle of each rollout."""
+    """Environments that kill and restart their server in the middle of a rollout."""
 
     server: ServerProcess
     received = 0
@@ -132,7 +132,7 @@ def test_training_survives_server_restarts(
 
 
 def _train_on_two_ranks(output: Path, servers: str) -> dict[str, str]:
-    """Starts the ranks as torchrun does; Debian's cannot, with Python 3.11."""
+    """Starts two ranks as torchrun does. Debian's torchrun does not work with Python 3.11."""
     with socket.socket() as unused:
         unused.bind(("127.0.0.1", 0))
         place = {"MASTER_ADDR": "127.0.0.1", "MASTER_PORT": str(unused.getsockname()[1])}

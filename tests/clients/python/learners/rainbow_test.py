@@ -1,4 +1,4 @@
-"""Rainbow continues as if undisturbed, and its parts do what the papers say."""
+"""Rainbow resumes without changes, and its parts follow the papers."""
 
 from __future__ import annotations
 

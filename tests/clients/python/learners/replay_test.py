@@ -1,4 +1,4 @@
-"""The replay samples n-step transitions by priority, and continues with the rows that it had."""
+"""The replay samples n-step transitions by priority and can be restored."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def _make(path: Path, **options: Any) -> Replay:  # noqa: ANN401
 
 
 def _play(replay: Replay, count: int) -> None:
-    """Adds rows; a row's pixels are its number, its reward is 1, and each tenth ends episodes."""
+    """Adds rows: pixels are the row's number, rewards are 1, every tenth row ends the episodes."""
     for _ in range(count):
         t = replay.row_count
         for rows in (slice(0, 1), slice(1, 2)):
@@ -47,7 +47,7 @@ def test_transitions_span_n_steps_and_end_with_episodes(tmp_path: Path) -> None:
     _play(replay, 25)
     sample = replay.sample(200, 1.0, np.random.default_rng(0))
     t = sample.observations[:, 0, 0, 0].astype(int)
-    # Of the last 10 rows, the last 2 have no observation n steps later yet.
+    # Of the last 10 rows, the last 2 do not have an observation n steps later yet.
     assert set(t) == set(range(15, 23))
     assert (sample.next_observations[:, 0, 0, 0] == t + 2).all()
     assert (sample.actions == t % 15).all()
@@ -88,7 +88,7 @@ def test_restored_replay_has_the_rows_of_its_state(tmp_path: Path) -> None:
         for name, value in replay.state().items()
     }
     before = replay.sample(200, 0.5, np.random.default_rng(0))
-    _play(replay, replay.slack)  # Killed after that.
+    _play(replay, replay.slack)  # The run is killed after these rows.
     again = _make(tmp_path)
     again.restore(state)
     for one, other in zip(before, again.sample(200, 0.5, np.random.default_rng(0)), strict=True):

@@ -1,6 +1,6 @@
-"""A run on a package with upstream's interface has the episodes of one on a server.
+"""A run with a package that has upstream's interface gives the episodes of a run on a server.
 
-Here the package is procgen_client itself, which draws with the same art; upstream's is not needed.
+The package is procgen_client, which draws with the same art; upstream's package is not needed.
 """
 
 from __future__ import annotations
