@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Tests what tests/run.sh promises about its flags and about its closing line."""
+"""Tests the flags and the closing line of tests/run.sh."""
 
 import pathlib
 import subprocess

@@ -1,4 +1,4 @@
-"""Nothing lies about: every source is built or included, every folder explains itself."""
+"""Every source is built or included, every folder has a README.md, every link works."""
 
 import posixpath
 import re

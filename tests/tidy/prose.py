@@ -1,4 +1,4 @@
-"""Phrases that plain technical English has no use for: their count may only fall.
+"""Phrases that plain technical English does not need: their count may only fall.
 
 Each of PHRASES has a ceiling in tests/tidy/prose_ceilings.txt, which is its count today. A count
 above its ceiling fails, and so does one below it until the ceiling is lowered.

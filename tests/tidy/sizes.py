@@ -1,4 +1,4 @@
-"""Sizes: lines, functions and files that a reader can take in."""
+"""Limits on the sizes of lines, functions, files and classes."""
 
 import ast
 import re

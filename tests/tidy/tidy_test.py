@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Proves of every tidy rule that it can fail, and that it leaves alone what is right.
+"""Proves that every tidy rule can fail, and that it accepts valid input.
 
 Each case is a small made-up repository. A rule without a case fails the test as well.
 """
