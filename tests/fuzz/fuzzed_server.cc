@@ -29,8 +29,8 @@ FuzzedServer::FuzzedServer()
                   &connections_, &supervisor_.quotas(), &metrics_),
       services_(&supervisor_, cluster_.get(), &accounting_, /*pipe_listener=*/nullptr,
                 CloneSourceAllowlist()) {
-  // Not by gRPC's transport within a process, which no client of ours comes by, and which keeps
-  // streams that were ended while their client wrote.
+  // Over TCP, as real clients. gRPC's in-process transport keeps streams that ended while their
+  // client wrote.
   int port = 0;
   grpc::ServerBuilder builder;
   builder.AddListeningPort("127.0.0.1:0", grpc::InsecureServerCredentials(), &port);
