@@ -58,7 +58,7 @@ TEST(CpuThrottleTest, RestLeavesOneInTwoHundredOfTheMachine) {
   EXPECT_EQ(CpuThrottle::RestAfter(work, 256), absl::ZeroDuration());
   EXPECT_EQ(CpuThrottle::RestAfter(work, 0), CpuThrottle::RestAfter(work, 1))
       << "their count is unknown";
-  EXPECT_EQ(CpuThrottle::RestAfter(absl::Seconds(1), 2), absl::Seconds(2)) << "the most";
+  EXPECT_EQ(CpuThrottle::RestAfter(absl::Seconds(1), 2), absl::Seconds(2)) << "the maximum";
 }
 
 }  // namespace

@@ -28,7 +28,7 @@ TEST_F(PoolRegistryTest, NameIsReservedWhileItsPoolIsCreated) {
   ASSERT_THAT(Reserve("a"), IsOk());
   EXPECT_THAT(Reserve("a"), StatusIs(absl::StatusCode::kAlreadyExists,
                                      "pool pools/a exists; choose another pool_id"));
-  EXPECT_EQ(capacity_.env_count(), 1) << "who got no name has no reservation";
+  EXPECT_EQ(capacity_.env_count(), 1) << "without a name there is no reservation";
   EXPECT_THAT(registry_.Find("alice", "pools/a"),
               StatusIs(absl::StatusCode::kNotFound, "there is no pool pools/a"));
   EXPECT_THAT(registry_.Remove("alice", "pools/a"),

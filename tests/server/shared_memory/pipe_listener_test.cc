@@ -248,7 +248,7 @@ TEST_F(PipeListenerTest, AllPipesEndWithIt) {
 
 TEST_F(PipeListenerTest, OtherUsersAreRejected) {
   if (geteuid() != 0) {
-    GTEST_SKIP() << "only root can try it as another user";
+    GTEST_SKIP() << "only root can connect as another user";
   }
   const pid_t child = fork();
   if (child == 0) {
@@ -260,7 +260,7 @@ TEST_F(PipeListenerTest, OtherUsersAreRejected) {
   }
   int status = -1;
   ASSERT_EQ(waitpid(child, &status, 0), child);
-  EXPECT_EQ(status, 0) << "it was not sent away before it showed a key";
+  EXPECT_EQ(status, 0) << "the connection was not closed before a key was sent";
 }
 
 }  // namespace

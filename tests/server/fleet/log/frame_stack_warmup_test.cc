@@ -31,7 +31,7 @@ TEST(FrameStackWarmupTest, WarmupStepsEachEnvironmentStackDepthMinusOneTimes) {
   EXPECT_FALSE(warmup.IsComplete({2, 2}, 1));
   warmup.Add(5, StepOf({3, 1}));
   EXPECT_TRUE(warmup.IsComplete({2, 2}, 1));
-  EXPECT_FALSE(warmup.IsComplete({2, 2}, 2)) << "states of later";
+  EXPECT_FALSE(warmup.IsComplete({2, 2}, 2)) << "states from a later step";
 }
 
 TEST(FrameStackWarmupTest, UnsteppedEnvironmentNeedsNoSteps) {
@@ -39,7 +39,7 @@ TEST(FrameStackWarmupTest, UnsteppedEnvironmentNeedsNoSteps) {
   for (int64_t number = 1; number < 9; ++number) {
     warmup.Add(number, StepOf({1, 1}));
   }
-  EXPECT_TRUE(warmup.IsComplete({0, 2}, 5)) << "the other has been stepped three times since";
+  EXPECT_TRUE(warmup.IsComplete({0, 2}, 5)) << "the other was stepped three times since";
   EXPECT_FALSE(warmup.IsComplete({0, 2}, 6));
 }
 

@@ -65,7 +65,7 @@ TEST_F(JournalDamageTest, PowerCutLeavesAnEarlierCommit) {
   ASSERT_THAT(journal, IsOk());
   const std::string file = BytesOf(path_);
   std::vector<std::string> moments = {TextOf(Read(file).value())};
-  ASSERT_EQ(BytesOf(path_ + "-wal"), "") << "what was created is synced";
+  ASSERT_EQ(BytesOf(path_ + "-wal"), "") << "creation is synced";
   const auto add_moment = [&] {
     const auto pool = Read(file, BytesOf(path_ + "-wal"));
     ASSERT_THAT(pool, IsOk());

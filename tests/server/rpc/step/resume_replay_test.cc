@@ -194,7 +194,7 @@ TEST_F(ResumeReplayTest, OtherErrorsAreRetriedWithBackoff) {
   StartResumeReplay(session, OneStep(2), int64_t{64} << 20);
   EXPECT_THAT(Turn(session.get()), IsOk());
   EXPECT_GE(SteadyNow() - begin, absl::Milliseconds(100 + 200 + 400));
-  EXPECT_EQ(pool_->part_count(), 3 + 2) << "then the request, and how all environments stand";
+  EXPECT_EQ(pool_->part_count(), 3 + 2) << "then the request and the state of all environments";
   EXPECT_EQ(session->oldest_kept_sequence_number(), 1);
 }
 

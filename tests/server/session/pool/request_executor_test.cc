@@ -101,7 +101,7 @@ TEST_F(RequestExecutorTest, APartWaitsUntilItsSinkHasMemory) {
   const auto sink = std::make_shared<LateSink>();
   session->Execute(&request, sink);
   EXPECT_EQ(sink->asked, 1);
-  EXPECT_EQ(sink->flushed, 1) << "what is ready can be sent, so that memory becomes free";
+  EXPECT_EQ(sink->flushed, 1) << "finished parts are sent, which frees memory";
   session->Resume();
   EXPECT_EQ(sink->asked, 2);
   EXPECT_EQ(sink->done, std::nullopt);
