@@ -205,7 +205,7 @@ TEST_P(FleetRestartTest, RestartedFleetServerContinues) {
       } else {
         const absl::Time begin = absl::Now();
         fleet.StopFleet();
-        EXPECT_LT(absl::Now() - begin, absl::Seconds(15)) << "it waited for the learner";
+        EXPECT_LT(absl::Now() - begin, absl::Seconds(15)) << "the drain waited for the learner";
       }
       fleet.StartFleet(2);
     });

@@ -233,7 +233,7 @@ TEST_F(FleetRebalanceTest, ForgedNodesCauseNoMigrationAndNoDelay) {
   EXPECT_EQ(before.size(), 2);
   EXPECT_EQ(after, before) << "shards have moved";
   EXPECT_THAT(MetricsText(), testing::HasSubstr("procgen_fleet_shard_migrations_total 1\n"));
-  EXPECT_LT(pause, absl::Seconds(1)) << "it was tried to reach forged nodes before the real one";
+  EXPECT_LT(pause, absl::Seconds(1)) << "forged nodes were tried before the real one";
 }
 
 }  // namespace

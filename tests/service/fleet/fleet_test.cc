@@ -289,7 +289,7 @@ TEST_F(FleetTest, StreamEndsAfterFailoverTimeoutAndAnotherContinues) {
   const auto stream = client->Attach(pool->name());
   ASSERT_THAT(stream, IsOk());
   ASSERT_THAT((*stream)->Step(actions, &batch), IsOk());
-  EXPECT_TRUE(BatchCopy(batch) == expected) << "the step that failed has left something";
+  EXPECT_TRUE(BatchCopy(batch) == expected) << "the failed step has changed something";
   EXPECT_THAT(MetricsText(), testing::HasSubstr("procgen_fleet_shards_waiting 0\n"));
 }
 

@@ -153,7 +153,7 @@ TEST_F(TokensTest, ForeignPoolsLookLikeMissingPools) {
     EXPECT_EQ(other.code(), absl::StatusCode::kNotFound) << name << other;
     EXPECT_EQ(absl::StrReplaceAll(other.message(), {{"secret", "nobody"}}), none.message()) << name;
   }
-  EXPECT_THAT(alice->GetPool("pools/secret"), IsOk()) << "and it is there still";
+  EXPECT_THAT(alice->GetPool("pools/secret"), IsOk()) << "the pool still exists";
   EXPECT_EQ(bob->ListPools()->size(), 1U);
 }
 

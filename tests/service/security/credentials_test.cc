@@ -131,9 +131,9 @@ TEST_F(CredentialsTest, CertificatesAreReplacedWhileAStreamRuns) {
   certificates_.MakeServer("next", "next-server");
 
   certificates_.Replace("server.pem", "nonsense");
-  EXPECT_TRUE(Serves(Tls("authority"))) << "the old one stays";
+  EXPECT_TRUE(Serves(Tls("authority"))) << "the old certificate stays in use";
   certificates_.Replace("server.pem", certificates_.Read("next-server.pem"));
-  EXPECT_TRUE(Serves(Tls("authority"))) << "as long as the key is another's";
+  EXPECT_TRUE(Serves(Tls("authority"))) << "while the key does not match";
   certificates_.Replace("server.key", certificates_.Read("next-server.key"));
   EXPECT_TRUE(Serves(Tls("next")));
   EXPECT_FALSE(Serves(Tls("authority")));

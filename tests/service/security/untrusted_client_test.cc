@@ -103,7 +103,7 @@ TEST_F(UntrustedClientTest, ConnectionsBeyondTheLimitAreClosedAndOthersContinue)
   for (const int connection : connections) {
     close(connection);
   }
-  EXPECT_THAT(ConnectAs("")->GetCatalog(), IsOk()) << "there is room again";
+  EXPECT_THAT(ConnectAs("")->GetCatalog(), IsOk()) << "new connections are accepted again";
   EXPECT_THAT(StopAndReadLog(), HasSubstr("event=connections_refused"));
 }
 

@@ -257,7 +257,7 @@ TEST_F(CloneTest, CallersTokenIsNotForwarded) {
   EXPECT_EQ(
       v1::StateService::NewStub(channel_)->CloneStates(&context, request, &response).error_code(),
       grpc::StatusCode::INTERNAL)
-      << "it was asked, and has answered with nothing";
+      << "the source returned an empty response";
   EXPECT_FALSE(source.saw_token());
 }
 

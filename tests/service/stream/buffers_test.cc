@@ -181,7 +181,7 @@ TEST_F(BuffersTest, UnreadResponsesPerOwnerAreBounded) {
       << AllocatedBytes() - before;
   unread = nullptr;
   EXPECT_TRUE(Eventually([&] { return render().ok(); }))
-      << "the responses of a lost connection are held no more";
+      << "responses of a lost connection are freed";
 }
 
 TEST_F(BuffersTest, LevelSamplersCountUntilTheirPoolsAreDeleted) {
@@ -191,7 +191,7 @@ TEST_F(BuffersTest, LevelSamplersCountUntilTheirPoolsAreDeleted) {
   CreatePool(spec);
   EXPECT_THAT(client_->CreatePool(spec),
               StatusIs(absl::StatusCode::kResourceExhausted, HasSubstr(kLimit)));
-  EXPECT_THAT(client_->CreatePool(MazeSpec(1)), IsOk()) << "others need none";
+  EXPECT_THAT(client_->CreatePool(MazeSpec(1)), IsOk()) << "the other owner needs none";
   ASSERT_THAT(client_->DeletePool(first), IsOk());
   EXPECT_TRUE(Eventually([&] { return client_->CreatePool(spec).ok(); }));
 }

@@ -153,7 +153,7 @@ TEST_F(FormatsTest, TooSmallResponseLimitErrorNamesTheNeededSize) {
   const auto large = large_client->Attach(name, options);
   ASSERT_THAT(large, IsOk());
   EXPECT_THAT((*large)->Observe(&batch), IsOk());
-  EXPECT_EQ(batch.sequence_number(), 1) << "the refused request took no number";
+  EXPECT_EQ(batch.sequence_number(), 1) << "the rejected request took no number";
   EXPECT_EQ(batch.observations().size(), 2U * 4718592);
 }
 

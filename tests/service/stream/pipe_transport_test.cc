@@ -106,7 +106,7 @@ TEST_F(PipeTransportTest, PipeClosedDuringARequestEndsTheStream) {
   EXPECT_THAT(stream_->Finish().error_code(),
               testing::AnyOf(grpc::StatusCode::OK, grpc::StatusCode::CANCELLED));
   EXPECT_FALSE(client_->GetPool(pool_)->attached());
-  EXPECT_EQ(client_->GetPool(pool_)->next_sequence_number(), 3) << "it was taken";
+  EXPECT_EQ(client_->GetPool(pool_)->next_sequence_number(), 3) << "the request was executed";
 }
 
 TEST_F(PipeTransportTest, RequestsQueuedBehindAnotherCallAreExecuted) {

@@ -87,7 +87,7 @@ TEST_P(TraceTest, StreamEqualsInProcess) {
   procgen_client::Batch remote;
   ASSERT_THAT((*pool)->Observe(0, kEnvCount, local.Spans()), IsOk());
   ASSERT_THAT(stream->Observe(&remote), IsOk());
-  ASSERT_TRUE(Same(local, remote)) << "at the beginning";
+  ASSERT_TRUE(Same(local, remote)) << "before the first step";
   for (int step = 0; step < kSteps; ++step) {
     const std::vector<int32_t> actions = ActionsAt(step);
     StepInput input;

@@ -43,8 +43,8 @@ def test_a_page_sees_only_its_owners_pools(tokens: Path, tmp_path: Path) -> None
                     assert pool.owner == "alice"
                 assert [it.name for it in bob.list_pools()] == [theirs.name]
                 await page.call("pools.follow")
-                told = (await page.event("pools")).result["pools"]
-                assert [(it["owner"], it["kind"]) for it in told] == [("alice", "play")]
+                pools = (await page.event("pools")).result["pools"]
+                assert [(it["owner"], it["kind"]) for it in pools] == [("alice", "play")]
                 for method, members in (
                     ("pool.history", {}),
                     ("watch.start", {"environments": [0], "size_px": 64}),

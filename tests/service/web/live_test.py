@@ -88,15 +88,15 @@ def test_a_late_page_receives_the_history(server: WebServer, learner: Learner) -
         # No page is open meanwhile.
         await asyncio.sleep(3)
         async with open_page(server.url) as page:
-            told = (await page.call("pool.history", pool="pools/learning")).result
-            assert told["columns"] == [
+            history = (await page.call("pool.history", pool="pools/learning")).result
+            assert history["columns"] == [
                 "time_s", "steps_per_second", "episode_count", "mean_return", "mean_length",
                 "request_p50_ms", "request_p99_ms",
             ]  # fmt: skip
-            assert told["interval_s"] == 1 and 2 <= len(told["rows"]) <= 600
-            times = [row[0] for row in told["rows"]]
+            assert history["interval_s"] == 1 and 2 <= len(history["rows"]) <= 600
+            times = [row[0] for row in history["rows"]]
             assert times == sorted(times)
-            assert told["rows"][-1][1] > 0 and told["rows"][-1][5] > 0
+            assert history["rows"][-1][1] > 0 and history["rows"][-1][5] > 0
 
     run(test())
 
@@ -208,21 +208,21 @@ def test_an_episode_of_a_running_pool_is_saved_as_a_trace(
                     ends[environment].append(len(rewards))
             async with open_page(server.url) as page:
                 for environment, rows in ends.items():
-                    told = await page.call(
+                    saved = await page.call(
                         "pool.episode", pool=pool.name, environment=environment, selector="last"
                     )
-                    assert told.result["ended"] is True and told.result["game"] == "coinrun"
+                    assert saved.result["ended"] is True and saved.result["game"] == "coinrun"
                     own = [it[environment] for it in rewards[rows[-2] : rows[-1]]]
-                    assert told.result["total_reward"] == sum(own)
-                    trace = told.parts["trace"]
+                    assert saved.result["total_reward"] == sum(own)
+                    trace = saved.parts["trace"]
                     assert conformance(trace, tmp_path).endswith("1 passed, 0 failed, 0 skipped\n")
                     opened = await page.call(
                         "replay.open", pool=pool.name, environment=environment, selector="last",
                         human_size_px=0,
                     )  # fmt: skip
                     assert opened.result["difference"] is None
-                    assert opened.result["fingerprint"] == told.result["fingerprint"]
-                    assert opened.result["rows"] == told.result["steps"] + 1
+                    assert opened.result["fingerprint"] == saved.result["fingerprint"]
+                    assert opened.result["rows"] == saved.result["steps"] + 1
                 current = await page.call(
                     "pool.episode", pool=pool.name, environment=0, selector="current"
                 )

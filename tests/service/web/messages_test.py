@@ -21,10 +21,10 @@ def run(test: Any) -> None:
 def test_hello_describes_the_server(server: WebServer) -> None:
     async def test() -> None:
         async with open_page(server.url, says_hello=False) as page:
-            told = (await page.call("hello")).result
-        assert told["requires_token"] is False and told["is_fleet"] is False
-        assert told["version"] and told["node"].startswith("nodes/")
-        games = {game["name"]: game for game in told["catalog"]["games"]}
+            hello = (await page.call("hello")).result
+        assert hello["requires_token"] is False and hello["is_fleet"] is False
+        assert hello["version"] and hello["node"].startswith("nodes/")
+        games = {game["name"]: game for game in hello["catalog"]["games"]}
         assert len(games) == 16 and "coinrun" in games
         modes = {mode["name"]: mode for mode in games["coinrun"]["modes"]}
         assert modes["easy"]["time_limit_steps"] == 1000
@@ -33,14 +33,14 @@ def test_hello_describes_the_server(server: WebServer) -> None:
         assert games["coinrun"]["special_actions"] == []
         thrown = games["ninja"]["special_actions"]
         assert [special["action"] for special in thrown] == [*range(9, 15)]
-        options = {option["name"]: option for option in told["catalog"]["options"]}
+        options = {option["name"]: option for option in hello["catalog"]["options"]}
         assert options["use_backgrounds"] == {
             "name": "use_backgrounds", "type": "boolean", "default": True,
             "description": options["use_backgrounds"]["description"],
         }  # fmt: skip
         assert not options.keys() & {"num_levels", "start_level", "rand_seed", "distribution_mode"}
-        assert told["catalog"]["actions"][7] == {"number": 7, "name": "RIGHT", "keys": ["RIGHT"]}
-        assert told["limits"]["viewers"] == 64
+        assert hello["catalog"]["actions"][7] == {"number": 7, "name": "RIGHT", "keys": ["RIGHT"]}
+        assert hello["limits"]["viewers"] == 64
 
     run(test())
 

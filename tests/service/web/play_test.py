@@ -122,11 +122,11 @@ def test_a_solved_level_is_reported(server: WebServer, tmp_path: Path) -> None:
             # The same level is played again.
             assert end["level_seed"] == end["prev_level_seed"] == 1001
             saved = (await page.call("play.trace", play=number)).parts["trace"]
-            told = json.loads(saved[: saved.index(b"\n")])
-            assert told["fingerprints"][0][0] == end["fingerprint"]
+            saved_header = json.loads(saved[: saved.index(b"\n")])
+            assert saved_header["fingerprints"][0][0] == end["fingerprint"]
             # Apart from the fingerprints, the header equals the recording's.
             assert saved[saved.index(b"\n") :] == contents[contents.index(b"\n") :]
-            assert {**told, "fingerprints": 0} == {**header, "fingerprints": 0}
+            assert {**saved_header, "fingerprints": 0} == {**header, "fingerprints": 0}
 
     run(test())
 

@@ -52,7 +52,7 @@ test("the replay page plays a play forward and backward", async () => {
   await row(page, 0);
   assert.equal(await page.locator("#verdict").textContent(), "Identical to the recording");
   const controls = await page.locator("#run").boundingBox();
-  assert(controls.y + controls.height <= page.viewportSize().height, "one need not scroll to go through it");
+  assert(controls.y + controls.height <= page.viewportSize().height, "the controls are visible without scrolling");
   await waitForPicture(page, "#human", (shown) => shown === pictures[0]);
   await seek(page, 3);
   await waitForPicture(page, "#human", (shown) => shown === pictures[3]);

@@ -93,7 +93,7 @@ def test_connections_without_a_token_are_closed(tmp_path: Path) -> None:
             watching.flush()
             assert is_closed(silent, 20)
             assert idle.awaits_close(20)
-            assert not watching.awaits_close(2), "it has a call under way"
+            assert not watching.awaits_close(2), "it has a running call"
         with Http2Connection(server.address) as known:
             stream = known.begin(LIST_POOLS, METADATA)
             known.send(stream, message(b""), ends=True)

@@ -87,7 +87,7 @@ def test_silent_reflection_streams_take_no_threads(tmp_path: Path) -> None:
     with serve(tmp_path) as server, Http2Connection(server.address) as connection:
         before = server.thread_count()
         streams = [connection.begin(REFLECTION) for _ in range(100)]
-        assert connection.trailers(streams[-1])["grpc-status"] == "8", "beyond 8 of a connection"
+        assert connection.trailers(streams[-1])["grpc-status"] == "8", "the limit is 8"
         assert server.thread_count() - before < 10
 
 

@@ -96,7 +96,7 @@ class Victim:
         """Stops; returns the durations of its steps in seconds, longest first."""
         self._stopped.set()
         self._thread.join(60)
-        assert not self._thread.is_alive(), "the victim's step does not end"
+        assert not self._thread.is_alive(), "the learner's step does not end"
         self._pool.close()
         self._client.close()
         return sorted(self.step_s, reverse=True)
