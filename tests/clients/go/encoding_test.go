@@ -34,7 +34,7 @@ func TestEncodedObservationsAreLossless(t *testing.T) {
 				expected := stepped(t, raw, actionsOf(step, 6), StepOptions{})
 				batch := stepped(t, encodedPool, actionsOf(step, 6), StepOptions{})
 				if !bytes.Equal(batch.Observations, expected.Observations) {
-					t.Fatalf("step %d is another", step)
+					t.Fatalf("step %d differs", step)
 				}
 			}
 		})

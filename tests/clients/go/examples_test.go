@@ -76,7 +76,7 @@ func TestReadmeExamplesRun(t *testing.T) {
 	for i, example := range examples {
 		t.Run(fmt.Sprint(i), func(t *testing.T) {
 			if !strings.Contains(example[1], `"localhost:50051"`) {
-				t.Error("it names no server")
+				t.Error("the example has no server address")
 			}
 			code := strings.ReplaceAll(example[1], "localhost:50051", server.Address)
 			file := filepath.Join(t.TempDir(), "main.go")

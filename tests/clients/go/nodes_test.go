@@ -32,7 +32,7 @@ func TestWatchersReceiveEachChange(t *testing.T) {
 		count := nodes.Nodes[0].EnvCount
 		if reported++; reported == 1 {
 			if count >= many {
-				t.Error("there are", count, "environments before any was made")
+				t.Error(count, "environments before the first was created")
 			}
 			madePool(t, client, easy(many, "maze"), PoolOptions{})
 		}

@@ -85,7 +85,7 @@ func TestFaultyNetworkLosesNothing(t *testing.T) {
 			}
 			for step, batch := range traceOf(t, pool, 150) {
 				if !reflect.DeepEqual(batch, undisturbed[step]) {
-					t.Fatalf("step %d is another", step)
+					t.Fatalf("step %d differs", step)
 				}
 			}
 			must(t, learner.Close())

@@ -48,10 +48,10 @@ func TestSharedBatchesEqualThoseOfTheStream(t *testing.T) {
 		actions := actionsOf(step, 4-step%3)
 		expected, batch := stepped(t, plain, actions, options), stepped(t, shared, actions, options)
 		if len(batch.Observations) > 0 && batch.held == nil {
-			t.Fatal("nothing is shared")
+			t.Fatal("the pool has no shared memory")
 		}
 		if !reflect.DeepEqual(owned(batch), expected) {
-			t.Fatalf("step %d is another", step)
+			t.Fatalf("step %d differs", step)
 		}
 	}
 }
@@ -71,7 +71,7 @@ func TestSharedBatchesStayUntilTheyAreReleased(t *testing.T) {
 	held[2].Release()
 	held[2].Release() // The second release does nothing.
 	if held[2].Observations != nil {
-		t.Error("what was released can be read")
+		t.Error("a released batch can be read")
 	}
 	for step := 5; step < 20; step++ {
 		if step == 10 {
@@ -84,7 +84,7 @@ func TestSharedBatchesStayUntilTheyAreReleased(t *testing.T) {
 	stepped(t, pool, actionsOf(20, 4), StepOptions{}).Release()
 	for i, batch := range held {
 		if i != 2 && !bytes.Equal(batch.Observations, content[i]) {
-			t.Error("batch", i, "was written again")
+			t.Error("held batch", i, "was overwritten")
 		}
 	}
 }
@@ -99,11 +99,11 @@ func TestUnusedMemoryIsUnmapped(t *testing.T) {
 	content := append([]byte(nil), batch.Observations...)
 	must(t, pool.Delete(ctx))
 	if !bytes.Equal(batch.Observations, content) || mappings(t) != before+1 {
-		t.Error("a batch that is held ended with its pool")
+		t.Error("a held batch became invalid with its pool")
 	}
 	batch.Release()
 	if mappings(t) != before {
-		t.Error("the memory is mapped for good")
+		t.Error("the memory stays mapped")
 	}
 	pool, err = client.CreatePool(ctx, "", sharing(easy(4, "maze")), PoolOptions{})
 	must(t, err)

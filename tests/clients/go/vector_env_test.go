@@ -32,7 +32,7 @@ func TestVectorEnvStepsAPoolAndDeletesIt(t *testing.T) {
 func TestVectorEnvKeepsTheFirstError(t *testing.T) {
 	none := NewVectorEnv(testContext(t), server.Address, "pong", 3)
 	if none.Step(none.SampleActions()) {
-		t.Error("stepped what is not there")
+		t.Error("no error from an unknown game")
 	}
 	expectError(t, none.Close(), codes.NotFound, "pong")
 

@@ -58,6 +58,6 @@ func TestResponsesOfLaterAndOtherServersAreParsed(t *testing.T) {
 	}
 	var read response
 	if read.read([]byte{0xff, 0xff}) == nil {
-		t.Error("nonsense was read")
+		t.Error("an invalid message was parsed")
 	}
 }

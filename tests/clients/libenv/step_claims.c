@@ -209,7 +209,7 @@ void UpstreamObservationsReplayIdentically(void) {
   const char* recordings_folder = getenv("PROCGEN_UPSTREAM_PICTURES");
   CLAIM(art_dir != NULL && recordings_folder != NULL);
   if (access(art_dir, R_OK) != 0 || access(recordings_folder, R_OK) != 0) {
-    printf("skipped: no upstream art, or no recordings of it, beside the checkout\n");
+    printf("skipped: no upstream art or no recordings of it next to the checkout\n");
     exit(kSkipped);
   }
   // Keeps the art loaded during all replays: loading takes longer than a replay.

@@ -127,7 +127,7 @@ def test_unknown_encodings_are_rejected(client: Client, encoding: str) -> None:
         client.create_pool("maze", 1, encoding=encoding)
 
 
-@pytest.mark.skipif(is_native(), reason="the native module decodes")
+@pytest.mark.skipif(is_native(), reason="the native module is installed")
 def test_without_the_native_module_no_pool_is_created(client: Client) -> None:
     before = client.load().pool_count
     for options in ({"encoding": _ENCODING}, {"transport": "shared_memory"}):

@@ -30,7 +30,7 @@ def test_branching_improves_on_the_first_round(server: ServerProcess) -> None:
     said = _run("branch_and_search.py", server.address, "--rounds", "8")
     returns = [float(number) for number in re.findall(r"round \d+: return ([\d.]+)", said)]
     assert len(returns) > 1
-    assert returns == sorted(returns), "what was found is kept"
+    assert returns == sorted(returns), "returns never decrease"
     assert returns[-1] > returns[0]
     assert said.endswith(f"return {returns[-1]:.1f} in level 7 of bigfish\n")
 

@@ -102,21 +102,21 @@ class AsyncVectorEnv:
             assert pipe.poll(60), "a worker hangs"
         return [pipe.recv() for pipe in self.pipes]
 
-beside = ProcgenEnv(4, "coinrun", num_levels=200)
-beside.reset()
+other = ProcgenEnv(4, "coinrun", num_levels=200)
+other.reset()
 for _ in range(2):
     env = AsyncVectorEnv([lambda: ProcgenGymEnv("maze")] * 3)
-    beside.step(np.full(4, 7))
+    other.step(np.full(4, 7))
     env.ask("reset", range(3))
     for _ in range(5):
         assert [len(result) for result in env.ask("step", [3] * 3)] == [4] * 3
-        beside.step(np.full(4, 7))
+        other.step(np.full(4, 7))
     assert np.frombuffer(env.memory.get_obj(), np.uint8).any()
     env.ask("close", [None] * 3)
     for process in env.processes:
         process.join(60)
         assert process.exitcode == 0
-beside.step(np.full(4, 7))
+other.step(np.full(4, 7))
 """
 
 _THE_PARENTS_OWN = """
@@ -263,7 +263,7 @@ def test_child_can_neither_use_nor_close_its_parents_environment(
     _run(_THE_PARENTS_OWN, repr(arguments), folder=tmp_path)
 
 
-@pytest.mark.skipif(is_native(), reason="of grpcio")
+@pytest.mark.skipif(is_native(), reason="tests grpcio")
 def test_grpcio_connections_are_rejected_in_children(
     server: ServerProcess, tmp_path: Path
 ) -> None:
@@ -290,7 +290,7 @@ def test_local_server_ends_with_its_program_despite_running_children() -> None:
         listening = str(folder / "socket")
         deadline = time.monotonic() + 60
         while listening in Path("/proc/net/unix").read_text():
-            assert time.monotonic() < deadline, "the server lives"
+            assert time.monotonic() < deadline, "the server is still running"
         # The child is still running: its standard input is open.
         assert program.stdin is not None
         assert not program.stdin.closed

@@ -348,7 +348,7 @@ def test_pool_can_be_closed_after_an_interrupted_wait(client: Client) -> None:
 
 def test_render_draws_at_any_size_and_changes_nothing(client: Client, pool: Pool) -> None:
     if not client.catalog().features.render:
-        pytest.skip("this server does not draw for people yet")
+        pytest.skip("this server has no rendering")
     before = pool.observe()
     frames = pool.render(size_px=512)  # Six frames take several messages.
     assert [frame.shape for frame in frames] == [(512, 512, 3)] * 6

@@ -279,7 +279,7 @@ def test_next_server_removes_files_of_killed_servers(folder: Path) -> None:
                             its_pool.step([4] * _ENV_COUNT)
             assert len(list(folder.iterdir())) == 2
             with ServerProcess(server_binary(), flags):
-                assert list(folder.iterdir()) == [kept], "that of the living one"
+                assert list(folder.iterdir()) == [kept], "the file of the running server"
             np.testing.assert_array_equal(observations, content)
             pool.step([4] * _ENV_COUNT)
 
@@ -326,7 +326,7 @@ def test_full_disk_error_names_path_and_size(folder: Path) -> None:
             small.observe()
 
 
-@pytest.mark.skipif(os.geteuid() != 0, reason="only root can be somebody else")
+@pytest.mark.skipif(os.geteuid() != 0, reason="only root can change its user id")
 def test_error_for_other_users_names_the_stream_transport(
     server: ServerProcess, client: Client
 ) -> None:

@@ -17,13 +17,13 @@ from procgen_client.errors import (
 
 def test_pool_is_watched_while_it_is_stepped(client: Client) -> None:
     with client.create_pool("maze", 4, rand_seed=3, distribution_mode="easy") as pool:
-        moments = pool.watch([3, 0], size_px=64, frames_per_second_max=60)
-        assert [frame.shape for frame in next(moments)] == [(64, 64, 3)] * 2
+        frame_sets = pool.watch([3, 0], size_px=64, frames_per_second_max=60)
+        assert [frame.shape for frame in next(frame_sets)] == [(64, 64, 3)] * 2
         batch = pool.step([7, 4, 5, 1])
-        frames = next(moments)
+        frames = next(frame_sets)
         assert np.array_equal(frames[0], batch.observations[3])
         assert np.array_equal(frames[1], batch.observations[0])
-        moments.close()
+        frame_sets.close()
         assert next(pool.watch())[0].shape == (256, 256, 3)
 
 
@@ -36,10 +36,10 @@ def test_slow_watcher_skips_frame_sets(client: Client) -> None:
         for _ in range(20):
             last = pool.step([4])
             next(quick)
-        moments = 1
+        frame_sets = 1
         while not np.array_equal(next(slow)[0], last.observations[0]):
-            moments += 1
-        assert moments < 10, f"{moments} moments of 20 waited to be read"
+            frame_sets += 1
+        assert frame_sets < 10, f"{frame_sets} frame sets of 20 were queued"
 
 
 def test_frame_sizes_are_limited_by_the_server() -> None:

@@ -54,7 +54,7 @@ def test_table_includes_a_random_agent(server: ServerProcess, tmp_path: Path) ->
     root = _run("all_games", server, tmp_path, "--games", "coinrun")
     head, _, row = (root / "table.md").read_text().splitlines()
     assert "random agent" in head
-    assert " to " in row, "the spread of some random runs"
+    assert " to " in row, "the range of several random runs"
 
 
 def test_games_without_the_mode_are_not_run(server: ServerProcess, tmp_path: Path) -> None:

@@ -144,7 +144,7 @@ def _run_with_art(folder: str) -> subprocess.CompletedProcess[str]:
 def test_each_art_dir_has_its_own_server() -> None:
     art = os.environ.get("PROCGEN_PAINTED_ART_DIR")
     if art is None:
-        pytest.skip("PROCGEN_PAINTED_ART_DIR names no folder of art; CTest sets it")
+        pytest.skip("PROCGEN_PAINTED_ART_DIR is not set; CTest sets it")
     run = _run_with_art(os.path.dirname(art))
     assert run.returncode == 0, run.stderr
 
