@@ -58,7 +58,7 @@ void FuzzedServer::ResetPools() {
     absl::Notification done;
     supervisor_.Create("", id, options, {.encoding = encoding},
                        [&done](const absl::StatusOr<std::shared_ptr<PoolSession>>& made) {
-                         Require(made.ok(), "there is room for pools", made.status());
+                         Require(made.ok(), "pools are created", made.status());
                          done.Notify();
                        });
     done.WaitForNotification();
@@ -68,7 +68,7 @@ void FuzzedServer::ResetPools() {
 void FuzzedServer::RequireNoStreams() {
   const absl::Time end = absl::Now() + absl::Seconds(5);
   while (supervisor_.load().stream_count > 0) {
-    Require(absl::Now() < end, "streams that have ended let go of their pools");
+    Require(absl::Now() < end, "ended streams detach from their pools");
     absl::SleepFor(absl::Microseconds(50));
   }
 }
@@ -94,7 +94,7 @@ void RequirePromised(const absl::Status& status) {
     case absl::StatusCode::kCancelled:
       break;
     default:
-      Require(false, "errors have codes that are promised", status);
+      Require(false, "errors have documented codes", status);
   }
   Require(status.message().size() <= kStatusMessageBytesMax, "messages fit", status);
 }

@@ -77,7 +77,7 @@ void TryToDecode(const Choice& choice, absl::Span<const uint8_t> bytes) {
     return decoder.Decode(0, kEnvCount, from, absl::MakeSpan(decoded));
   };
   const absl::Status first = decode(encoder.Encode(0, kEnvCount, shown));
-  Require(first.ok() && decoded == shown, "what was encoded cannot be decoded", first);
+  Require(first.ok() && decoded == shown, "encoded observations are decoded", first);
 
   const absl::Status status = decode(encoded);
   if (status.ok()) {
@@ -85,10 +85,10 @@ void TryToDecode(const Choice& choice, absl::Span<const uint8_t> bytes) {
   }
   Require(status.code() == absl::StatusCode::kDataLoss ||
               status.code() == absl::StatusCode::kFailedPrecondition,
-          "refused with a code that is not promised", status);
+          "rejected with an undocumented code", status);
   shown.front() = 9;
   const absl::Status second = decode(encoder.Encode(0, kEnvCount, shown));
-  Require(second.ok() && decoded == shown, "what was refused has changed something", second);
+  Require(second.ok() && decoded == shown, "rejected bytes change nothing", second);
 }
 
 }  // namespace

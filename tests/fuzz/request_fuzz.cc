@@ -37,7 +37,7 @@ void CallAll(const std::vector<Piece>& pieces) {
   save.set_pool("pools/a");
   const absl::Status saved =
       CallRaw(server.channel(), kMethods[kSaveStates], {save.SerializeAsString()}).status;
-  Require(saved.ok() || absl::IsNotFound(saved), "a pool goes on", saved);
+  Require(saved.ok() || absl::IsNotFound(saved), "a pool continues", saved);
 }
 
 }  // namespace

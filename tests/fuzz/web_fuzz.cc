@@ -45,7 +45,8 @@ class CheckedOutbox final : public web::Outbox {
   void Answer(web::WireMessage message) override {
     const web::Json header = HeaderOf(message);
     Require(header.is_object() && header.contains("id"), "an answer has an id");
-    Require(header.contains("result") != header.contains("error"), "an answer answers");
+    Require(header.contains("result") != header.contains("error"),
+            "an answer has a result or an error");
     if (header.contains("error")) {
       Require(header["error"]["code"] != "INTERNAL" && header["error"]["code"] != "UNKNOWN",
               header.dump());

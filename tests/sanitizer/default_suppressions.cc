@@ -1,7 +1,7 @@
 // ThreadSanitizer's default suppressions. Compiled into every program of the tsan preset, so they
 // apply however a program is started.
 //
-// In Debian's libraries the sanitizer sees only the calls of memcpy, free and similar functions, not
+// In Debian's libraries the sanitizer sees only calls of memcpy, free and similar functions, not
 // the atomics that order them. called_from_lib ignores these calls. It does not ignore what the
 // functions do for our own code, or our code when such a library calls it.
 //
