@@ -40,10 +40,10 @@ class HostileServer(grpc.GenericRpcHandler):
         method = handler_call_details.method
         name = method.rsplit("/", 1)[-1]
         if name == "StepPool":
-            return grpc.stream_stream_rpc_method_handler(_ended_alike(self._step_pool(method)))
+            return grpc.stream_stream_rpc_method_handler(_with_status(self._step_pool(method)))
         if name in _WATCHES:
             return grpc.unary_stream_rpc_method_handler(
-                _ended_alike(lambda request, _: self._channel.unary_stream(method)(request))
+                _with_status(lambda request, _: self._channel.unary_stream(method)(request))
             )
         return grpc.unary_unary_rpc_method_handler(self._unary(method, name))
 
@@ -74,7 +74,7 @@ class HostileServer(grpc.GenericRpcHandler):
         return answer
 
 
-def _ended_alike(answer: Callable[..., Iterator[bytes]]) -> Callable[..., Iterator[bytes]]:
+def _with_status(answer: Callable[..., Iterator[bytes]]) -> Callable[..., Iterator[bytes]]:
     """Ends a call with the status of the real server."""
 
     def ended(request: object, context: grpc.ServicerContext) -> Iterator[bytes]:

@@ -82,7 +82,7 @@ void RenderHumanAddsAnInfo(void) {
 }
 
 // Expects that libenv_make fails and writes one line that contains `words`.
-static void ClaimIsRefused(int env_count, const struct OptionList* list,
+static void ClaimIsRejected(int env_count, const struct OptionList* list,
                            const char* words) {
   BeginListening();
   struct LibenvHandle* handle = Make(env_count, list);
@@ -92,20 +92,20 @@ static void ClaimIsRefused(int env_count, const struct OptionList* list,
   CLAIM(strstr(said.text, words) != NULL);
 }
 
-static void ClaimIntegerIsRefused(const char* name, int32_t value, const char* words) {
+static void ClaimIntegerIsRejected(const char* name, int32_t value, const char* words) {
   struct OptionList list = RequiredOptions("coinrun");
   for (int i = 0; i < list.count; ++i) {
     if (strcmp(list.items[i].name, name) == 0) {
       list.integers[i] = value;
-      ClaimIsRefused(1, &list, words);
+      ClaimIsRejected(1, &list, words);
       return;
     }
   }
   AddInteger(&list, name, value);
-  ClaimIsRefused(1, &list, words);
+  ClaimIsRejected(1, &list, words);
 }
 
-static void ClaimMissingIsRefused(int missing, const char* name) {
+static void ClaimMissingIsRejected(int missing, const char* name) {
   struct OptionList list = RequiredOptions("coinrun");
   snprintf(list.items[missing].name, sizeof(list.items[missing].name), "num_levels");
   if (missing == 0) {
@@ -113,57 +113,57 @@ static void ClaimMissingIsRefused(int missing, const char* name) {
     list.items[missing].count = 1;
     list.items[missing].data = NULL;
   }
-  ClaimIsRefused(1, &list, name);
+  ClaimIsRejected(1, &list, name);
 }
 
 void InvalidOptionErrorIsOneLine(void) {
   const struct OptionList good = RequiredOptions("coinrun");
-  ClaimIsRefused(0, &good, "env_count");
-  ClaimIsRefused(-5, &good, "env_count");
-  ClaimIsRefused(INT_MAX, &good, "env_count");
+  ClaimIsRejected(0, &good, "env_count");
+  ClaimIsRejected(-5, &good, "env_count");
+  ClaimIsRejected(INT_MAX, &good, "env_count");
   struct OptionList list = RequiredOptions("coinrum");
-  ClaimIsRefused(1, &list, "coinrum");
+  ClaimIsRejected(1, &list, "coinrum");
   list = RequiredOptions("");
-  ClaimIsRefused(1, &list, "game");
+  ClaimIsRejected(1, &list, "game");
   list = RequiredOptions("coinrun,maze");
-  ClaimIsRefused(3, &list, "multiple");
-  ClaimMissingIsRefused(0, "env_name");
-  ClaimMissingIsRefused(1, "num_actions");
-  ClaimMissingIsRefused(2, "start_level");
-  ClaimIntegerIsRefused("frame_skip", 4, "frame_skip");
-  ClaimIntegerIsRefused("num_levels", -1, "num_levels");
-  ClaimIntegerIsRefused("start_level", -1, "start_level");
-  ClaimIntegerIsRefused("num_actions", 0, "num_actions");
-  ClaimIntegerIsRefused("num_actions", 16, "num_actions");
-  ClaimIntegerIsRefused("num_threads", -1, "num_threads");
-  ClaimIntegerIsRefused("num_threads", INT_MAX, "num_threads");
-  ClaimIntegerIsRefused("distribution_mode", 3, "distribution_mode");
-  ClaimIntegerIsRefused("distribution_mode", 20, "distribution_mode");
+  ClaimIsRejected(3, &list, "multiple");
+  ClaimMissingIsRejected(0, "env_name");
+  ClaimMissingIsRejected(1, "num_actions");
+  ClaimMissingIsRejected(2, "start_level");
+  ClaimIntegerIsRejected("frame_skip", 4, "frame_skip");
+  ClaimIntegerIsRejected("num_levels", -1, "num_levels");
+  ClaimIntegerIsRejected("start_level", -1, "start_level");
+  ClaimIntegerIsRejected("num_actions", 0, "num_actions");
+  ClaimIntegerIsRejected("num_actions", 16, "num_actions");
+  ClaimIntegerIsRejected("num_threads", -1, "num_threads");
+  ClaimIntegerIsRejected("num_threads", INT_MAX, "num_threads");
+  ClaimIntegerIsRejected("distribution_mode", 3, "distribution_mode");
+  ClaimIntegerIsRejected("distribution_mode", 20, "distribution_mode");
   // Coinrun has no extreme mode and no memory mode.
-  ClaimIntegerIsRefused("distribution_mode", 2, "distribution_mode");
-  ClaimIntegerIsRefused("distribution_mode", 10, "distribution_mode");
+  ClaimIntegerIsRejected("distribution_mode", 2, "distribution_mode");
+  ClaimIntegerIsRejected("distribution_mode", 10, "distribution_mode");
 }
 
 void MalformedOptionErrorIsOneLine(void) {
   struct OptionList list = RequiredOptions("coinrun");
   AddBoolean(&list, "center_agent", 2);
-  ClaimIsRefused(1, &list, "center_agent");
+  ClaimIsRejected(1, &list, "center_agent");
   list = RequiredOptions("coinrun");
   AddInteger(&list, "center_agent", 1);
-  ClaimIsRefused(1, &list, "center_agent");
+  ClaimIsRejected(1, &list, "center_agent");
   list = RequiredOptions("coinrun");
   AddInteger(&list, "rand_seed", 1);
   list.items[list.count - 1].count = 2;
-  ClaimIsRefused(1, &list, "rand_seed");
+  ClaimIsRejected(1, &list, "rand_seed");
   list = RequiredOptions("coinrun");
   AddInteger(&list, "start_level", 1);
-  ClaimIsRefused(1, &list, "twice");
+  ClaimIsRejected(1, &list, "twice");
   list = RequiredOptions("coinrun");
   list.items[0].count = -1;
-  ClaimIsRefused(1, &list, "env_name");
+  ClaimIsRejected(1, &list, "env_name");
   list = RequiredOptions("coinrun");
   memset(list.items[1].name, 'x', sizeof(list.items[1].name));
-  ClaimIsRefused(1, &list, "terminating zero");
+  ClaimIsRejected(1, &list, "terminating zero");
   BeginListening();
   const struct LibenvOptions none = {.items = NULL, .count = 3};
   CLAIM(libenv.make(1, none) == NULL);

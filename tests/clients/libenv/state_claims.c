@@ -126,8 +126,8 @@ void OptionsComeFromTheSnapshot(void) {
 }
 
 // Expects that libenv_set_state writes one line that contains `expected`, and changes nothing.
-static void ClaimRefused(struct Host* host, int environment, char* data, int length,
-                         const char* expected) {
+static void ClaimRejected(struct Host* host, int environment, char* data, int length,
+                          const char* expected) {
   const uint32_t before = DigestOfHost(host);
   BeginListening();
   libenv.set_state(host->handle, environment, data, length);
@@ -145,15 +145,15 @@ void InvalidSnapshotErrorIsOneLine(void) {
   const int size = libenv.get_state(host.handle, 0, snapshot, kSnapshotBytesMax);
   CLAIM(size > 0);
 
-  ClaimRefused(&host, 2, snapshot, size, "environment 2 is not in [0, 2)");
-  ClaimRefused(&host, -1, snapshot, size, "environment -1 is not in [0, 2)");
-  ClaimRefused(&host, 1, snapshot, size, "coinrun");
-  ClaimRefused(&host, 0, snapshot, size - 1, "snapshot");
-  ClaimRefused(&host, 0, snapshot, 0, "snapshot");
-  ClaimRefused(&host, 0, snapshot, -5, "snapshot");
-  ClaimRefused(&host, 0, NULL, size, "snapshot");
+  ClaimRejected(&host, 2, snapshot, size, "environment 2 is not in [0, 2)");
+  ClaimRejected(&host, -1, snapshot, size, "environment -1 is not in [0, 2)");
+  ClaimRejected(&host, 1, snapshot, size, "coinrun");
+  ClaimRejected(&host, 0, snapshot, size - 1, "snapshot");
+  ClaimRejected(&host, 0, snapshot, 0, "snapshot");
+  ClaimRejected(&host, 0, snapshot, -5, "snapshot");
+  ClaimRejected(&host, 0, NULL, size, "snapshot");
   snapshot[size / 2] ^= 1;
-  ClaimRefused(&host, 0, snapshot, size, "snapshot");
+  ClaimRejected(&host, 0, snapshot, size, "snapshot");
 
   char small[64] = "as it was";
   BeginListening();

@@ -52,7 +52,7 @@ def send_any(pool: Pool, rng: np.random.Generator) -> None:
         )
 
 
-def assert_go_alike(raw: Pool, encoded: Pool, request_count: int, seed: int) -> None:
+def assert_equal_batches(raw: Pool, encoded: Pool, request_count: int, seed: int) -> None:
     rngs = [np.random.default_rng(seed) for _ in range(2)]
     for _ in range(request_count):
         for pool, rng in zip((raw, encoded), rngs, strict=True):
@@ -74,7 +74,7 @@ def test_encoded_batches_equal_raw_ones(client: Client, game: str, form: str) ->
     ):
         for pool in (raw, encoded):
             pool.attach(response_bytes_max=65536)  # Most batches take several responses.
-        assert_go_alike(raw, encoded, request_count=200, seed=3)
+        assert_equal_batches(raw, encoded, request_count=200, seed=3)
 
 
 @native_only
@@ -86,21 +86,21 @@ def test_encoded_batches_equal_raw_ones_after_restore_and_takeover(
         client.create_pool("coinrun", _ENV_COUNT, encoding=_ENCODING, **_OPTIONS) as encoded,
         Client(server.address) as other_client,
     ):
-        assert_go_alike(raw, encoded, request_count=10, seed=1)
+        assert_equal_batches(raw, encoded, request_count=10, seed=1)
         states = raw.save_states()
-        assert_go_alike(raw, encoded, request_count=10, seed=2)
+        assert_equal_batches(raw, encoded, request_count=10, seed=2)
         for pool in (raw, encoded):
             pool.restore_states(states)
         assert_same(raw.observe(), encoded.observe())
-        assert_go_alike(raw, encoded, request_count=10, seed=3)
+        assert_equal_batches(raw, encoded, request_count=10, seed=3)
 
         other = other_client.get_pool(encoded.name)
         other.attach(take_over=True)
-        assert_go_alike(raw, other, request_count=10, seed=4)
+        assert_equal_batches(raw, other, request_count=10, seed=4)
         with pytest.raises(AbortedError, match="took over"):
             encoded.observe()
         other.detach()
-        assert_go_alike(raw, encoded, request_count=10, seed=5)
+        assert_equal_batches(raw, encoded, request_count=10, seed=5)
 
 
 @native_only

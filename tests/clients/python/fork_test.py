@@ -124,7 +124,7 @@ import os
 import sys
 from procgen_client import Client, ProcgenVectorEnv, errors
 
-def refused(call, *arguments):
+def is_rejected(call, *arguments):
     try:
         call(*arguments)
     except errors.FailedPreconditionError as error:
@@ -133,7 +133,7 @@ def refused(call, *arguments):
 
 def in_child(env):
     asked = [env.reset, env.save_states, env.pool._client.list_pools]
-    verdict = [*(refused(each) for each in asked), refused(env.step, [4, 4])]
+    verdict = [*(is_rejected(each) for each in asked), is_rejected(env.step, [4, 4])]
     env.close()
     return 0 if all(verdict) else 1
 

@@ -118,9 +118,9 @@ TEST(TopTest, CredentialsAreThoseOfTheClient) {
   const Result let_in = RunTop(flags, std::string("PROCGEN_SERVER_TOKEN=") + kToken + " ");
   EXPECT_EQ(let_in.exit_status, 0);
   EXPECT_THAT(let_in.output, HasSubstr("pools/hers  alice"));
-  const Result refused = RunTop(flags);
-  EXPECT_EQ(refused.exit_status, 1);
-  EXPECT_THAT(refused.output, HasSubstr("procgen-top: the call bears no token"));
+  const Result rejected = RunTop(flags);
+  EXPECT_EQ(rejected.exit_status, 1);
+  EXPECT_THAT(rejected.output, HasSubstr("procgen-top: the call bears no token"));
 }
 
 TEST(TopTest, InvalidFlagsAreReported) {

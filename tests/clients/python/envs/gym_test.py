@@ -188,7 +188,7 @@ try:
 except ValueError as error:
     assert "no window" in str(error)
 else:
-    raise AssertionError("render_mode='human' is not refused")
+    raise AssertionError("render_mode='human' is not rejected")
 """
 
 

@@ -44,7 +44,7 @@ def test_reset_does_not_remove_the_reset_mask(client: Client) -> None:
 
 
 def test_infos_do_not_use_the_key_of_record_episode_statistics(client: Client) -> None:
-    # wrappers/vector/common.py, RecordEpisodeStatistics: refuses infos that have "episode" already.
+    # wrappers/vector/common.py, RecordEpisodeStatistics: rejects infos that have "episode" already.
     with ProcgenVectorEnv("coinrun", _N, server=client) as env:
         env.reset()
         _, _, _, _, infos = env.step(np.full(_N, -1))
