@@ -33,8 +33,8 @@ TEST(ServerTest, InProcessStreamsLeakNothing) {
   int64_t before = 0;
   for (int i = 0; i < 2 * kStreamCount; ++i) {
     before = i == kStreamCount ? AllocatedBytes() : before;
-    const RawResult refused = CallRaw(channel, "/procgen.v1.StepService/StepPool", requests);
-    ASSERT_EQ(refused.status.code(), absl::StatusCode::kNotFound) << refused.status;
+    const RawResult rejected = CallRaw(channel, "/procgen.v1.StepService/StepPool", requests);
+    ASSERT_EQ(rejected.status.code(), absl::StatusCode::kNotFound) << rejected.status;
   }
   EXPECT_LT(AllocatedBytes(), before + kGrowthBytes);
 }

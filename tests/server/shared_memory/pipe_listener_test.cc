@@ -185,8 +185,8 @@ TEST_F(PipeListenerTest, KeyWorksOnce) {
 TEST_F(PipeListenerTest, KeysOfEndedStreamsAreRejected) {
   const std::string forgotten = listener_->Expect(stream_);
   listener_->Forget(forgotten);
-  const std::string of_nobody = listener_->Expect(std::weak_ptr<Stream>());
-  for (const std::string& key : {forgotten, of_nobody}) {
+  const std::string expired = listener_->Expect(std::weak_ptr<Stream>());
+  for (const std::string& key : {forgotten, expired}) {
     RawLearner learner(*listener_);
     EXPECT_FALSE(learner.SendKey(key));
   }
