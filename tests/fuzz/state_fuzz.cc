@@ -124,7 +124,7 @@ void TryToRestore(absl::string_view snapshot) {
     Require(status.code() == absl::StatusCode::kInvalidArgument ||
                 status.code() == absl::StatusCode::kFailedPrecondition ||
                 status.code() == absl::StatusCode::kDataLoss,
-            "refused with a code that is not promised", status);
+            "rejected with an undocumented code", status);
     return;
   }
   const std::string saved = Saved(pool, "what was restored cannot be saved");
