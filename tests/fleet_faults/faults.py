@@ -90,19 +90,19 @@ class FaultDriver:
         by_request: dict[int, list[Fault]] = {}
         for fault in schedule:
             by_request.setdefault(fault.request, []).append(fault)
-        heard_time = time.monotonic()
+        announced_time = time.monotonic()
         while True:
             wait = self._undone[0][0] - time.monotonic() if self._undone else TIMEOUT_S
             try:
                 request = learner.next_announced(max(0.0, min(wait, TIMEOUT_S)))
             except TimeoutError:
-                if time.monotonic() - heard_time > TIMEOUT_S:
+                if time.monotonic() - announced_time > TIMEOUT_S:
                     raise
                 self._undo_due()
                 continue
             if request is None:
                 return
-            heard_time = time.monotonic()
+            announced_time = time.monotonic()
             for fault in by_request[request]:
                 self.begin(fault)
 
