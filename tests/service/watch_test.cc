@@ -236,27 +236,27 @@ TEST_F(WatchTest, WatchesPerOwnerAreLimited) {
 
 TEST_F(WatchTest, InvalidArgumentsAreRejected) {
   const std::string pool = CreatePool(MazeSpec(2));
-  const auto refused = [&](const v1::WatchPoolRequest& request) {
+  const auto rejected = [&](const v1::WatchPoolRequest& request) {
     return client_->Watch(request)->Next().status();
   };
-  EXPECT_THAT(refused(WatchRequest("pools/nothing", {0})),
+  EXPECT_THAT(rejected(WatchRequest("pools/nothing", {0})),
               StatusIs(absl::StatusCode::kNotFound, _));
-  EXPECT_THAT(refused(WatchRequest(pool, {})),
+  EXPECT_THAT(rejected(WatchRequest(pool, {})),
               StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr("environments is empty")));
-  EXPECT_THAT(refused(WatchRequest(pool, {2})),
+  EXPECT_THAT(rejected(WatchRequest(pool, {2})),
               StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr("environments[0] is 2")));
-  EXPECT_THAT(refused(WatchRequest(pool, std::vector<int32_t>(65, 0))),
+  EXPECT_THAT(rejected(WatchRequest(pool, std::vector<int32_t>(65, 0))),
               StatusIs(absl::StatusCode::kInvalidArgument,
                        "environments has 65 entries, allowed: 1 to 64"));
-  EXPECT_THAT(refused(WatchRequest(pool, {0}, 15)),
+  EXPECT_THAT(rejected(WatchRequest(pool, {0}, 15)),
               StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr("size_px is 15")));
   v1::WatchPoolRequest request = WatchRequest(pool, {0});
   for (const float rate : {-1.0F, 61.0F, std::numeric_limits<float>::quiet_NaN()}) {
     request.set_frames_per_second_max(rate);
-    EXPECT_THAT(refused(request),
+    EXPECT_THAT(rejected(request),
                 StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr("allowed: above 0 to 60")));
   }
-  EXPECT_THAT(refused(WatchRequest(pool, std::vector<int32_t>(64, 0), 256)),
+  EXPECT_THAT(rejected(WatchRequest(pool, std::vector<int32_t>(64, 0), 256)),
               StatusIs(absl::StatusCode::kResourceExhausted, HasSubstr("response_bytes_max")));
 }
 

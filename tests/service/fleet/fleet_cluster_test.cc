@@ -116,7 +116,7 @@ TEST(FleetClusterTest, EpisodesAreReturnedDespiteLostNodes) {
     for (int32_t i = 0; i < kEnvCount; ++i) {
       const auto episode = client->GetEpisode(pool->name(), i, selector);
       ASSERT_THAT(episode, IsOk());
-      ExpectPlaysTheSame(*episode);
+      ExpectReplayIsEqual(*episode);
     }
   };
   expect_played_again(v1::EPISODE_SELECTOR_CURRENT);  // before the first step

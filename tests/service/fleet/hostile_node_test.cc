@@ -61,7 +61,7 @@ std::vector<Attack> AttacksOnBatches() {
                 batch->add_fingerprints(7);
               }),
       OnBatch("EndsWithoutFinalObservations", EndAll),
-      OnBatch("SharedMemoryThatNobodyHas",
+      OnBatch("UnofferedSharedMemory",
               [](v1::Batch* batch) {
                 batch->Clear();
                 batch->set_shared_batch(0);

@@ -147,9 +147,9 @@ TEST_F(TokensTest, ForeignPoolsLookLikeMissingPools) {
   ASSERT_THAT(secret, IsOk());
   EXPECT_EQ(secret->owner(), "alice");
   ASSERT_THAT(bob->CreatePool(MazeSpec(1), "own"), IsOk());
-  for (const auto& [name, deed] : PoolOperations("pools/own")) {
-    const absl::Status other = deed(bob.get(), "pools/secret");
-    const absl::Status none = deed(bob.get(), "pools/nobody");
+  for (const auto& [name, operation] : PoolOperations("pools/own")) {
+    const absl::Status other = operation(bob.get(), "pools/secret");
+    const absl::Status none = operation(bob.get(), "pools/nobody");
     EXPECT_EQ(other.code(), absl::StatusCode::kNotFound) << name << other;
     EXPECT_EQ(absl::StrReplaceAll(other.message(), {{"secret", "nobody"}}), none.message()) << name;
   }

@@ -95,9 +95,9 @@ TEST_F(UntrustedClientTest, ConnectionsBeyondTheLimitAreClosedAndOthersContinue)
     connections.push_back(OpenConnection());
   }
   for (int i = 0; i < 20; ++i) {
-    const int refused = OpenConnection();
-    EXPECT_TRUE(IsClosed(refused));
-    close(refused);
+    const int rejected = OpenConnection();
+    EXPECT_TRUE(IsClosed(rejected));
+    close(rejected);
   }
   EXPECT_THAT(client->GetCatalog(), IsOk());
   for (const int connection : connections) {

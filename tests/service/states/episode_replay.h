@@ -8,7 +8,7 @@ namespace procgen {
 // Replays an episode of GetEpisode in a new environment in this process. Expects equal rewards and
 // return, bit for bit, the same outcome and fingerprint. REQUIRES: Episode.incomplete_reason is
 // unset.
-void ExpectPlaysTheSame(const v1::Episode& episode);
+void ExpectReplayIsEqual(const v1::Episode& episode);
 
 }  // namespace procgen
 

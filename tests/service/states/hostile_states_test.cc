@@ -189,7 +189,7 @@ TEST_F(HostileStatesTest, MutatedSnapshotsAreRejectedOrPlayable) {
   ASSERT_THAT(stream, IsOk());
   const std::string body = good_.substr(kSnapshotHeaderBytes);
   RandomStream random(4);
-  int refused = 0;
+  int rejected = 0;
   for (int i = 0; i < 500; ++i) {
     std::string changed = body;
     changed[static_cast<size_t>(random.Int(static_cast<int32_t>(body.size())))] =
@@ -200,11 +200,11 @@ TEST_F(HostileStatesTest, MutatedSnapshotsAreRejectedOrPlayable) {
                 AnyOf(absl::StatusCode::kOk, absl::StatusCode::kInvalidArgument,
                       absl::StatusCode::kFailedPrecondition, absl::StatusCode::kDataLoss))
         << status;
-    refused += status.ok() ? 0 : 1;
+    rejected += status.ok() ? 0 : 1;
     procgen_client::Batch batch;
     ASSERT_THAT((*stream)->Step({random.Int(15)}, &batch), IsOk());
   }
-  EXPECT_GT(refused, 0);
+  EXPECT_GT(rejected, 0);
 }
 
 }  // namespace

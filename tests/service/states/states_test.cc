@@ -292,7 +292,7 @@ TEST_F(StatesPagesTest, StepOrRestoreBetweenPagesIsAborted) {
 TEST_F(StatesPagesTest, PageTokensOfOtherRequestsAreRejected) {
   ASSERT_THAT(NextPage(), IsOk());
   const std::string token = request_.page_token();
-  const auto refused = StatusIs(
+  const auto rejected = StatusIs(
       absl::StatusCode::kInvalidArgument,
       HasSubstr("allowed: the next_page_token of the answer before, with the same pool and "
                 "environments"));
@@ -300,11 +300,11 @@ TEST_F(StatesPagesTest, PageTokensOfOtherRequestsAreRejected) {
        {std::string("nonsense"), "9999" + token, token + "0", std::string("-1-0-0"),
         std::string("1-0-0"), std::string(60000, '9')}) {
     request_.set_page_token(wrong);
-    EXPECT_THAT(NextPage(), refused) << wrong;
+    EXPECT_THAT(NextPage(), rejected) << wrong;
   }
   request_.set_page_token(token);
   request_.add_environments(0);
-  EXPECT_THAT(NextPage(), refused);
+  EXPECT_THAT(NextPage(), rejected);
 }
 
 }  // namespace

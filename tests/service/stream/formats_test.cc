@@ -56,7 +56,7 @@ std::vector<std::vector<uint8_t>> Expected(const v1::PoolSpec& spec,
 class FormatsTest : public ServiceTest {
  protected:
   // Steps a pool of `spec` over gRPC and compares it with the engine.
-  void ExpectAsTheEngine(const v1::PoolSpec& spec) {
+  void ExpectEqualsTheEngine(const v1::PoolSpec& spec) {
     const std::vector<int32_t> actions = {4, 7, 7, 1, -1, 7, 3};
     const std::vector<std::vector<uint8_t>> expected = Expected(spec, actions);
     const auto stream = CreateAndAttach(spec);
@@ -82,13 +82,13 @@ TEST_F(FormatsTest, PoolReturnsShapeAndBytes) {
 }
 
 TEST_F(FormatsTest, ObservationsEqualTheEngines) {
-  ExpectAsTheEngine(FormattedSpec(3, 84, 4, v1::COLOR_GRAYSCALE));
-  ExpectAsTheEngine(FormattedSpec(3, 16, 1, v1::COLOR_RGB, v1::LAYOUT_CHW));
-  ExpectAsTheEngine(FormattedSpec(2, 512, 2));
+  ExpectEqualsTheEngine(FormattedSpec(3, 84, 4, v1::COLOR_GRAYSCALE));
+  ExpectEqualsTheEngine(FormattedSpec(3, 16, 1, v1::COLOR_RGB, v1::LAYOUT_CHW));
+  ExpectEqualsTheEngine(FormattedSpec(2, 512, 2));
 }
 
 TEST_F(FormatsTest, ChunkedObservationsEqualTheEngines) {
-  ExpectAsTheEngine(FormattedSpec(12, 512, 1));
+  ExpectEqualsTheEngine(FormattedSpec(12, 512, 1));
 }
 
 TEST_F(FormatsTest, FrameStacksContinueWithoutObservations) {

@@ -177,10 +177,10 @@ def test_invalid_watches_are_rejected(server: WebServer) -> None:
         with Client(server.process.address) as client, client.create_pool("maze", 2) as pool:
             async with open_page(server.url) as page:
                 for members, code, message in wrong:
-                    with pytest.raises(PageError) as refused:
+                    with pytest.raises(PageError) as raised:
                         await page.call("watch.start", **{"pool": pool.name, **right, **members})
-                    assert refused.value.code == code, members
-                    assert message in refused.value.message, (members, refused.value)
+                    assert raised.value.code == code, members
+                    assert message in raised.value.message, (members, raised.value)
                 with pytest.raises(PageError, match="no watch 7"):
                     await page.call("watch.stop", watch=7)
                 for _ in range(4):

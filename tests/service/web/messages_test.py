@@ -122,10 +122,10 @@ def test_invalid_requests_get_errors_and_the_socket_stays_open(server: WebServer
     async def test() -> None:
         async with open_page(server.url) as page:
             for method, members, code, message in REFUSALS:
-                with pytest.raises(PageError) as refused:
+                with pytest.raises(PageError) as raised:
                     await page.call(method, **members)
-                assert refused.value.code == code, (method, members, refused.value)
-                assert message in refused.value.message, (method, members, refused.value)
+                assert raised.value.code == code, (method, members, raised.value)
+                assert message in raised.value.message, (method, members, raised.value)
 
     run(test())
 

@@ -161,10 +161,10 @@ def test_the_next_level_has_the_next_seed(server: WebServer) -> None:
             only, _ = await play(page, [], game="coinrun", mode="exploration")
             with pytest.raises(PageError, match="the only one of this mode"):
                 await page.call("play.next_level", play=only)
-            with pytest.raises(PageError, match="4 plays, which is the limit") as refused:
+            with pytest.raises(PageError, match="4 plays, which is the limit") as raised:
                 for _ in range(2):
                     await play(page, [], game="maze", mode="easy", level_seed=1)
-            assert refused.value.code == "RESOURCE_EXHAUSTED"
+            assert raised.value.code == "RESOURCE_EXHAUSTED"
 
     run(test())
 
@@ -256,7 +256,7 @@ def test_invalid_traces_are_rejected(server: WebServer) -> None:
         return json.dumps({**json.loads(line), **members}).encode() + arrays
 
     options = header["options"]
-    refused = {
+    rejected = {
         b"\x89PNG": "the file is not a trace",
         contents[:-1]: "the file ends within array prev_level_complete",
         changed(format="procgen-trace-2"): "must be procgen-trace-1",
@@ -269,7 +269,7 @@ def test_invalid_traces_are_rejected(server: WebServer) -> None:
 
     async def test() -> None:
         async with open_page(server.url) as page:
-            for file, message in refused.items():
+            for file, message in rejected.items():
                 with pytest.raises(PageError) as raised:
                     await page.call("replay.open", file)
                 assert message in str(raised.value), (message, raised.value)

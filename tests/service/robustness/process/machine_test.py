@@ -40,10 +40,10 @@ def test_truncating_the_shared_file_harms_only_its_learner(tmp_path: Path) -> No
             for _ in range(10):
                 assert learner.step().last
                 other.step([4] * 8)
-        with pytest.raises(grpc.RpcError) as refused, pool.attach():
+        with pytest.raises(grpc.RpcError) as raised, pool.attach():
             pass
-        assert refused.value.code() == grpc.StatusCode.FAILED_PRECONDITION
-        assert "has truncated" in refused.value.details()
+        assert raised.value.code() == grpc.StatusCode.FAILED_PRECONDITION
+        assert "has truncated" in raised.value.details()
         assert server.stop() == 0
 
 
