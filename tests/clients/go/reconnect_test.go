@@ -49,7 +49,7 @@ func TestFaultyNetworkLosesNothing(t *testing.T) {
 		t.Skip("set PROCGEN_FAULT_PROXY")
 	}
 	client := connected(t, Options{})
-	undisturbed := traceOf(t, madePool(t, client, easy(2*half, "maze", "bigfish"), PoolOptions{RequestsInFlightMax: 3}), 150)
+	expected := traceOf(t, madePool(t, client, easy(2*half, "maze", "bigfish"), PoolOptions{RequestsInFlightMax: 3}), 150)
 	encoded := easy(2*half, "maze", "bigfish")
 	encoded.Encoding = pb.Encoding_ENCODING_DELTA_ZSTD
 	for name, test := range map[string]struct {
@@ -84,7 +84,7 @@ func TestFaultyNetworkLosesNothing(t *testing.T) {
 				pool, err = learner.GetPool(ctx, name, PoolOptions{RequestsInFlightMax: 3})
 			}
 			for step, batch := range traceOf(t, pool, 150) {
-				if !reflect.DeepEqual(batch, undisturbed[step]) {
+				if !reflect.DeepEqual(batch, expected[step]) {
 					t.Fatalf("step %d differs", step)
 				}
 			}

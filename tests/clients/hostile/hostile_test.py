@@ -108,7 +108,7 @@ def _against(server: ServerProcess, modes: list[str], encoding: str = "raw") -> 
     between = {mode: HostileServer(mode, server.address) for mode in modes}
     addresses = {mode: each.address for mode, each in between.items()}
     try:
-        return _Run({"undisturbed": server.address} | addresses, encoding).results()
+        return _Run({"unchanged": server.address} | addresses, encoding).results()
     finally:
         for each in between.values():
             each.stop()
@@ -120,7 +120,7 @@ def test_invalid_stream_responses_are_errors(server: ServerProcess, encoding: st
         hostile_answers.STREAM_ERRORS if encoding == "raw" else hostile_answers.ENCODED_ERRORS
     )
     results = _against(server, modes, encoding)
-    right = results.pop("undisturbed")["digest"]
+    right = results.pop("unchanged")["digest"]
     for mode in modes:
         is_right = mode in _OVERLOOKED and results[mode].get("digest") == right
         assert results[mode].get("message") or is_right, (mode, results[mode])
@@ -128,7 +128,7 @@ def test_invalid_stream_responses_are_errors(server: ServerProcess, encoding: st
 
 def test_invalid_unary_responses_are_errors(server: ServerProcess) -> None:
     results = _against(server, hostile_answers.UNARY_ERRORS)
-    assert "digest" in results.pop("undisturbed")
+    assert "digest" in results.pop("unchanged")
     for mode in hostile_answers.UNARY_ERRORS:
         assert results[mode].get("message"), (mode, results[mode])
 
@@ -136,7 +136,7 @@ def test_invalid_unary_responses_are_errors(server: ServerProcess) -> None:
 @pytest.mark.parametrize("encoding", ["raw", "delta_zstd"])
 def test_mutated_responses_are_errors_or_batches(server: ServerProcess, encoding: str) -> None:
     results = _against(server, mutated_answers.modes(_MUTATION_COUNT), encoding)
-    assert "digest" in results["undisturbed"]
+    assert "digest" in results["unchanged"]
     for mode, result in results.items():
         # A different value, such as another reward, is a valid response.
         assert result.get("message") or "digest" in result, (mode, result)
@@ -145,7 +145,7 @@ def test_mutated_responses_are_errors_or_batches(server: ServerProcess, encoding
 def test_fields_of_later_servers_are_ignored(server: ServerProcess) -> None:
     results = _against(server, hostile_answers.STREAM_HARMLESS)
     digests = {result.get("digest") for result in results.values()}
-    assert digests == {results["undisturbed"]["digest"]}, results
+    assert digests == {results["unchanged"]["digest"]}, results
 
 
 def test_broken_connections_are_errors_or_reconnects(
@@ -155,8 +155,8 @@ def test_broken_connections_are_errors_or_reconnects(
     addresses = {mode: HostileConnection(mode, server.address).address for mode in modes}
     others = {mode: HostileServer(mode, server.address) for mode in _TOLERATED}
     addresses |= {mode: each.address for mode, each in others.items()}
-    results = _Run({"undisturbed": server.address} | addresses).results()
-    right = results.pop("undisturbed")["digest"]
+    results = _Run({"unchanged": server.address} | addresses).results()
+    right = results.pop("unchanged")["digest"]
     for mode, result in results.items():
         assert result.get("message") or result.get("digest") == right, (mode, result)
     for each in others.values():

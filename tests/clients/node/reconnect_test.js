@@ -50,14 +50,14 @@ for (const [name, encoding, stepCount, bytesBetweenFaults, leastBreakCount] of [
   ["zstd", Encoding.DELTA_ZSTD, 150, 20_000, 5],
 ]) {
   test(`a faulty network loses nothing: ${name}`, { skip: !process.env.PROCGEN_FAULT_PROXY }, async () => {
-    const undisturbedPool = await it.client.createPool(easy(["maze", "bigfish"], envCount));
-    const undisturbed = await traceOf(undisturbedPool, stepCount);
-    await undisturbedPool.close();
+    const referencePool = await it.client.createPool(easy(["maze", "bigfish"], envCount));
+    const expected = await traceOf(referencePool, stepCount);
+    await referencePool.close();
     const network = await FaultProxy.start(it.server.address, 11, bytesBetweenFaults);
     const { name } = await it.client.createPool(easy(["maze", "bigfish"], envCount, { encoding }));
     const learner = await persistently(() => connect(network.address));
     const pool = await persistently(() => learner.getPool(name, { requestsInFlightMax: 3 }));
-    assert.deepEqual(await traceOf(pool, stepCount), undisturbed);
+    assert.deepEqual(await traceOf(pool, stepCount), expected);
     learner.close();
     assert((await network.stop()) >= leastBreakCount);
     await it.client.deletePool(name);

@@ -221,7 +221,7 @@ def test_held_batches_survive_detach_and_reattach(server: ServerProcess) -> None
 def test_held_batches_survive_a_faulty_network(server: ServerProcess, client: Client) -> None:
     # Messages bypass the network through pipes, which end with the connection.
     proxy = Proxy(server.address, 7, 3000, silence_max_ms=10)
-    with client.create_pool(["maze", "bigfish"], _ENV_COUNT, **_OPTIONS) as undisturbed:
+    with client.create_pool(["maze", "bigfish"], _ENV_COUNT, **_OPTIONS) as reference:
         with _create(client) as pool, connected(proxy.address) as learner:
             other = None
             while other is None or not other.attached:  # The client retries streams only.
@@ -233,7 +233,7 @@ def test_held_batches_survive_a_faulty_network(server: ServerProcess, client: Cl
             held = []
             for step in range(500):
                 batch = other.step(_actions(step))
-                _assert_equal(undisturbed.step(_actions(step)), batch)
+                _assert_equal(reference.step(_actions(step)), batch)
                 held.append((batch.observations, batch.observations.copy()))
                 if len(held) > 4:
                     observations, content = held.pop(step % 4)

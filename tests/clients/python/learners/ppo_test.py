@@ -20,19 +20,19 @@ from procgen_client import Batch, ServerProcess
 
 
 @pytest.fixture(scope="module")
-def undisturbed(
+def uninterrupted(
     server: ServerProcess, tmp_path_factory: pytest.TempPathFactory
 ) -> dict[str, str]:
     """The results of four updates."""
-    return train(tmp_path_factory.mktemp("undisturbed"), server.address)
+    return train(tmp_path_factory.mktemp("uninterrupted"), server.address)
 
 
-def test_each_update_writes_a_row(undisturbed: dict[str, str]) -> None:
-    header, *rows = undisturbed["progress"].splitlines()
+def test_each_update_writes_a_row(uninterrupted: dict[str, str]) -> None:
+    header, *rows = uninterrupted["progress"].splitlines()
     assert header == "step,return_mean,length_mean"
     assert [int(row.split(",")[0]) for row in rows] == [256, 512, 768, 1024]
-    assert len(undisturbed["learning"].splitlines()) == 5
-    header, *episodes = undisturbed["episodes"].splitlines()
+    assert len(uninterrupted["learning"].splitlines()) == 5
+    header, *episodes = uninterrupted["episodes"].splitlines()
     assert header == "step,environment,level_seed,return,length"
     assert episodes, "episodes ended"
     for row in episodes:
@@ -42,35 +42,35 @@ def test_each_update_writes_a_row(undisturbed: dict[str, str]) -> None:
 
 
 def test_equal_seeds_give_equal_runs(
-    server: ServerProcess, undisturbed: dict[str, str], tmp_path: Path
+    server: ServerProcess, uninterrupted: dict[str, str], tmp_path: Path
 ) -> None:
-    assert train(tmp_path / "same", server.address, threads=1) == undisturbed
+    assert train(tmp_path / "same", server.address, threads=1) == uninterrupted
     other = train(tmp_path / "other", server.address, seed=1)
-    assert other["learning"] != undisturbed["learning"]
+    assert other["learning"] != uninterrupted["learning"]
 
 
 def test_run_stopped_after_each_update_equals_an_uninterrupted_run(
-    server: ServerProcess, undisturbed: dict[str, str], tmp_path: Path
+    server: ServerProcess, uninterrupted: dict[str, str], tmp_path: Path
 ) -> None:
     for update in range(1, 5):
         stopped = train(tmp_path, server.address, time_limit=0, resume=True)
         assert len(stopped["learning"].splitlines()) == 1 + update
-    assert stopped == undisturbed
+    assert stopped == uninterrupted
 
 
 def test_rows_after_the_checkpoint_are_rewritten(
-    server: ServerProcess, undisturbed: dict[str, str], tmp_path: Path
+    server: ServerProcess, uninterrupted: dict[str, str], tmp_path: Path
 ) -> None:
     train(tmp_path, server.address, time_limit=0)
     for name in ("progress", "episodes", "learning"):
         with open(tmp_path / f"{name}.csv", "a") as file:
             file.write("what a killed run has left")
     (tmp_path / "checkpoint.part").write_bytes(b"an unfinished checkpoint")
-    assert train(tmp_path, server.address, resume=True) == undisturbed
+    assert train(tmp_path, server.address, resume=True) == uninterrupted
 
 
 def test_sigterm_saves_the_run(
-    server: ServerProcess, undisturbed: dict[str, str], tmp_path: Path
+    server: ServerProcess, uninterrupted: dict[str, str], tmp_path: Path
 ) -> None:
     command = options(tmp_path, server.address, total_steps=100 * STEPS_OF_UPDATE)
     process = subprocess.Popen([sys.executable, "-m", "learners.ppo", *command])
@@ -81,7 +81,7 @@ def test_sigterm_saves_the_run(
             process.wait()
     assert process.returncode == 128 + signal.SIGTERM
     saved = results(tmp_path)["learning"].splitlines()
-    assert undisturbed["learning"].splitlines()[:3] == saved[:3]
+    assert uninterrupted["learning"].splitlines()[:3] == saved[:3]
     assert len(saved) < 100
 
 
@@ -113,7 +113,7 @@ class _RestartedEnvironments(Environments):
 
 
 def test_training_survives_server_restarts(
-    undisturbed: dict[str, str], tmp_path: Path
+    uninterrupted: dict[str, str], tmp_path: Path
 ) -> None:
     made: list[_RestartedEnvironments] = []
 
@@ -128,7 +128,7 @@ def test_training_survives_server_restarts(
     finally:
         _RestartedEnvironments.server.stop()
     assert made[0].restarts == 3
-    assert results(tmp_path) == undisturbed
+    assert results(tmp_path) == uninterrupted
 
 
 def _train_on_two_ranks(output: Path, servers: str) -> dict[str, str]:

@@ -14,33 +14,33 @@ torch = pytest.importorskip("torch")
 
 
 @pytest.fixture(scope="module")
-def undisturbed(
+def uninterrupted(
     server: ServerProcess, tmp_path_factory: pytest.TempPathFactory
 ) -> dict[str, str]:
     """The results of four updates."""
-    return train_rainbow(tmp_path_factory.mktemp("undisturbed"), server.address)
+    return train_rainbow(tmp_path_factory.mktemp("uninterrupted"), server.address)
 
 
-def test_each_update_writes_a_row(undisturbed: dict[str, str]) -> None:
-    rows = undisturbed["learning"].splitlines()
+def test_each_update_writes_a_row(uninterrupted: dict[str, str]) -> None:
+    rows = uninterrupted["learning"].splitlines()
     assert rows[0] == "step,loss,q_mean"
     assert len(rows) == 5
-    assert len(undisturbed["episodes"].splitlines()) > 1
+    assert len(uninterrupted["episodes"].splitlines()) > 1
 
 
 def test_equal_seeds_give_equal_runs(
-    server: ServerProcess, undisturbed: dict[str, str], tmp_path: Path
+    server: ServerProcess, uninterrupted: dict[str, str], tmp_path: Path
 ) -> None:
-    assert train_rainbow(tmp_path / "same", server.address, threads=1) == undisturbed
-    assert train_rainbow(tmp_path / "other", server.address, seed=1) != undisturbed
+    assert train_rainbow(tmp_path / "same", server.address, threads=1) == uninterrupted
+    assert train_rainbow(tmp_path / "other", server.address, seed=1) != uninterrupted
 
 
 def test_run_stopped_after_each_update_equals_an_uninterrupted_run(
-    server: ServerProcess, undisturbed: dict[str, str], tmp_path: Path
+    server: ServerProcess, uninterrupted: dict[str, str], tmp_path: Path
 ) -> None:
     for _ in range(4):
         stopped = train_rainbow(tmp_path, server.address, time_limit=0, resume=True)
-    assert stopped == undisturbed
+    assert stopped == uninterrupted
 
 
 def test_projection_preserves_the_mean_within_the_range() -> None:
