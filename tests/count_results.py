@@ -9,8 +9,8 @@ import argparse
 import sys
 import xml.etree.ElementTree as ElementTree
 
-# What CTest writes about a test that ran and said that it does not apply here. Any other reason for
-# not running (a program that is missing, a fixture that failed) counts as a failure.
+# CTest's message for a test that skipped itself. Any other reason for not running (a missing
+# program, a failed fixture) counts as a failure.
 _SKIP_MARKS = ("SKIP_REGULAR_EXPRESSION_MATCHED", "SKIP_RETURN_CODE")
 
 

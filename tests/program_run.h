@@ -7,13 +7,13 @@
 
 namespace procgen {
 
-// How a program ended, and what it wrote to both of its output streams.
+// The exit status of a program, and its merged output streams.
 struct ProgramRun {
   int exit_status = -1;
   std::string output;
 };
 
-// Runs `command`, a line of the shell, and waits for its end.
+// Runs a shell command and waits for its end.
 inline ProgramRun RunProgram(const std::string& command) {
   ProgramRun run;
   std::FILE* pipe = popen((command + " 2>&1").c_str(), "r");

@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Installs what is missing, builds, runs the tests and says how many passed. See --help.
+# Installs missing dependencies, builds, runs the tests and prints how many passed. See --help.
 set -euo pipefail
 
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
@@ -27,7 +27,8 @@ fail() {
   exit 2
 }
 
-# Fails unless flag $1 is followed by a value; $2 arguments are left, the flag included.
+# Fails unless flag $1 is followed by a value; $2: number of remaining arguments, including the
+# flag.
 require_value() {
   [[ $2 -ge 2 ]] || fail "$1 needs a value"
 }
@@ -52,7 +53,7 @@ for label in "${labels[@]}"; do
   [[ $label =~ ^[a-z]+$ ]] || fail "bad label '$label'; a label is one word of small letters"
 done
 
-# The tests to run: what --label names, less the heavy labels that nobody asked for.
+# The tests to run: those of --label, without the heavy labels that were not requested.
 filter=()
 if [[ ${#labels[@]} -gt 0 ]]; then
   filter+=(--label-regex "^($(IFS='|'; echo "${labels[*]}"))\$")

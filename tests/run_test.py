@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Tests what tests/run.sh promises about its flags and about its closing line."""
+"""Tests the flags and the closing line of tests/run.sh."""
 
 import pathlib
 import subprocess
@@ -41,7 +41,7 @@ class FlagsTest(unittest.TestCase):
         self.assertEqual(result.returncode, 2)
         self.assertIn("'--fast'", result.stderr)
 
-    def test_unknown_preset_is_answered_with_the_known_ones(self):
+    def test_unknown_preset_error_lists_the_presets(self):
         result = _run("--preset", "debug")
         self.assertEqual(result.returncode, 2)
         self.assertIn("'debug'", result.stderr)
@@ -50,7 +50,7 @@ class FlagsTest(unittest.TestCase):
     def test_flag_without_its_value_is_an_error(self):
         self.assertIn("--label needs a value", _run("--label").stderr)
 
-    def test_label_cannot_smuggle_a_pattern(self):
+    def test_label_is_not_interpreted_as_a_pattern(self):
         self.assertEqual(_run("--label", "unit|slow").returncode, 2)
 
 
@@ -59,10 +59,10 @@ class CountTest(unittest.TestCase):
         self.assertEqual(count_results.count(_junit(_PASSED, _FAILED, _SKIPPED)),
                          (["a"], ["c"], ["b"]))
 
-    def test_program_that_is_missing_counts_as_failed(self):
+    def test_missing_program_counts_as_failed(self):
         self.assertEqual(count_results.count(_junit(_MISSING)), ([], [], ["d"]))
 
-    def test_closing_line_and_status(self):
+    def test_summary_line_and_exit_status(self):
         for cases, line, status in (((_PASSED, _PASSED), "2 passed, 0 failed", 0),
                                     ((_PASSED, _FAILED), "1 passed, 1 failed", 1),
                                     ((), "0 passed, 0 failed", 1)):

@@ -15,19 +15,19 @@ const absl::Status& StatusOf(const absl::StatusOr<Value>& result) {
   return result.status();
 }
 
-// A status, or the status of a result, that is OK.
+// Matches a Status or StatusOr that is OK.
 MATCHER(IsOk, "is OK") {
   *result_listener << StatusOf(arg).ToString();
   return StatusOf(arg).ok();
 }
 
-// A result that is OK and has this value.
+// Matches a StatusOr with a value that matches.
 MATCHER_P(IsOkAndHolds, value, "is OK and holds " + testing::PrintToString(value)) {
   *result_listener << StatusOf(arg).ToString();
   return arg.ok() && *arg == value;
 }
 
-// One with this code, whose message matches `message`.
+// Matches a status with this code and a message that matches `message`.
 MATCHER_P2(StatusIs, code, message,
            "is " + absl::StatusCodeToString(code) + " with a message that " +
                testing::DescribeMatcher<std::string>(message)) {

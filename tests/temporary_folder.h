@@ -9,8 +9,8 @@
 
 namespace procgen {
 
-// A folder of the test's own, gone with all that is in it when this ends: tests run side by side,
-// those of other checkouts, too.
+// A new temporary folder, removed with its contents by the destructor. Its name is unique, because
+// tests run concurrently, also those of other checkouts.
 class TemporaryFolder {
  public:
   TemporaryFolder() : path_(testing::TempDir() + "/procgen-test-XXXXXX") {
@@ -21,7 +21,7 @@ class TemporaryFolder {
   TemporaryFolder& operator=(const TemporaryFolder&) = delete;
 
   const std::string& path() const { return path_; }
-  // The path of what is, or will be, in it.
+  // The path of a file in the folder.
   std::string At(const std::string& name) const { return path_ + "/" + name; }
 
  private:

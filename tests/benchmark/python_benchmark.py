@@ -247,7 +247,7 @@ def start_servers(stack: ExitStack, program: str) -> Servers:
 def all_turns(
     stack: ExitStack, program: str, servers: Servers, case: Case
 ) -> dict[str, Turn]:
-    """Gives who competes, each with a pool of its own."""
+    """Yields the contestants, each with its own pool."""
     turns = {_IN_PROCESS: worker(stack, program, case)}
     for name in _TRANSPORTS:
         client, ca = (servers.secure, servers.ca) if name == "TLS" else (servers.plain, None)

@@ -34,13 +34,13 @@ class DmEnvRpcReplayTest : public testing::TestWithParam<std::string> {
   bool with_pictures_ = false;
 };
 
-TEST_P(DmEnvRpcReplayTest, ABatchedWorldIsAsRecorded) {
+TEST_P(DmEnvRpcReplayTest, BatchedWorldMatchesTheRecordings) {
   const auto player = MakeBatchedWorldPlayer(trace_, server_->address(), with_pictures_);
   ASSERT_THAT(player, IsOk());
   EXPECT_EQ(FirstDifference(trace_, **player, with_pictures_), "");
 }
 
-TEST_P(DmEnvRpcReplayTest, SingleEnvironmentsAreAsRecorded) {
+TEST_P(DmEnvRpcReplayTest, SingleEnvironmentsMatchTheRecordings) {
   if (std::find(trace_.actions.begin(), trace_.actions.end(), kEndEpisodeAction) !=
       trace_.actions.end()) {
     GTEST_SKIP() << "a single environment has no action that ends an episode";

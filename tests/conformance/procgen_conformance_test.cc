@@ -49,7 +49,7 @@ TEST(ProcgenConformanceTest, PassesOnGoldenRecordings) {
 }
 
 // The arrays follow the header: 59 bytes of actions, then 60 rows of rewards, and so on.
-TEST(ProcgenConformanceTest, OneChangedByteFailsAndIsNamed) {
+TEST(ProcgenConformanceTest, ChangedByteFailsAndIsNamed) {
   std::string contents = Contents(absl::StrCat(kGoldenFolder, kMaze));
   const size_t arrays = contents.find('\n') + 1;
   const size_t first = arrays + 59 + 60 * 4;
@@ -60,7 +60,7 @@ TEST(ProcgenConformanceTest, OneChangedByteFailsAndIsNamed) {
   EXPECT_THAT(outcome.output, HasSubstr("0 passed, 1 failed, 0 skipped\n"));
 }
 
-TEST(ProcgenConformanceTest, OneChangedBitOfARewardFails) {
+TEST(ProcgenConformanceTest, ChangedBitOfARewardFails) {
   std::string contents = Contents(absl::StrCat(kGoldenFolder, kMaze));
   contents[contents.find('\n') + 1 + 59 + 2 * 4] ^= 1;
   const ProgramRun outcome = Replay(Written(contents));
@@ -68,7 +68,7 @@ TEST(ProcgenConformanceTest, OneChangedBitOfARewardFails) {
   EXPECT_THAT(outcome.output, HasSubstr(": step 2, environment 0, reward: expected "));
 }
 
-TEST(ProcgenConformanceTest, OneChangedBitOfAnObservationDigestFails) {
+TEST(ProcgenConformanceTest, ChangedBitOfAnObservationDigestFails) {
   std::string contents = Contents(absl::StrCat(kGoldenFolder, "maze.memory.mono-restrict.trace"));
   contents.back() ^= 1;
   const ProgramRun outcome = Replay(Written(contents));
@@ -77,7 +77,7 @@ TEST(ProcgenConformanceTest, OneChangedBitOfAnObservationDigestFails) {
 }
 
 // Observations drawn with art are compared if and only if the program draws with an art folder.
-TEST(ProcgenConformanceTest, OtherArtThanTheRecordingsFails) {
+TEST(ProcgenConformanceTest, ArtThatDiffersFromTheRecordingsFails) {
   const std::string recording = absl::StrCat(kGoldenFolder, "maze.easy.upstream-art.trace");
   const TemporaryFolder temporary;
   const std::string folder = temporary.At("painted");
@@ -95,7 +95,7 @@ TEST(ProcgenConformanceTest, AFolderWithoutArtIsRejected) {
   EXPECT_THAT(outcome.output, HasSubstr("329 of 329 images are missing or invalid"));
 }
 
-TEST(ProcgenConformanceTest, ATruncatedFileFailsAndSaysWhere) {
+TEST(ProcgenConformanceTest, TruncatedFileFailsAndNamesTheArray) {
   const std::string contents = Contents(absl::StrCat(kGoldenFolder, kMaze));
   const ProgramRun outcome = Replay(Written(contents.substr(0, contents.size() - 10)));
   EXPECT_EQ(outcome.exit_status, 1);

@@ -87,7 +87,7 @@ class RecordedStatesTest : public testing::Test {
   }
 };
 
-TEST_F(RecordedStatesTest, FreshLevelsAreAsRecorded) {
+TEST_F(RecordedStatesTest, NewLevelsMatchTheRecordings) {
   for (const Recording& recording : Recordings("levels")) {
     for (const Json& line : recording.lines) {
       const std::unique_ptr<Game> game = MakeGame(recording);
@@ -123,7 +123,7 @@ void ExpectStepsAsRecorded(const Recording& recording) {
   }
 }
 
-TEST_F(RecordedStatesTest, StepsAreAsRecorded) {
+TEST_F(RecordedStatesTest, StepsMatchTheRecordings) {
   for (const Recording& recording : Recordings("steps")) {
     ExpectStepsAsRecorded(recording);
   }

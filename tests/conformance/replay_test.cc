@@ -39,7 +39,7 @@ std::string Replayed(const std::string& path, int32_t worker_count,
 
 class GoldenReplayTest : public testing::TestWithParam<std::tuple<std::string, int32_t>> {};
 
-TEST_P(GoldenReplayTest, IsAsRecorded) {
+TEST_P(GoldenReplayTest, MatchesTheRecording) {
   EXPECT_EQ(Replayed(std::get<0>(GetParam()), std::get<1>(GetParam())), "");
 }
 
@@ -53,7 +53,7 @@ INSTANTIATE_TEST_SUITE_P(
 
 class ReferenceReplayTest : public testing::TestWithParam<std::string> {};
 
-TEST_P(ReferenceReplayTest, AllRecordingsAreAsRecorded) {
+TEST_P(ReferenceReplayTest, AllRecordingsMatch) {
   int count = 0;
   for (const char* folder : {"/rollouts", "/solved"}) {
     for (const std::string& path : TracesOf(GetParam(), ReferenceFolder() + folder)) {
@@ -67,7 +67,7 @@ TEST_P(ReferenceReplayTest, AllRecordingsAreAsRecorded) {
 }
 
 // With upstream's art, every pixel of the agent's view is that of upstream.
-TEST_P(ReferenceReplayTest, AllObservationsAreAsRecordedWithUpstreamArt) {
+TEST_P(ReferenceReplayTest, AllObservationsMatchWithUpstreamArt) {
   const std::vector<std::string> paths = TracesOf(GetParam(), ReferenceFolder() + "/pixels");
   if (paths.empty() || UpstreamArtFolder().empty()) {
     GTEST_SKIP() << "no upstream art, or no recordings of it, next to the checkout";

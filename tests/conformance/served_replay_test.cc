@@ -17,7 +17,7 @@ namespace {
 
 class ServedReplayTest : public testing::TestWithParam<std::string> {};
 
-TEST_P(ServedReplayTest, ObservationsAreAsRecordedWithUpstreamArt) {
+TEST_P(ServedReplayTest, ObservationsMatchWithUpstreamArt) {
   const std::vector<std::string> paths = TracesOf(GetParam(), ReferenceFolder() + "/pixels");
   if (paths.empty() || UpstreamArtFolder().empty()) {
     GTEST_SKIP() << "no upstream art, or no recordings of it, next to the checkout";

@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
-# Boots systemd on an overlay over this machine's files and has it run FOLDER/probe, whose output and
-# status it leaves in FOLDER/output and FOLDER/status. FOLDER is /probe in there. Nothing else of this
-# machine can be written: not its /dev, not its settings of the kernel.
+# Boots systemd on an overlay over this machine's files and runs FOLDER/probe. FOLDER is mounted at
+# /probe. Writes its output and status to FOLDER/output and FOLDER/status. Nothing else of this
+# machine is writable, including /dev and kernel settings.
 #   unshare --mount --pid --net --ipc --uts --cgroup --fork --kill-child tests/deploy/boot.sh FOLDER
 set -euo pipefail
 folder=$1
@@ -23,7 +23,7 @@ mount -o remount,bind,ro "$root/proc/sys"
 mount -t sysfs -o ro sysfs "$root/sys"
 if [[ $(stat --file-system --format=%T /sys/fs/cgroup) == cgroup2fs ]]; then
   mount -t cgroup2 cgroup2 "$root/sys/fs/cgroup"
-else  # Version 1 for what systemd needs, as it does by itself on such machines.
+else  # Control groups of version 1, which systemd then uses itself.
   mount -t tmpfs cgroup "$root/sys/fs/cgroup"
   mkdir "$root/sys/fs/cgroup/systemd"
   mount -t cgroup -o none,name=systemd cgroup "$root/sys/fs/cgroup/systemd"
@@ -41,7 +41,7 @@ for device in full null random tty urandom zero; do
   mount --bind "/dev/$device" "$root/dev/$device"
 done
 
-# Of all that an ordinary boot starts, nothing.
+# Disables all units of an ordinary boot.
 rm -rf "$root"/lib/systemd/system/*.wants "$root"/etc/systemd/system/*.wants
 cat > "$root/etc/systemd/system/probe.service" <<'UNIT'
 [Unit]

@@ -1,4 +1,4 @@
-"""deploy/containers/compose.yaml: read as data, and compared with the server and the Dockerfile."""
+"""deploy/containers/compose.yaml matches the server's flags and the Dockerfile."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
-"""The images of deploy/containers: built on a root of Debian that is made here, run, played, ended.
+"""The images of deploy/containers: built on a local Debian root, run, stepped and stopped.
 
-No registry of images is asked. What the Dockerfile's build stage would compile is this build's.
+Uses no image registry. The results of the Dockerfile's build stage come from this build.
 """
 
 from __future__ import annotations
@@ -21,34 +21,34 @@ _SOURCE = Path(__file__).resolve().parents[2]
 _PACKAGES = Path(os.environ["PROCGEN_PACKAGES"])
 _BASE = "localhost/debian-slim"
 _SERVER_OVER_BASE_MB_MAX = 60
-# As Debian's own slim image leaves them out.
+# Excluded as in Debian's slim image.
 _LEFT_OUT = ("doc", "info", "locale", "man")
-# What this machine may not have beyond its limits, a container may not have either.
+# Containers cannot exceed this machine's limits.
 _LIMITS = ("--ulimit", "nofile=4096:4096", "--ulimit", "nproc=4096:4096")
 
 
 class Containers:
-    """Images and containers that lie in a folder of the test's own."""
+    """Images and containers in a temporary folder."""
 
     def __init__(self, folder: Path) -> None:
         self._store = ("--root", str(folder / "store"), "--runroot", str(folder / "run"))
 
     def buildah(self, *arguments: str | Path) -> str:
-        """Runs buildah, and gives what it prints."""
+        """Runs buildah; returns its output."""
         return _output("buildah", *self._store, *arguments)
 
     def podman(self, *arguments: str | Path) -> str:
-        """Runs podman, and gives what it prints."""
+        """Runs podman; returns its output."""
         how = ("--runtime", "runc", "--cgroup-manager", "cgroupfs")
         return _output("podman", *self._store, *how, *arguments)
 
     def run(self, *arguments: str | Path) -> str:
-        """Runs a container that may write nothing, without a network."""
+        """Runs a read-only container without a network."""
         strict = ("--read-only", "--cap-drop", "all", "--security-opt", "no-new-privileges")
         return self.podman("run", "--network", "none", *strict, *_LIMITS, *arguments)
 
     def megabytes(self, image: str) -> float:
-        """How large an image is, unpacked, with all that it is based on."""
+        """The unpacked size of an image, including its base images."""
         return int(self.podman("image", "inspect", "--format", "{{.Size}}", image)) / 1e6
 
 
@@ -60,7 +60,7 @@ def _output(*command: str | Path) -> str:
 
 @pytest.fixture(scope="module")
 def containers(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Containers]:
-    """With the image of Debian that the others are based on."""
+    """Containers with the Debian base image."""
     for program in ("mmdebstrap", "buildah", "podman", "runc"):
         if shutil.which(program) is None:
             pytest.skip(f"there is no {program}; deploy/install-dependencies.sh --slow installs it")
@@ -82,7 +82,7 @@ def containers(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Containers]
 
 @pytest.fixture(scope="module")
 def packages(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """What the Dockerfile's build stage hands on, of this build."""
+    """The output of the Dockerfile's build stage, from this build."""
     folder = tmp_path_factory.mktemp("packages")
     for package in _PACKAGES.glob("*.deb"):
         shutil.copy(package, folder)
@@ -92,7 +92,7 @@ def packages(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="module")
 def images(containers: Containers, packages: Path) -> dict[str, str]:
-    """Names of the images by their targets in the Dockerfile."""
+    """Image names by Dockerfile target."""
     names = {target: f"localhost/procgen-{target}" for target in ("server", "learner")}
     for target, name in names.items():
         containers.buildah(
@@ -105,10 +105,10 @@ def images(containers: Containers, packages: Path) -> dict[str, str]:
 
 @pytest.fixture
 def socket(containers: Containers, images: dict[str, str], tmp_path: Path) -> Iterator[Path]:
-    """Where a container of the server listens; it is stopped and gone afterwards."""
+    """The socket of a server container, which is removed afterwards."""
     folder = tmp_path / "socket"
     folder.mkdir()
-    folder.chmod(0o777)  # The server is another user in there.
+    folder.chmod(0o777)  # The server runs as another user.
     containers.run(
         *("--detach", "--name", "server", "--volume", f"{folder}:/run/procgen"),
         *(images["server"], "--address=unix:/run/procgen/server"),

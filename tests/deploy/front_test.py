@@ -1,4 +1,4 @@
-"""deploy/front: a learner steps through nginx over TLS, and floods get no further than nginx."""
+"""deploy/front: a learner steps through nginx over TLS, and nginx stops floods."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ pytestmark = pytest.mark.skipif(_NGINX is None, reason="nginx is not installed")
 
 
 class Front:
-    """nginx before a server, with certificates of an authority of the test's own."""
+    """nginx in front of a server, with certificates of the test's own authority."""
 
     def __init__(self, folder: Path, server: Server, port: int) -> None:
         self.server = server
@@ -44,7 +44,7 @@ class Front:
         )
 
     def wrap(self, connection: socket.socket) -> ssl.SSLSocket:
-        """TLS for raw HTTP/2, with a client certificate."""
+        """Adds TLS with a client certificate to a raw HTTP/2 socket."""
         context = ssl.create_default_context(cafile=str(self._folder / "ca.pem"))
         context.load_cert_chain(self._folder / "client.pem", self._folder / "client.key")
         context.set_alpn_protocols(["h2"])
@@ -73,7 +73,7 @@ def make_certificates(folder: Path) -> None:
 
 
 def configure(folder: Path, port: int, server_address: str) -> Path:
-    """The configuration as it is in deploy/, with the paths and addresses of this test."""
+    """Copies the configuration of deploy/ with the paths and addresses of this test."""
     text = _CONFIGURATION.read_text()
     for given, here in {
         "listen 443 ssl": f"listen 127.0.0.1:{port} ssl",
@@ -114,7 +114,7 @@ def front(folder: Path, *flags: str) -> Iterator[Front]:
 
 @contextlib.contextmanager
 def learner_through(running: Front) -> Iterator[object]:
-    """A learner behind the front, which is the victim of what the test does to it."""
+    """A learner that steps through nginx during an attack."""
     there = Server(running.server.process, running.server.log_path)
     there.address = running.address
     with victim(there, running.credentials) as stepping:
@@ -131,7 +131,7 @@ def test_a_learner_steps_through_nginx(tmp_path: Path) -> None:
                 batch = pool.step(np.full(300, 7, dtype=np.int32))
             assert batch.observations.nbytes == 300 * 64 * 64 * 3
             states = pool.save_states()
-            time.sleep(3)  # Thinks for longer than the server waits for a sign of life.
+            time.sleep(3)  # Idle for longer than the keepalive time and timeout.
             pool.step(np.full(300, 4, dtype=np.int32))
             pool.restore_states(states)
             pool.step(np.full(300, 4, dtype=np.int32))

@@ -1,6 +1,7 @@
-"""The overlays of deploy/kubernetes: what kubectl makes of them holds together.
+"""The overlays of deploy/kubernetes: the rendered objects are consistent.
 
-No cluster is asked: kubectl renders, and the rest is compared with the server's flags and health.
+Uses no cluster: kubectl renders the overlays. The tests compare them with the server's flags and
+health services.
 """
 
 from __future__ import annotations
@@ -21,12 +22,12 @@ from procgen_client import ServerProcess
 
 _FOLDER = Path(__file__).resolve().parents[2] / "deploy" / "kubernetes"
 _OVERLAYS = sorted(path.name for path in (_FOLDER / "overlays").iterdir())
-_DDS_PORT = 7400  # Of domain 0; each further domain has the next 250.
-_NODES_OF_HOST_MAX = 32  # As server/cluster has it.
+_DDS_PORT = 7400  # Of domain 0; each domain has 250 ports.
+_NODES_OF_HOST_MAX = 32  # The limit of server/cluster.
 
 
 class Overlay:
-    """The objects that an overlay renders to."""
+    """The rendered objects of an overlay."""
 
     def __init__(self, name: str) -> None:
         result = subprocess.run(
@@ -44,12 +45,12 @@ class Overlay:
         return [each for each in self.objects if each["kind"] == kind]
 
     def named(self, kind: str, name: str) -> dict[str, Any]:
-        """The one of a kind with a name."""
+        """The object of a kind with this name."""
         (found,) = [each for each in self.of_kind(kind) if each["metadata"]["name"] == name]
         return found
 
     def workloads(self) -> list[dict[str, Any]]:
-        """What makes pods."""
+        """Objects that create pods."""
         return self.of_kind("StatefulSet") + self.of_kind("Deployment")
 
     def matching(self, labels: dict[str, str]) -> list[dict[str, Any]]:
@@ -57,7 +58,7 @@ class Overlay:
         return [each for each in self.workloads() if labels.items() <= pod_labels(each).items()]
 
     def flags(self, server: dict[str, Any]) -> list[str]:
-        """What the server of a StatefulSet is started with."""
+        """The server's flags in a StatefulSet."""
         files = {}
         for volume in pod(server)["volumes"]:
             if "configMap" in volume:
@@ -110,7 +111,7 @@ def overlay(request: pytest.FixtureRequest) -> Overlay:
 
 @pytest.fixture(scope="module")
 def health() -> Iterator[grpc.UnaryUnaryMultiCallable]:
-    """Asks a running server how a service of it is, as bytes: 0801 is SERVING."""
+    """Returns a running server's response to a health check, as bytes: 0801 is SERVING."""
     with ServerProcess() as server, grpc.insecure_channel(server.address) as channel:
         yield channel.unary_unary("/grpc.health.v1.Health/Check")
 
@@ -155,7 +156,7 @@ def test_pods_of_the_cluster_have_names_that_flags_and_services_agree_on(overlay
         flags = server_flags.values(overlay.flags(server))
         name = headless["metadata"]["name"]
         assert flags["cluster_peers"] == name
-        # Certificates have no wildcard for two labels, so the name is given in full.
+        # A wildcard in a certificate covers one label, so the name must be complete.
         host = f"pod_name.{name}.pod_namespace.svc"
         assert flags["advertised_address"] == f"{host}:{port_of(flags['address'])}"
         assert flags["node_id"] == "pod_name"
@@ -198,7 +199,7 @@ def test_grpc_probes_name_services_that_are_healthy(
     for server in overlay.of_kind("StatefulSet"):
         secured = "tls_certificate" in server_flags.values(overlay.flags(server))
         for probe in probes(server):
-            assert ("grpc" in probe) != secured  # They speak no TLS.
+            assert ("grpc" in probe) != secured  # gRPC probes do not use TLS.
             if "grpc" in probe:
                 name = probe["grpc"]["service"].encode()
                 assert health(b"\x0a" + bytes([len(name)]) + name) == b"\x08\x01"
@@ -213,7 +214,7 @@ def test_mounted_volumes_exist(overlay: Overlay) -> None:
         for volume in volumes.values():
             if "configMap" in volume:
                 assert overlay.named("ConfigMap", volume["configMap"]["name"])
-            else:  # Made by hand, as the guide says.
+            else:  # Created by hand, as the guide describes.
                 name = volume["secret"]["secretName"]
                 assert re.search(rf"kubectl .*create secret \S+ {name} ", readme), name
         flags = server_flags.values(overlay.flags(server))
@@ -221,7 +222,7 @@ def test_mounted_volumes_exist(overlay: Overlay) -> None:
 
 
 def path_is_mounted(server: dict[str, Any], path: str) -> bool:
-    """Whether a volume has `path`; and if a secret should, whether the guide puts it there."""
+    """Whether a volume contains `path`; for a secret, whether the guide adds it."""
     readme = (_FOLDER / "README.md").read_text()
     volumes = {each["name"]: each for each in pod(server)["volumes"]}
     for name, folder in mount_paths(server).items():
@@ -238,7 +239,7 @@ def test_workers_and_timeouts_fit_the_pods_resources(overlay: Overlay) -> None:
         flags = server_flags.values(overlay.flags(server))
         if "workers" in flags:
             assert flags["workers"] == container(server)["resources"]["requests"]["cpu"]
-        page = 2  # Seconds that the page of metrics takes to end.
+        page = 2  # Seconds until the metrics page has ended.
         drain = server_flags.seconds(flags["drain_timeout"])
         assert pod(server)["terminationGracePeriodSeconds"] >= drain + page + 5
 
@@ -246,8 +247,8 @@ def test_workers_and_timeouts_fit_the_pods_resources(overlay: Overlay) -> None:
 def test_the_autoscaler_targets_an_existing_workload(overlay: Overlay) -> None:
     (scaler,) = overlay.of_kind("HorizontalPodAutoscaler")
     target = overlay.named("StatefulSet", scaler["spec"]["scaleTargetRef"]["name"])
-    assert "replicas" not in target["spec"]  # Or each `kubectl apply` would undo what it did.
-    assert "cpu" in container(target)["resources"]["requests"]  # It counts in shares of that.
+    assert "replicas" not in target["spec"]  # `kubectl apply` would reset it.
+    assert "cpu" in container(target)["resources"]["requests"]  # The autoscaler's unit.
     assert 3 <= scaler["spec"]["minReplicas"] <= scaler["spec"]["maxReplicas"]
 
 
@@ -271,7 +272,7 @@ def test_production_requires_authentication() -> None:
     for server in production.of_kind("StatefulSet"):
         flags = server_flags.values(production.flags(server))
         assert {"tls_certificate", "tls_key", "tokens"} <= flags.keys()
-        if "fleet" in flags:  # It comes to the nodes as a client.
+        if "fleet" in flags:  # It is a client of the nodes.
             assert {"fleet_ca", "fleet_token"} <= flags.keys()
 
 

@@ -1,4 +1,4 @@
-"""deploy/monitoring asks for what a running server serves, and for all of it."""
+"""deploy/monitoring uses exactly the metrics that a running server exports."""
 
 from __future__ import annotations
 
@@ -27,13 +27,13 @@ _RULES = [
 # Labels that Prometheus adds by itself.
 _ADDED_LABELS = {"job", "instance"}
 
-# By the names of metrics, the names of their labels.
+# Label names by metric.
 Exported = dict[str, set[str]]
 
 
 @pytest.fixture(scope="module")
 def exported(tmp_path_factory: pytest.TempPathFactory) -> Exported:
-    """What a server serves after a learner came, played, failed and went."""
+    """The metrics after a learner attached, stepped, failed and detached."""
     log = tmp_path_factory.mktemp("server") / "log"
     with ServerProcess(flags=["--metrics_address=127.0.0.1:0"], log_path=log) as server:
         with Client(server.address) as client, client.create_pool("coinrun", 2) as pool:

@@ -1,4 +1,4 @@
-"""The Debian package: installed, served from and purged, on a file system that is thrown away."""
+"""The Debian package: installed, run and purged, on a temporary file system."""
 
 from __future__ import annotations
 
@@ -21,12 +21,12 @@ from procgen_client import Client
 _PACKAGES = Path(os.environ["PROCGEN_PACKAGES"])
 _UNIT = Path("usr/lib/systemd/system/procgen-server.service")
 _FLAGS = Path("etc/procgen-server/server.flags")
-_EXPOSURE_MAX = 20  # Of 100, as systemd-analyze counts what a unit may do.
+_EXPOSURE_MAX = 20  # Of 100, as reported by systemd-analyze security.
 
 
 @pytest.fixture(scope="module")
 def root(tmp_path_factory: pytest.TempPathFactory) -> ThrowawayRoot:
-    """A file system with the packages in its /tmp, and none installed."""
+    """A file system with the packages in /tmp, not installed."""
     try:
         made = ThrowawayRoot(tmp_path_factory.mktemp("throwaway"))
     except NotPermittedError as error:
@@ -40,7 +40,7 @@ def root(tmp_path_factory: pytest.TempPathFactory) -> ThrowawayRoot:
 
 @pytest.fixture
 def installed(root: ThrowawayRoot) -> Iterator[ThrowawayRoot]:
-    """One with the server's package installed."""
+    """A file system with the server's package installed."""
     result = root.run("dpkg", "--install", "/tmp/procgen-server.deb")
     assert result.returncode == 0, result.stderr
     yield root
@@ -55,7 +55,7 @@ def unit(root: ThrowawayRoot) -> configparser.SectionProxy:
 
 
 def service(root: ThrowawayRoot) -> subprocess.Popen[str]:
-    """What systemd would start, as the user that it would start it as."""
+    """Runs the unit's command as the unit's user."""
     section = unit(root)
     return root.start(*shlex.split(section["ExecStart"]), user=section["User"])
 
@@ -97,7 +97,7 @@ def test_learners_of_the_services_user_share_its_memory(installed: ThrowawayRoot
     process = service(installed)
     reader, writer = os.pipe()
     child = os.fork()
-    if child == 0:  # As the service's user, since nobody else may open the files.
+    if child == 0:  # Only the service's user may open the files.
         try:
             os.setuid(int(installed.run("id", "-u", unit(installed)["User"]).stdout))
             with Client(await_address(process)) as client:
@@ -117,7 +117,7 @@ def test_learners_of_the_services_user_share_its_memory(installed: ThrowawayRoot
 def test_drain_ends_before_systemds_timeout(installed: ThrowawayRoot) -> None:
     flags = (installed.path / _FLAGS).read_text()
     drain = seconds(re.search(r"^--drain_timeout=(\S+)$", flags, re.MULTILINE).group(1))
-    page = 2  # What the page of metrics takes to end.
+    page = 2  # Seconds until the metrics page has ended.
     assert seconds(unit(installed)["TimeoutStopSec"]) >= drain + page + 5
 
 

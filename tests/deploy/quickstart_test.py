@@ -1,6 +1,6 @@
-"""What deploy/quickstart.sh promises: its flags, and that nothing stays behind.
+"""deploy/quickstart.sh: its flags, the demonstration, and cleanup.
 
-The demonstration is run with the server of this build; quickstart.sh itself would build another.
+Runs the demonstration with the server of this build; quickstart.sh would build another one.
 """
 
 from __future__ import annotations
@@ -128,7 +128,7 @@ def test_it_prints_rates_draws_the_games_and_stops(tmp_path: Path) -> None:
     process = demonstration("--seconds", "1", directory=tmp_path)
     output, complaints = process.communicate()
     assert (process.returncode, complaints) == (0, "")
-    assert "\r" not in output  # Not a terminal: a line a game, nothing overwritten.
+    assert "\r" not in output  # Not a terminal: one line per game.
     table = re.findall(r"^(\w+) +[\d,]+ +[\d,]+$", output, re.MULTILINE)
     assert {"bigfish", "coinrun", "maze", "miner"} <= set(table)
     with Image.open(tmp_path / "quickstart.png") as picture:
@@ -145,7 +145,7 @@ def test_keep_leaves_a_server_and_prints_how_to_stop_it(tmp_path: Path) -> None:
         address = re.search(r"server keeps running at (\S+)", output).group(1)
         with Client(address) as client:
             while [pool.name for pool in client.list_pools()] != ["pools/watch-me"]:
-                time.sleep(0.05)  # What is to be watched comes soon.
+                time.sleep(0.05)  # Polls until it appears.
         page = re.search(r"^See it: +(http://127.0.0.1:\d+/) ", output, re.MULTILINE).group(1)
         assert f"See it in a browser: {page}" in output
         with urllib.request.urlopen(page) as answer:
@@ -153,7 +153,7 @@ def test_keep_leaves_a_server_and_prints_how_to_stop_it(tmp_path: Path) -> None:
     finally:
         os.kill(server_id, signal.SIGTERM)
     with pytest.raises(errors.UnavailableError):
-        while True:  # It drains first, and may cancel a call that it began; then nobody is there.
+        while True:  # It drains, may cancel calls, and then ends.
             with contextlib.suppress(errors.CancelledError), Client(address, timeout=0.3) as client:
                 client.load()
             time.sleep(0.05)
@@ -163,7 +163,7 @@ def test_keep_leaves_a_server_and_prints_how_to_stop_it(tmp_path: Path) -> None:
 def test_a_signal_stops_the_server(tmp_path: Path, end: signal.Signals) -> None:
     process = demonstration("--seconds", "100", directory=tmp_path)
     assert process.stdout is not None
-    process.stdout.readline()  # It says that it begins: the server is there.
+    process.stdout.readline()  # The first line: the server is running.
     process.send_signal(end)
     _, complaints = process.communicate()
     assert process.returncode == 128 + end, complaints

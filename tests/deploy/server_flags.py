@@ -1,4 +1,4 @@
-"""The flags that a deployment starts procgen-server with, and whether the program takes them."""
+"""The server's flags in deployments, and whether procgen-server accepts them."""
 
 from __future__ import annotations
 
@@ -10,12 +10,12 @@ from pathlib import Path
 from procgen_client.tools.server_process import BINARY_VARIABLE
 
 _FLAG_FILE = "--flagfile="
-# Wrong on purpose, so that the server reads all other flags, says so and ends.
+# Invalid on purpose: the server parses all other flags, reports this one and exits.
 _WRONG = "--log_level=whisper"
 
 
 def expand(arguments: Sequence[str], files: dict[str, str]) -> list[str]:
-    """Puts the lines of flag files in the place of --flagfile; `files` has texts by their paths."""
+    """Replaces --flagfile by the lines of the file; `files`: contents by path."""
     flags = []
     for argument in arguments:
         if argument.startswith(_FLAG_FILE):
@@ -28,13 +28,13 @@ def expand(arguments: Sequence[str], files: dict[str, str]) -> list[str]:
 
 
 def values(flags: Sequence[str]) -> dict[str, str]:
-    """What flags say, by name without dashes; the last one counts."""
+    """Returns the values of flags by name without dashes; the last one wins."""
     pairs = (flag.removeprefix("--").partition("=") for flag in flags)
     return {name: value if equals else "true" for name, equals, value in pairs}
 
 
 def complaint(flags: Sequence[str]) -> str:
-    """What the server says against flags before it looks at their values together; "": nothing."""
+    """Returns the server's error for flags, checked one by one; "" if there is none."""
     result = subprocess.run(
         [Path(os.environ[BINARY_VARIABLE]), *flags, _WRONG],
         capture_output=True,
@@ -46,7 +46,7 @@ def complaint(flags: Sequence[str]) -> str:
 
 
 def seconds(duration: str) -> float:
-    """A duration as the flags have it, of one unit."""
+    """Parses a duration of one unit, as in the flags."""
     for unit, factor in (("ms", 0.001), ("s", 1), ("m", 60), ("h", 3600)):
         if duration.endswith(unit):
             return float(duration.removesuffix(unit)) * factor

@@ -1,4 +1,4 @@
-"""The service under systemd itself, with all that the unit takes away from it."""
+"""The service under systemd, with the restrictions of its unit."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ _HERE = Path(__file__).resolve().parent
 _PACKAGES = Path(os.environ["PROCGEN_PACKAGES"])
 _NAMESPACES = ("--mount", "--pid", "--net", "--ipc", "--uts", "--cgroup")
 
-# Each line must succeed. procgen-top waits for a server to come, ten seconds at most.
+# Each line must succeed. procgen-top waits up to ten seconds for the server.
 _PROBE = """#!/bin/bash
 set -eux -o pipefail
 trap 'systemctl status --no-pager procgen-server' ERR
@@ -54,7 +54,7 @@ with Client("127.0.0.1:50051") as client:
 
 @pytest.fixture(scope="module")
 def said(tmp_path_factory: pytest.TempPathFactory) -> str:
-    """What the probe printed in a system that systemd started."""
+    """The output of the probe in a system booted by systemd."""
     if not Path("/lib/systemd/systemd").exists() or os.geteuid() != 0:
         pytest.skip("booting systemd needs systemd and root")
     folder = tmp_path_factory.mktemp("boot")
@@ -64,7 +64,7 @@ def said(tmp_path_factory: pytest.TempPathFactory) -> str:
     (folder / "learner.py").write_text(_LEARNER)
     (folder / "probe").write_text(_PROBE)
     (folder / "probe").chmod(0o755)
-    folder.chmod(0o755)  # The service's user reads the learner.
+    folder.chmod(0o755)  # The service's user must read the learner.
     booted = subprocess.run(
         ["unshare", *_NAMESPACES, "--fork", "--kill-child", _HERE / "boot.sh", folder],
         capture_output=True,
@@ -102,6 +102,6 @@ def test_the_service_restarts_after_a_crash(said: str) -> None:
     assert "NRestarts=1" in said
 
 
-def test_a_stop_is_no_failure_and_a_purge_stops_it(said: str) -> None:
+def test_stop_is_not_a_failure_and_purge_stops_the_service(said: str) -> None:
     assert "Result=success" in said
     assert re.search(r"^inactive$", said, re.MULTILINE)

@@ -1,4 +1,4 @@
-"""This machine's file system to break: what is written to it is gone with this process."""
+"""A writable copy of this machine's file system that is discarded with the process."""
 
 from __future__ import annotations
 
@@ -12,21 +12,21 @@ _CLONE_NEWNET = 0x40000000
 
 
 class NotPermittedError(Exception):
-    """This process may not have a file system or a network of its own."""
+    """Separate file systems or networks are not permitted."""
 
 
 class ThrowawayRoot:
     """An overlay over this machine's root, and a network with nothing but loopback.
 
-    Both are of this process from now on, and of those that it starts: ports of 127.0.0.1 are free,
-    and nothing of this machine answers there.
+    This process and its children use both from now on: ports of 127.0.0.1 are free, and servers of
+    this machine cannot be reached there.
     """
 
     def __init__(self, folder: Path) -> None:
-        """Puts it into `folder`, which is empty.
+        """Creates the overlay in the empty folder `folder`.
 
         Raises:
-            NotPermittedError: The system does not let us.
+            NotPermittedError: The system does not permit it.
         """
         if os.geteuid() != 0:
             raise NotPermittedError("a file system of one's own needs root")
@@ -49,18 +49,18 @@ class ThrowawayRoot:
         )
         for place in ("proc", "dev"):
             _mount("--rbind", f"/{place}", self.path / place)
-        for place in ("run", "tmp"):  # No systemd runs here, whatever runs outside.
+        for place in ("run", "tmp"):  # Hides a systemd that runs outside.
             _mount("-t", "tmpfs", place, self.path / place)
         _run("ip", "link", "set", "lo", "up")
 
     def run(self, *command: str, user: str = "root") -> subprocess.CompletedProcess[str]:
-        """Runs a command in it to its end."""
+        """Runs a command in the overlay."""
         return subprocess.run(
             self._chroot(command, user), capture_output=True, text=True, check=False, cwd="/"
         )
 
     def start(self, *command: str, user: str) -> subprocess.Popen[str]:
-        """Starts a command in it, whose standard output and error are read as one."""
+        """Starts a command in the overlay; standard output and error are merged."""
         return subprocess.Popen(
             self._chroot(command, user),
             stdout=subprocess.PIPE,

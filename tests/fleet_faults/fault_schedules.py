@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
-"""Plays random schedules of faults on hosts, each drawn from a seed.
+"""Runs random schedules of faults on hosts, each drawn from a seed.
 
-A schedule passes if the learner saw, bit for bit, what one server shows. One that fails is printed
-with its seed, and its logs are kept; --seed N --count 1 plays it again. Status: 0 all passed, 1 not
-all, 77 there can be no network namespaces here.
+A schedule passes if the learner's trace equals that of one server, bit for bit. A failed schedule
+is printed with its seed, and its logs are kept; --seed N --count 1 runs it again. Exit status: 0
+all passed, 1 some failed, 77 network namespaces are not permitted.
 """
 
 from __future__ import annotations
@@ -29,14 +29,14 @@ _SKIPPED = 77
 def play(
     seed: int, request_count: int, theme: str | None, folder: Path
 ) -> tuple[str | None, float]:
-    """Plays the schedule of a seed; says what went wrong, and the longest pause in seconds."""
+    """Runs the schedule of a seed; returns the error, if any, and the longest pause in seconds."""
     script = Script(
         seed=seed, request_count=request_count, sent_ahead=1 + seed % 3, chunk_count=1 + seed % 4
     )
     expected = single_server_trace(script, folder)
     schedule = draw(seed, request_count, theme)
     try:
-        # Nodes find each other in both ways, in turn.
+        # Schedules alternate between multicast and peers.
         with Testbed(
             folder, multicast=seed % 2 == 0, disk=theme == "disk", clocks=theme == "clock"
         ) as testbed:

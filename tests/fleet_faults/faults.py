@@ -14,47 +14,47 @@ from network import Direction
 from testbed import NODES, SPARE, TIMEOUT_S, Testbed
 
 _CUTS: dict[str, Direction] = {"cut to": "to", "cut from": "from", "cut both": "both"}
-# Drains are for nodes alone: a fleet server that drains ends its learners' streams.
+# Only nodes drain: a draining fleet server would end its learners' streams.
 KINDS = ("kill", "pause", *_CUTS, "unplug", "drain")
-# Each with a kind of fault of its own, besides the others: the hosts that it may befall.
+# Themes: each adds a kind of fault, which can hit these hosts.
 THEMES: dict[str, tuple[str, ...]] = {
     "disk": (FLEET,),
     "threads": (*NODES, FLEET),
     "clock": (*NODES, FLEET),
 }
 _CLOCK_SECONDS = (-86400, -3600, -30, 30, 3600, 86400)
-# Shorter and longer than failure detection takes.
+# Durations of faults, shorter and longer than failure detection takes.
 _SECONDS = (0.05, 0.3, 1.0, 2.0, 3.5, 6.0)
 
 
 @dataclass(frozen=True)
 class Fault:
-    """Something happens to a host before a request, and is undone some time later."""
+    """A fault of a host before a request, which ends after some time."""
 
     request: int
     host: str
-    kind: str  # One of KINDS or of THEMES, or "add": a node comes to stay.
+    kind: str  # One of KINDS or THEMES, or "add": a node joins.
     seconds: float = 0.0
-    clock_seconds: int = 0  # Of the kind "clock".
+    clock_seconds: int = 0  # For the kind "clock".
 
     def __str__(self) -> str:
-        """Gives e.g. ``request 312: cut to a for 3.5 s``."""
+        """Returns e.g. ``request 312: cut to a for 3.5 s``."""
         duration = "" if self.kind == "add" else f" for {self.seconds:g} s"
         clock = f" {self.clock_seconds:+d} s" if self.kind == "clock" else ""
         return f"request {self.request}: {self.kind}{clock} {self.host}{duration}"
 
 
 def draw(seed: int, request_count: int, theme: str | None = None) -> list[Fault]:
-    """The schedule of a seed: four to seven faults, at times several at once.
+    """Returns the schedule of a seed: four to seven faults, some of them concurrent.
 
-    With one of THEMES, about every other fault is of that kind, and "disk" ends with a kill.
+    With a theme, about half of the faults are of its kind; "disk" ends with a kill.
     """
     rng = random.Random(seed)
     faults = []
     requests = sorted(rng.sample(range(request_count // 20, request_count), rng.randint(4, 7)))
     for request in requests:
         if theme == "disk" and request == requests[-1]:
-            # What the disk did not take must be there by now.
+            # The pools must be durable again by now.
             faults.append(Fault(request, FLEET, "kill", rng.choice(_SECONDS)))
             continue
         if theme is not None and (request == requests[0] or rng.random() < 0.5):
@@ -75,40 +75,40 @@ class FaultDriver:
     """Injects the faults of a schedule."""
 
     def __init__(self, testbed: Testbed) -> None:
-        """Begins with everything in order."""
+        """Starts without a fault."""
         self._testbed = testbed
         self._order = itertools.count()
-        self._undone: list[tuple[float, int, Fault]] = []  # A heap, by when.
+        self._undone: list[tuple[float, int, Fault]] = []  # A heap, by end time.
         self._faulty: dict[str, Fault] = {}
 
     def run(self, schedule: list[Fault], learner: LearnerProcess) -> None:
-        """Until the learner has ended.
+        """Injects faults until the learner ends.
 
         Raises:
-            TimeoutError: The learner waits for too long.
+            TimeoutError: The learner waits too long.
         """
         by_request: dict[int, list[Fault]] = {}
         for fault in schedule:
             by_request.setdefault(fault.request, []).append(fault)
-        heard_time = time.monotonic()
+        announced_time = time.monotonic()
         while True:
             wait = self._undone[0][0] - time.monotonic() if self._undone else TIMEOUT_S
             try:
                 request = learner.next_announced(max(0.0, min(wait, TIMEOUT_S)))
             except TimeoutError:
-                if time.monotonic() - heard_time > TIMEOUT_S:
+                if time.monotonic() - announced_time > TIMEOUT_S:
                     raise
                 self._undo_due()
                 continue
             if request is None:
                 return
-            heard_time = time.monotonic()
+            announced_time = time.monotonic()
             for fault in by_request[request]:
                 self.begin(fault)
 
     def begin(self, fault: Fault) -> None:
-        """Brings it about; what was out of order on that host before is put in order."""
-        # One at a time on a host.
+        """Injects a fault; first ends an active fault of that host."""
+        # One fault at a time per host.
         if fault.host in self._faulty:
             self.undo(fault.host)
         fleet, network = self._testbed.fleet, self._testbed.network
@@ -143,7 +143,7 @@ class FaultDriver:
                 self.undo(fault.host)
 
     def undo(self, host: str) -> None:
-        """Puts in order what is not on that host; without waiting for the time of the fault."""
+        """Ends the active fault of a host before its time."""
         fleet, network = self._testbed.fleet, self._testbed.network
         fault = self._faulty.pop(host)
         if fault.kind == "kill":

@@ -1,4 +1,4 @@
-"""A fleet on hosts: nodes and a fleet server, and all that can happen to them."""
+"""A fleet on hosts: nodes, a fleet server, and the faults that can be injected."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from typing import Any
 from network import Network
 from shortage import Disk, ThreadLimit, WallClock
 
-# The fleet server's host; the others are called as their nodes.
+# The fleet server's host. Other hosts have the names of their nodes.
 FLEET = "fleet"
 LEARNER = "learner"
 _PORT = 50051
@@ -21,21 +21,21 @@ _START_TIMEOUT_S = 60.0
 
 
 class Fleet:
-    """Servers by the names of their hosts. Several may be out of order at a time.
+    """Servers by host name. Several hosts may have faults at once.
 
-    Logs lie in `folder`, one a host.
+    `folder` contains one log per host.
     """
 
     def __init__(
         self, network: Network, binary: Path, folder: Path, *, peers: tuple[str, ...] = ()
     ) -> None:
-        """Starts nothing.
+        """Starts no server yet.
 
         Args:
-            network: Has the hosts.
+            network: The hosts.
             binary: The program procgen-server.
-            folder: For logs and for what the fleet server keeps.
-            peers: Hosts that find each other without multicast. None: by multicast.
+            folder: The folder for logs and for the fleet server's state.
+            peers: The hosts of --cluster_peers. None: discovery by multicast.
         """
         self._network = network
         self._binary = binary
@@ -47,19 +47,19 @@ class Fleet:
         self._clocks: dict[str, WallClock] = {}
 
     def use_disk(self) -> None:
-        """Gives the fleet server's state a disk of its own. Before it starts.
+        """Puts the fleet server's state on a separate disk. Call it before the server starts.
 
         Raises:
-            NotPermittedError: There can be none here.
+            NotPermittedError: Mounting is not permitted.
         """
         self._disk = Disk(self._state_folder())
 
     def use_clock(self, host: str, library: Path) -> None:
-        """Gives a host a wall clock that can be set. Before its server starts."""
+        """Gives a host a settable wall clock. Call it before its server starts."""
         self._clocks[host] = WallClock(library, self._folder / f"{host}.clock")
 
     def close(self) -> None:
-        """Removes disks and groups. After the processes have ended."""
+        """Removes disks and control groups. Call it after the processes have ended."""
         if self._disk is not None:
             self._disk.close()
         for limit in self._limits.values():
@@ -67,16 +67,16 @@ class Fleet:
 
     @property
     def address(self) -> str:
-        """Where learners reach the fleet server."""
+        """The fleet server's address for learners."""
         return self._address(FLEET)
 
     def log(self, host: str = FLEET) -> str:
-        """What its server has logged, over all its lives."""
+        """The log of a host's server, including earlier processes."""
         path = self._log_path(host)
         return path.read_text() if path.exists() else ""
 
     def start(self, host: str) -> None:
-        """Starts the server of a host, the fleet server on FLEET; it need not be ready yet."""
+        """Starts a host's server without waiting until it is ready. FLEET runs the fleet server."""
         flags = [
             f"--address={self._address(host)}",
             "--allow_insecure",
@@ -104,7 +104,7 @@ class Fleet:
             )
 
     def kill(self, host: str) -> None:
-        """SIGKILL, and it is gone."""
+        """Sends SIGKILL and waits for the end."""
         self._processes[host].kill()
         self._processes[host].wait()
 
@@ -129,7 +129,7 @@ class Fleet:
         """Undoes fill_disk, and waits until all pools are durable again.
 
         Raises:
-            TimeoutError: They are not.
+            TimeoutError: Some pools are not durable.
         """
         assert self._disk is not None
         self._disk.free()
@@ -140,7 +140,7 @@ class Fleet:
             time.sleep(0.02)
 
     def limit_threads(self, host: str) -> None:
-        """Lets its server make no more threads than it has."""
+        """Prevents a host's server from starting threads."""
         if host not in self._limits:
             self._limits[host] = ThreadLimit(host)
         self._limits[host].begin(self._processes[host].pid)
@@ -150,7 +150,7 @@ class Fleet:
         self._limits[host].end()
 
     def set_clock(self, host: str, seconds: int) -> None:
-        """Sets its wall clock `seconds` after the machine's, or before it."""
+        """Sets a host's wall clock `seconds` ahead of the machine's clock; negative: behind."""
         self._clocks[host].set(seconds)
 
     def _is_durable(self) -> bool:
@@ -163,22 +163,22 @@ class Fleet:
         return host in self._processes
 
     def exit_status(self, host: str) -> int | None:
-        """How its server ended; None: it runs."""
+        """The exit status of a host's server; None while it runs."""
         return self._processes[host].poll()
 
     def await_exit(self, host: str, timeout: float) -> int:
-        """Waits until it has ended.
+        """Waits until a host's server has ended.
 
         Raises:
-            TimeoutExpired: It has not.
+            TimeoutExpired: It is still running.
         """
         return self._processes[host].wait(timeout)
 
     def await_log(self, pattern: str, host: str = FLEET, timeout: float = _START_TIMEOUT_S) -> None:
-        """Waits until a line of its log has the pattern in it.
+        """Waits until a line of a host's log matches `pattern`.
 
         Raises:
-            TimeoutError: None had in time, or its server ended.
+            TimeoutError: No line matched in time, or the server ended.
         """
         deadline = time.monotonic() + timeout
         while not re.search(pattern, self.log(host)):

@@ -9,7 +9,7 @@ from learner_trace import Trace
 from network import Direction
 from testbed import NODES, SPARE, Testbed, assert_same
 
-# A node whose shards were taken away need not wait for its --drain_timeout, which is 30 s.
+# A node without shards need not wait for its --drain_timeout of 30 s.
 _DRAIN_S = 15.0
 
 
@@ -33,7 +33,7 @@ def test_packets_of_a_node_are_dropped(
     )
     assert_same(expected, trace, testbed.fleet)
     testbed.fleet.await_log("shard_lost .*node=a")
-    testbed.fleet.await_log("pool_deleted", host="a")  # What it had when it was cut off.
+    testbed.fleet.await_log("pool_deleted", host="a")  # Its shard from before the cut.
 
 
 @pytest.mark.peers

@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
-"""A learner on a host of its own: plays a script against a server and writes down what it saw.
+"""A learner on its own host: executes a script on a server and writes the trace.
 
-It prints "at N" before it sends request N, for each N of --announce. Before those of --gates it
-then waits for a line on standard input, and looks at the pool meanwhile, which changes nothing.
+It prints "at N" before it sends request N, for each N of --announce. Before each request of --gates
+it also waits for a line on standard input, and observes the pool meanwhile.
 """
 
 from __future__ import annotations
@@ -20,22 +20,22 @@ from learner_trace import Trace, digests_of
 
 from procgen_client import Batch, Client, Pool, Reset
 
-# Longer than any fault lasts.
+# Longer than any fault.
 _RECONNECT_TIMEOUT_S = 300.0
 _LEVELS = 1000
 
 
 class Player:
-    """Sends the requests of a script; what they are does not depend on answers."""
+    """Sends the requests of a script, which do not depend on responses."""
 
     def __init__(self, script: Script, pool: Pool) -> None:
-        """Attaches to the pool."""
+        """Starts with the script's seed."""
         self._rng = np.random.default_rng(script.seed)
         self._env_count = script.env_count
         self._pool = pool
 
     def send(self) -> None:
-        """The next request."""
+        """Sends the next request."""
         kind = self._rng.integers(100)
         if kind < 3:
             self._pool.send_reset(self._resets(0, self._env_count))
@@ -69,7 +69,7 @@ class Player:
 
 
 def play(script: Script, pool: Pool, announced: set[int], gates: set[int]) -> Trace:
-    """Plays all of it."""
+    """Executes the script; returns the trace."""
     player = Player(script, pool)
     digests: list[list[int]] = []
     durations: list[float] = []
@@ -103,9 +103,9 @@ def play(script: Script, pool: Pool, announced: set[int], gates: set[int]) -> Tr
 
 
 def await_nodes(client: Client, count: int) -> None:
-    """Waits until the server sees so many others."""
-    for told in client.watch_nodes():
-        if len(told.nodes) > count:
+    """Waits until the server lists `count` other nodes."""
+    for response in client.watch_nodes():
+        if len(response.nodes) > count:
             return
 
 

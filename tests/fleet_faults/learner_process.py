@@ -20,7 +20,7 @@ _ROOT = Path(__file__).resolve().parents[2]
 
 
 class LearnerError(Exception):
-    """The learner has failed; the message has the end of its output."""
+    """The learner failed; the message contains the end of its output."""
 
 
 class LearnerProcess:
@@ -38,17 +38,17 @@ class LearnerProcess:
         announce: Iterable[int] = (),
         gates: Iterable[int] = (),
     ) -> None:
-        """Starts it.
+        """Starts the process.
 
         Args:
-            network: Has the host.
-            host: Where it is.
-            server: Its server's address.
-            script: What it does.
-            folder: For its trace and its log.
-            node_count: Nodes that the server must see before it begins.
-            announce: Requests that it announces before sending them.
-            gates: The same, but it waits for open_gate.
+            network: The network of the host.
+            host: The learner's host.
+            server: The server's address.
+            script: The learner's requests.
+            folder: The folder for trace and log.
+            node_count: Nodes that the server must list before the learner starts.
+            announce: Requests that the learner announces before it sends them.
+            gates: Requests before which it also waits for open_gate.
         """
         self._trace_path = folder / "learner.npz"
         self._log_path = folder / "learner.log"
@@ -74,10 +74,10 @@ class LearnerProcess:
         self._unread = b""
 
     def next_announced(self, timeout: float) -> int | None:
-        """The next request that it announces, or None if it has ended.
+        """Waits for the next announced request; None if the learner ended.
 
         Raises:
-            TimeoutError: It announced none in time.
+            TimeoutError: The learner announced none in time.
         """
         assert self._process.stdout is not None
         with selectors.DefaultSelector() as selector:
@@ -93,17 +93,17 @@ class LearnerProcess:
         return int(line.removeprefix(b"at "))
 
     def open_gate(self) -> None:
-        """Lets it go on where it waits."""
+        """Continues a learner that waits at a gate."""
         assert self._process.stdin is not None
         self._process.stdin.write(b"\n")
         self._process.stdin.flush()
 
     def trace(self, timeout: float) -> Trace:
-        """What it saw, when it has ended.
+        """Waits for the end; returns the trace.
 
         Raises:
-            LearnerError: It failed.
-            TimeoutError: It has not ended in time.
+            LearnerError: The learner failed.
+            TimeoutError: The learner did not end in time.
         """
         try:
             status = self._process.wait(timeout)

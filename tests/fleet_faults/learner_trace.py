@@ -1,4 +1,4 @@
-"""What a learner saw, request by request, to be compared with what another saw."""
+"""The trace of a learner's responses, for comparison with another learner's."""
 
 from __future__ import annotations
 
@@ -28,30 +28,30 @@ FIELDS = (
 
 @dataclass(frozen=True)
 class Trace:
-    """Row i is the answer to request i."""
+    """Row i is the response to request i."""
 
     digests: np.ndarray  # A checksum of each of FIELDS               uint32  [n, fields]
-    durations: np.ndarray  # Since its sending, or the answer before  float64 [n], in seconds
+    durations: np.ndarray  # Since its sending or the last response    float64 [n], in seconds
 
     def save(self, path: Path) -> None:
-        """Writes it to a file."""
+        """Writes the trace to a file."""
         with open(path, "wb") as file:
             np.savez(file, digests=self.digests, durations=self.durations)
 
     @staticmethod
     def load(path: Path) -> Trace:
-        """Reads what save wrote."""
+        """Reads a trace that save() wrote."""
         with np.load(path) as file:
             return Trace(file["digests"], file["durations"])
 
 
 def digests_of(batch: Batch) -> list[int]:
-    """A checksum of each field, its shape included."""
+    """Returns a checksum of each field, including its shape."""
     return [_digest(getattr(batch, field)) for field in FIELDS]
 
 
 def difference(expected: Trace, actual: Trace) -> str | None:
-    """Says where two traces differ first; None: nowhere, in no bit."""
+    """Returns the first difference of two traces; None if they are equal."""
     if len(expected.digests) != len(actual.digests):
         return f"{len(actual.digests)} answers in place of {len(expected.digests)}"
     rows = np.flatnonzero((expected.digests != actual.digests).any(axis=1))

@@ -12,38 +12,38 @@ from pathlib import Path
 from types import TracebackType
 from typing import Any, Literal
 
-# Names of namespaces: procgen-RUN-NETWORK-HOST, where RUN is the process that made it and when it
-# began, so that a later process with the same number is not mistaken for it.
+# Names of namespaces: procgen-RUN-NETWORK-HOST. RUN is the id and the start time of the creating
+# process, so that a later process with the same id is distinguished.
 _PREFIX = "procgen-"
 _NAME = re.compile(_PREFIX + r"(\d+-\d+)-\d+-\w+")
 _network_numbers = itertools.count()
 _FOLDER = Path("/run/netns")
 _SWITCH = "switch"
-# What is seen in no namespace but ours, so it need not be unique.
+# Names within our own namespaces need not be unique.
 _SUBNET = "10.213.0"
 # Error messages for missing permissions or missing kernel features.
 _PROHIBITED = re.compile("not permitted|denied|not supported|unknown device type", re.IGNORECASE)
 
-# Which packets a cut drops: those that go to the host, those that come from it.
+# The packets that a cut drops: those to the host, those from it, or both.
 Direction = Literal["to", "from", "both"]
 
 
 class NotPermittedError(Exception):
-    """This user or machine may not make network namespaces; the message says why."""
+    """Network namespaces are not permitted here; the message contains the reason."""
 
 
 class Network:
-    """Hosts that reach each other by Ethernet, multicast included, and nobody else.
+    """Hosts on one Ethernet switch, with multicast, without a connection to other networks.
 
-    The switch is a bridge in a namespace of its own; a host has one cable to it. All is gone on
-    leaving. What a run leaves behind that was killed, the next removes; its processes end with it.
+    The switch is a bridge in its own namespace; each host has one cable to it. Leaving the context
+    removes everything. After a killed run, its processes end and the next run removes the rest.
     """
 
     def __init__(self, hosts: Sequence[str]) -> None:
-        """Makes the hosts; names are up to 10 letters and digits.
+        """Creates the hosts; names have up to 10 letters and digits.
 
         Raises:
-            NotPermittedError: It cannot be done here.
+            NotPermittedError: Network namespaces are not permitted.
         """
         remove_stale()
         self._hosts = tuple(hosts)
@@ -58,7 +58,7 @@ class Network:
             raise
 
     def __enter__(self) -> Network:
-        """Gives the network itself."""
+        """Returns the network."""
         return self
 
     def __exit__(
@@ -67,7 +67,7 @@ class Network:
         error: BaseException | None,
         trace: TracebackType | None,
     ) -> None:
-        """Removes it."""
+        """Removes the network."""
         self.close()
 
     def address(self, host: str) -> str:
@@ -75,7 +75,7 @@ class Network:
         return f"{_SUBNET}.{self._hosts.index(host) + 1}"
 
     def start(self, host: str, command: Sequence[str], **popen: Any) -> subprocess.Popen[Any]:
-        """Starts a program on a host. It is killed when this process ends, or by close."""
+        """Starts a program on a host. It is killed by close() or when this process ends."""
         process = subprocess.Popen(
             ["ip", "netns", "exec", self._namespace(host), "setpriv", "--pdeathsig=KILL", *command],
             **{"stdin": subprocess.DEVNULL, "start_new_session": True, **popen},
@@ -84,7 +84,7 @@ class Network:
         return process
 
     def cut(self, host: str, direction: Direction) -> None:
-        """Drops all packets in a direction without a word; the host sees that it has a link."""
+        """Silently drops all packets in a direction; the host's link stays up."""
         if direction in ("to", "both"):
             _drop_arriving(self._namespace(host), "eth0")
         if direction in ("from", "both"):
@@ -92,13 +92,13 @@ class Network:
 
     def heal(self, host: str) -> None:
         """Undoes cut."""
-        # To delete a table that is not there is an error, unless it was added just before.
+        # Deleting a missing table is an error, so the table is added first.
         _nft(self._namespace(host), "add table netdev cut; delete table netdev cut")
         table = f"netdev cut_{host}"
         _nft(self._namespace(_SWITCH), f"add table {table}; delete table {table}")
 
     def unplug(self, host: str) -> None:
-        """Takes the switch's end of the cable down; the host sees that it has no link."""
+        """Takes the switch's end of the cable down; the host's link goes down."""
         self._ip(_SWITCH, f"link set dev {_port(host)} down")
 
     def plug(self, host: str) -> None:
@@ -106,7 +106,7 @@ class Network:
         self._ip(_SWITCH, f"link set dev {_port(host)} up")
 
     def close(self) -> None:
-        """Kills what was started, and removes the hosts."""
+        """Kills the started programs and removes the hosts."""
         for process in self._processes:
             if process.poll() is None:
                 process.kill()
@@ -118,7 +118,7 @@ class Network:
     def _make(self) -> None:
         for host in (_SWITCH, *self._hosts):
             _run(["ip", "netns", "add", self._namespace(host)])
-        # Without snooping multicast goes to all, as if each had asked for it.
+        # Without snooping, multicast packets go to all hosts.
         bridge = "link add bridge0 type bridge mcast_snooping 0"
         self._ip(_SWITCH, bridge, "link set dev bridge0 up")
         for host in self._hosts:
@@ -134,7 +134,7 @@ class Network:
                 f"address add {self.address(host)}/24 dev eth0",
                 "link set dev eth0 up",
             )
-        # That packets can be dropped, before a test counts on it.
+        # Checks that packets can be dropped.
         if self._hosts:
             self.cut(self._hosts[0], "both")
             self.heal(self._hosts[0])
@@ -147,7 +147,7 @@ class Network:
 
 
 def remove_stale() -> None:
-    """Removes the namespaces of runs that are no more, and what runs in them."""
+    """Removes the namespaces of ended runs, and the processes in them."""
     if not _FOLDER.is_dir():
         return
     for name in sorted(entry.name for entry in _FOLDER.iterdir()):
@@ -157,7 +157,7 @@ def remove_stale() -> None:
 
 
 def _prohibition(error: BaseException) -> str | None:
-    """Why this user or machine may not do what failed; None: it is a mistake of ours."""
+    """The reason if a command failed for lack of permission; None for other errors."""
     if isinstance(error, FileNotFoundError):
         return f"there is no program {error.filename}"
     if isinstance(error, subprocess.CalledProcessError) and _PROHIBITED.search(error.stderr):
@@ -167,7 +167,7 @@ def _prohibition(error: BaseException) -> str | None:
 
 def _run_name(process_id: int) -> str | None:
     try:
-        # The fields behind the program's name, which may have blanks and brackets in it.
+        # The fields after the program's name, which may contain blanks and brackets.
         fields = Path(f"/proc/{process_id}/stat").read_text().rpartition(")")[2].split()
     except (FileNotFoundError, ProcessLookupError):
         return None
@@ -199,7 +199,7 @@ def _run(command: list[str], text: str = "") -> str:
 
 
 def _remove(namespace: str) -> None:
-    """Kills what runs there and removes it, if it is there; another run may be doing so, too."""
+    """Kills the processes of a namespace and removes it; another run may do so concurrently."""
     if not (_FOLDER / namespace).exists():
         return
     pids = subprocess.run(

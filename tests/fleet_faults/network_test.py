@@ -1,4 +1,4 @@
-"""The hosts themselves: what a cut drops, and that nothing of them stays."""
+"""Tests of the testbed: packets that a cut drops, and removal of the hosts."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from learner_trace import FIELDS, Trace, difference
 from network import Direction, Network, NotPermittedError
 
 _NAMESPACES = Path("/run/netns")
-# Answers each word with itself; and asks once.
+# _ANSWER echoes each word; _ASK sends one.
 _ANSWER = """
 import socket
 with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as mine:
@@ -49,8 +49,8 @@ def network() -> Iterator[Network]:
         yield made
 
 
-class Answerer:
-    """A program on "right" that answers "left"."""
+class EchoServer:
+    """An echo server on "right"."""
 
     def __init__(self, network: Network) -> None:
         self._network = network
@@ -61,19 +61,19 @@ class Answerer:
         assert self._process.stdout.readline() == "ready\n"
 
     def ask(self, word: str) -> str:
-        """What "left" hears."""
+        """Sends a word from "left"; returns the response or "silence"."""
         command = [sys.executable, "-c", _ASK, self._network.address("right"), word]
         asking = self._network.start("left", command, stdout=subprocess.PIPE, text=True)
         return asking.communicate()[0].strip()
 
-    def heard(self) -> list[str]:
-        """What it heard, in all; it ends with that."""
+    def received(self) -> list[str]:
+        """Stops the server; returns the words that it received."""
         self._process.kill()
         return self._process.communicate()[0].split()
 
 
 @pytest.mark.parametrize(
-    "direction,heard",
+    "direction,received",
     [
         ("to", ["before", "healed"]),
         ("from", ["before", "cut", "healed"]),
@@ -81,24 +81,24 @@ class Answerer:
     ],
 )
 def test_a_cut_drops_the_packets_of_its_direction(
-    network: Network, direction: Direction, heard: list[str]
+    network: Network, direction: Direction, received: list[str]
 ) -> None:
-    answerer = Answerer(network)
-    assert answerer.ask("before") == "before"  # Else what is sent waits until the host is found.
+    server = EchoServer(network)
+    assert server.ask("before") == "before"  # Resolves the address.
     network.cut("right", direction)
-    assert answerer.ask("cut") == "silence"
+    assert server.ask("cut") == "silence"
     network.heal("right")
-    assert answerer.ask("healed") == "healed"
-    assert answerer.heard() == heard
+    assert server.ask("healed") == "healed"
+    assert server.received() == received
 
 
 def test_a_replugged_host_is_reachable(network: Network) -> None:
-    answerer = Answerer(network)
+    server = EchoServer(network)
     network.unplug("right")
-    assert answerer.ask("unplugged") == "silence"
+    assert server.ask("unplugged") == "silence"
     network.plug("right")
-    while answerer.ask("plugged") != "plugged":
-        pass  # The kernel takes note of links within a second.
+    while server.ask("plugged") != "plugged":
+        pass  # The kernel detects the link within a second.
 
 
 _RUN = """

@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
 """Measures how long a learner of 256 environments on three nodes waits when a node fails.
 
-For each kind of fault: nodes in turn, each put in order again some requests later. Prints a table:
-the longest that an answer took between a fault and what undid it, p50 and max over the faults.
+For each kind of fault, nodes fail in turn and recover some requests later. Prints a table of the
+longest response time during each fault: p50 and maximum over the faults.
 """
 
 from __future__ import annotations
@@ -19,13 +19,13 @@ from learner_trace import Trace, difference
 from testbed import NODES, TIMEOUT_S, Testbed, single_server_trace
 
 _ENV_COUNT = 256
-_APART = 60  # Requests between a fault and what undoes it, and again to the next.
+_APART = 60  # Requests between a fault and its end, and between that and the next fault.
 _RESTART = "kill the fleet server"
 _LOST = "event=shard_lost"
 
 
 def measure(kind: str, script: Script, folder: Path) -> tuple[Trace, list[float]]:
-    """What a learner sees, and its pause at each fault that took a shard from a node."""
+    """Returns the trace, and the pause at each fault that moved a shard."""
     hits = range(_APART, script.request_count - _APART, 2 * _APART)
     turns = set(hits) | {hit + _APART for hit in hits}
     moved: dict[int, bool] = {}

@@ -17,13 +17,13 @@ _FILLER = "filler"
 
 
 class Disk:
-    """A disk of 64 MiB on a folder, which can be filled."""
+    """A disk of 64 MiB, mounted on a folder."""
 
     def __init__(self, folder: Path) -> None:
         """Mounts it on `folder`.
 
         Raises:
-            NotPermittedError: This user may not mount.
+            NotPermittedError: Mounting is not permitted.
         """
         self._folder = folder
         command = ["mount", "-t", "tmpfs", "-o", f"size={_DISK_BYTES}", "tmpfs", os.fspath(folder)]
@@ -32,7 +32,7 @@ class Disk:
             raise NotPermittedError(f"no disk of a test's own: {done.stderr.strip()}")
 
     def fill(self) -> None:
-        """Leaves not a byte."""
+        """Fills the disk completely."""
         with open(self._folder / _FILLER, "ab", buffering=0) as file:
             for size in (1 << 20, 1):
                 try:
@@ -52,13 +52,13 @@ class Disk:
 
 
 class ThreadLimit:
-    """Processes of a group of their own, which may make no more threads than they have."""
+    """A control group whose processes can be prevented from starting threads."""
 
     def __init__(self, name: str) -> None:
-        """Makes the group, which limits nothing.
+        """Creates the group without a limit.
 
         Raises:
-            NotPermittedError: There can be none here.
+            NotPermittedError: Control groups are not permitted.
         """
         self._group = _PIDS / f"procgen-{os.getpid()}-{name}"
         try:
@@ -67,7 +67,7 @@ class ThreadLimit:
             raise NotPermittedError(f"no group of processes: {error}") from error
 
     def begin(self, process_id: int) -> None:
-        """Lets a process make no more threads."""
+        """Prevents a process from starting threads."""
         (self._group / "cgroup.procs").write_text(str(process_id))
         count = (self._group / "pids.current").read_text()
         (self._group / "pids.max").write_text(count)
@@ -83,24 +83,24 @@ class ThreadLimit:
 
 
 class WallClock:
-    """The wall clock of a process, which can be set at any time: see tests/wall_clock."""
+    """The wall clock of a process, settable at any time: see tests/wall_clock."""
 
     def __init__(self, library: Path, path: Path) -> None:
-        """Begins with the machine's time. `path`: of a file for the offset."""
+        """Starts with the machine's time. `path`: a file for the offset."""
         self._library = library
         self._path = path
         path.write_bytes(struct.pack("=q", 0))
 
     @property
     def environment(self) -> dict[str, str]:
-        """What a process needs that is to have this clock."""
+        """The environment variables of a process with this clock."""
         return {
             "LD_PRELOAD": os.fspath(self._library),
             "PROCGEN_WALL_CLOCK_FILE": os.fspath(self._path),
         }
 
     def set(self, seconds: int) -> None:
-        """Sets it `seconds` after the machine's."""
-        # In one write, into the memory that the process has mapped.
+        """Sets the clock `seconds` ahead of the machine's clock."""
+        # A single write to the file that the process has mapped.
         with open(self._path, "r+b", buffering=0) as file:
             file.write(struct.pack("=q", seconds * 1_000_000_000))

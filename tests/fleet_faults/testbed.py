@@ -1,4 +1,4 @@
-"""The testbed of a scenario: hosts, a fleet on them, and a learner whose trace is compared."""
+"""The testbed of a scenario: hosts, a fleet, and a learner whose trace is compared."""
 
 from __future__ import annotations
 
@@ -15,8 +15,8 @@ from learner_trace import Trace, difference
 from network import Network
 
 NODES = ("a", "b", "c")
-SPARE = "d"  # A host without a node, to begin with.
-# How long the learner may wait, for a fault or for a machine that others use, too.
+SPARE = "d"  # A host without a node at first.
+# Maximum wait of the learner, for a fault or on a busy machine.
 TIMEOUT_S = 300.0
 
 _ROOT = Path(__file__).resolve().parents[2]
@@ -25,10 +25,10 @@ _CLOCK_VARIABLE = "PROCGEN_WALL_CLOCK_LIBRARY"
 
 
 def server_binary() -> Path:
-    """What CTest says, else what was built last in this checkout.
+    """The path in PROCGEN_SERVER_BINARY, else the newest build of this checkout.
 
     Raises:
-        FileNotFoundError: Nothing was built.
+        FileNotFoundError: There is no build.
     """
     if _BINARY_VARIABLE in os.environ:
         return Path(os.environ[_BINARY_VARIABLE])
@@ -39,24 +39,24 @@ def server_binary() -> Path:
 
 
 def wall_clock_library() -> Path:
-    """What CTest says, else beside the server.
+    """The path in PROCGEN_WALL_CLOCK_LIBRARY, else the library next to the server.
 
     Raises:
-        FileNotFoundError: It was not built.
+        FileNotFoundError: The library was not built.
     """
-    beside = server_binary().parents[1] / "tests" / "wall_clock" / "libwall_clock.so"
-    library = Path(os.environ.get(_CLOCK_VARIABLE, beside))
+    default = server_binary().parents[1] / "tests" / "wall_clock" / "libwall_clock.so"
+    library = Path(os.environ.get(_CLOCK_VARIABLE, default))
     if not library.exists():
         raise FileNotFoundError(f"no wall clock at {library}; build the target wall_clock")
     return library
 
 
 class Testbed:
-    """Three nodes, a fleet server and a learner; a spare host. All is gone on leaving.
+    """Three nodes, a fleet server, a learner and a spare host. Leaving the context removes all.
 
     Attributes:
         network: The hosts.
-        fleet: What runs on them.
+        fleet: The servers.
     """
 
     __test__ = False  # pytest collects classes whose names begin with Test.
@@ -67,13 +67,13 @@ class Testbed:
         """Starts the servers.
 
         Args:
-            folder: For logs and what the fleet server keeps.
-            multicast: Whether they find each other by it.
+            folder: The folder for logs and the fleet server's state.
+            multicast: Discovery by multicast; else by --cluster_peers.
             disk: Whether the fleet server's disk can be filled.
-            clocks: Whether their wall clocks can be set.
+            clocks: Whether the servers' wall clocks can be set.
 
         Raises:
-            NotPermittedError: There can be no hosts here.
+            NotPermittedError: Network namespaces are not permitted.
         """
         self._folder = folder
         self.network = Network((*NODES, SPARE, FLEET, LEARNER))
@@ -93,7 +93,7 @@ class Testbed:
             raise
 
     def __enter__(self) -> Testbed:
-        """Gives the testbed itself."""
+        """Returns the testbed."""
         return self
 
     def __exit__(
@@ -102,7 +102,7 @@ class Testbed:
         error: BaseException | None,
         trace: TracebackType | None,
     ) -> None:
-        """Removes it."""
+        """Removes the testbed."""
         self._close()
 
     def _close(self) -> None:
@@ -113,7 +113,7 @@ class Testbed:
     def learner(
         self, script: Script, *, announce: tuple[int, ...] = (), gates: tuple[int, ...] = ()
     ) -> LearnerProcess:
-        """Starts a learner, which begins when the fleet server sees all nodes."""
+        """Starts a learner, which waits until the fleet server lists all nodes."""
         return LearnerProcess(
             self.network,
             LEARNER,
@@ -131,15 +131,15 @@ class Testbed:
         faults: Mapping[int, Callable[[], None]],
         gates: Mapping[int, Callable[[], None]] | None = None,
     ) -> Trace:
-        """Has a learner play, and brings about what is to happen at its requests.
+        """Runs a learner and injects faults at its requests.
 
         Args:
-            script: What the learner does.
-            faults: By request: called while the learner continues.
-            gates: By request: called while it waits.
+            script: The learner's requests.
+            faults: By request number: called while the learner continues.
+            gates: By request number: called while the learner waits.
 
         Raises:
-            LearnerError, TimeoutError: It noticed more than a pause.
+            LearnerError, TimeoutError: The learner was affected by more than a pause.
         """
         gates = gates or {}
         learner = self.learner(script, announce=tuple(faults), gates=tuple(gates))
@@ -153,10 +153,10 @@ class Testbed:
 
 
 def single_server_trace(script: Script, folder: Path) -> Trace:
-    """What a learner sees of one server that nothing happens to.
+    """Returns the trace of a learner on one server without faults.
 
     Raises:
-        NotPermittedError: There can be no hosts here.
+        NotPermittedError: Network namespaces are not permitted.
     """
     with Network(("single", LEARNER)) as network:
         address = f"{network.address('single')}:50051"
@@ -171,6 +171,6 @@ def single_server_trace(script: Script, folder: Path) -> Trace:
 
 
 def assert_same(expected: Trace, actual: Trace, fleet: Fleet) -> None:
-    """Fails with the fleet server's log if the traces differ in any bit."""
+    """Fails with the fleet server's log if the traces differ."""
     found = difference(expected, actual)
     assert found is None, f"{found}\nThe fleet server's log:\n{fleet.log()}"

@@ -1,8 +1,8 @@
-// Fuzz target: what a server answers to a session of the C++ client (fuzzed_learner.h). An input is
-// one byte of LearnerOptions and pieces (pieces.h): each is a message that answers the next
-// request, whatever the method. On a stream a message that does not complete an answer is followed
-// by the next at once. A mark breaks the connection: UNAVAILABLE. Without a piece the answer is
-// INTERNAL. Aborts where RunLearner does.
+// Fuzz target: a server's responses to a session of the C++ client (fuzzed_learner.h). An input is
+// one byte of LearnerOptions and pieces (pieces.h). Each piece is the response to the next request
+// of any method. On a stream, the next piece follows at once while a batch is incomplete. A mark
+// breaks the connection: UNAVAILABLE. After the last piece calls fail with INTERNAL. Aborts where
+// RunLearner does.
 
 #include <sys/mman.h>
 #include <unistd.h>
@@ -30,12 +30,12 @@ namespace {
 
 constexpr size_t kSharedBytes = 65536;
 
-// The pieces of one input, which all its calls take from.
+// The pieces of one input, shared by all calls.
 class Answers {
  public:
   explicit Answers(std::vector<Piece> pieces) : pieces_(std::move(pieces)) {}
 
-  // Null: there are no more.
+  // The next piece; null at the end.
   const Piece* Take() {
     const absl::MutexLock lock(&mutex_);
     return taken_ == pieces_.size() ? nullptr : &pieces_[taken_++];
@@ -47,7 +47,7 @@ class Answers {
   size_t taken_ ABSL_GUARDED_BY(mutex_) = 0;
 };
 
-// A call of any method. Reads a request, answers it, and so on.
+// A call of any method: reads a request, responds, and repeats.
 class Call final : public grpc::ServerGenericBidiReactor {
  public:
   enum class Kind : uint8_t { kUnary, kWatch, kStepStream };
@@ -96,7 +96,7 @@ class Call final : public grpc::ServerGenericBidiReactor {
     v1::StepPoolResponse response;
     if ((kind_ == Kind::kStepStream && !response.ParseFromString(piece->bytes)) ||
         (kind_ == Kind::kWatch && !v1::WatchPoolResponse().ParseFromString(piece->bytes))) {
-      // The client waits 10 seconds for the end of a stream whose responses are no messages.
+      // The client waits 10 s for the end of a stream with invalid responses.
       return StartWriteAndFinish(&response_, {}, {grpc::StatusCode::INTERNAL, "no message"});
     }
     if (kind_ == Kind::kStepStream) {
@@ -108,15 +108,15 @@ class Call final : public grpc::ServerGenericBidiReactor {
 
   const std::shared_ptr<Answers> answers_;
   const Kind kind_;
-  // The callbacks come one after another anyway, but ThreadSanitizer cannot see it in a generic
-  // service, whose calls are run within the library.
+  // The callbacks are serialized, but ThreadSanitizer cannot see that in a generic service, which
+  // runs within the library.
   absl::Mutex mutex_;
   grpc::ByteBuffer request_;
   grpc::ByteBuffer response_;
   bool is_answer_complete_ = false;
 };
 
-// A server that answers all methods with the pieces of an input.
+// A server that responds to all methods with the pieces of an input.
 class HostileServer final : public grpc::CallbackGenericService {
  public:
   HostileServer() {
@@ -149,8 +149,8 @@ class HostileServer final : public grpc::CallbackGenericService {
   }
 
  private:
-  // Opens the file that answers say is the pool's shared memory. Nearly all of its bytes, so nearly
-  // all of the flags in it, are neither 0 nor 1.
+  // Opens the file that responses name as the pool's shared memory. Nearly all bytes, including
+  // flags, are neither 0 nor 1.
   static void ShareMemory() {
     const int file = memfd_create("answers", MFD_CLOEXEC);
     std::string bytes(kSharedBytes, '\0');

@@ -1,10 +1,8 @@
-// Fuzz target: the messages of streams of dm_env_rpc. An input is pieces (fuzzed_server.h): each is
-// a message that is sent and whose answer is waited for, or a mark. A mark begins another stream,
-// to which the messages after it go; the one before stays open. A second mark in a row cancels the
-// one before. Aborts where
-//   a message has no answer, or one that is none, or an error that is not promised;
-//   a stream ends by itself;
-//   a stream that has ended keeps its world.
+// Fuzz target: messages of dm_env_rpc streams. An input is pieces (pieces.h), each a message or a
+// mark. Sends each message and waits for its response. A mark starts another stream for the
+// following messages; the previous stream stays open. A second mark in a row cancels the previous
+// stream. Aborts if a message has no response, an invalid one or an undocumented error, if a stream
+// ends by itself, or if an ended stream keeps its world.
 
 #include <cstddef>
 #include <cstdint>
@@ -25,8 +23,8 @@ constexpr char kProcess[] = "/dm_env_rpc.v1.Environment/Process";
 constexpr size_t kPiecesMax = 24;
 constexpr size_t kStreamsMax = 4;
 
-// Whether a request waits for another stream's step. It would wait indefinitely, because only one
-// stream is played at a time.
+// Whether a request waits for another stream's step. That would block, because only one stream is
+// active.
 bool WaitsForOthers(const std::string& bytes) {
   dm::EnvironmentRequest request;
   return request.ParseFromString(bytes) && request.has_reset_world();
@@ -65,7 +63,7 @@ class RawStream {
   }
 
  private:
-  // Waits until the operation under way has ended.
+  // Waits for the pending operation.
   bool Wait() {
     void* ended = nullptr;
     bool ok = false;

@@ -37,8 +37,8 @@ v1::PoolSpec SpecFor(const LearnerOptions& options) {
   return spec;
 }
 
-// Reads all bytes, so that AddressSanitizer sees an array that reaches too far. Bools are read as
-// bytes: those in shared memory may be neither 0 nor 1.
+// Reads all bytes, so that AddressSanitizer detects arrays beyond their memory. Reads bools as
+// bytes, because shared memory may contain values other than 0 and 1.
 template <typename Element>
 void ReadBytes(absl::Span<const Element> values) {
   const volatile auto* const bytes = reinterpret_cast<const uint8_t*>(values.data());
@@ -101,7 +101,7 @@ void ReadAnswer(const StepStream& stream, const Batch& batch, const absl::Status
 }
 
 void Step(StepStream* stream) {
-  // Of the pool that this learner created, whatever the server attached it to.
+  // Uses the pool that this learner created, whichever pool the server attached it to.
   const std::vector<int32_t> actions(kEnvCount, 4);
   Batch batch;
   ReadAnswer(*stream, batch, stream->Observe(&batch));
@@ -110,7 +110,7 @@ void Step(StepStream* stream) {
     request.mutable_step()->mutable_actions()->Assign(actions.begin(), actions.end());
     request.mutable_step()->set_with_final_observations(true);
     request.mutable_step()->set_chunk_count(chunk_count);
-    Batch answer;  // A new one each time: that of an error is empty.
+    Batch answer;  // A new batch each time; after an error it is empty.
     ReadAnswer(*stream, answer, stream->Call(request, &answer));
   }
   v1::LevelSampler sampler;
@@ -127,7 +127,7 @@ void Step(StepStream* stream) {
     Batch answer;
     ReadAnswer(*stream, answer, stream->Receive(&answer));
   }
-  ReadBatch(*stream, batch);  // Still held, if it is in shared memory.
+  ReadBatch(*stream, batch);  // In shared memory the batch is still held.
   IsDocumented(stream->Close());
 }
 

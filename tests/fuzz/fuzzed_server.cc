@@ -29,8 +29,8 @@ FuzzedServer::FuzzedServer()
                   &connections_, &supervisor_.quotas(), &metrics_),
       services_(&supervisor_, cluster_.get(), &accounting_, /*pipe_listener=*/nullptr,
                 CloneSourceAllowlist()) {
-  // Not by gRPC's transport within a process, which no client of ours comes by, and which keeps
-  // streams that were ended while their client wrote.
+  // Over TCP, as real clients. gRPC's in-process transport keeps streams that ended while their
+  // client wrote.
   int port = 0;
   grpc::ServerBuilder builder;
   builder.AddListeningPort("127.0.0.1:0", grpc::InsecureServerCredentials(), &port);
@@ -58,7 +58,7 @@ void FuzzedServer::ResetPools() {
     absl::Notification done;
     supervisor_.Create("", id, options, {.encoding = encoding},
                        [&done](const absl::StatusOr<std::shared_ptr<PoolSession>>& made) {
-                         Require(made.ok(), "there is room for pools", made.status());
+                         Require(made.ok(), "pools are created", made.status());
                          done.Notify();
                        });
     done.WaitForNotification();
@@ -68,7 +68,7 @@ void FuzzedServer::ResetPools() {
 void FuzzedServer::RequireNoStreams() {
   const absl::Time end = absl::Now() + absl::Seconds(5);
   while (supervisor_.load().stream_count > 0) {
-    Require(absl::Now() < end, "streams that have ended let go of their pools");
+    Require(absl::Now() < end, "ended streams detach from their pools");
     absl::SleepFor(absl::Microseconds(50));
   }
 }
@@ -94,7 +94,7 @@ void RequirePromised(const absl::Status& status) {
     case absl::StatusCode::kCancelled:
       break;
     default:
-      Require(false, "errors have codes that are promised", status);
+      Require(false, "errors have documented codes", status);
   }
   Require(status.message().size() <= kStatusMessageBytesMax, "messages fit", status);
 }

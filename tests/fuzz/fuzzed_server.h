@@ -14,19 +14,18 @@
 
 namespace procgen {
 
-// The services of a server with small limits, called by TCP. For fuzz targets: one for the whole
-// run.
+// The services of a server with small limits, called over TCP. Fuzz targets use one instance for
+// the whole run.
 class FuzzedServer {
  public:
   FuzzedServer();
 
   const std::shared_ptr<grpc::Channel>& channel() const { return channel_; }
 
-  // Makes the pools that inputs begin with, in place of all that there are: "pools/a" (two
-  // environments of maze), and "pools/b" (three of coinrun, which must be reset where an episode
-  // ends, and whose observations are encoded).
+  // Replaces all pools by the initial ones: "pools/a" (two environments of maze) and "pools/b"
+  // (three of coinrun without automatic resets, with encoded observations).
   void ResetPools();
-  // Nobody's stream is attached to a pool. Waits for those that are about to end.
+  // Aborts if a stream is attached to a pool. First waits for streams that are ending.
   void RequireNoStreams();
 
  private:
@@ -40,11 +39,10 @@ class FuzzedServer {
   std::shared_ptr<grpc::Channel> channel_;
 };
 
-// The one of this process; never destroyed.
+// The instance of this process; never destroyed.
 FuzzedServer& TheFuzzedServer();
 
-// Requires that an error is one that the protocol documents for invalid input, with a valid
-// message.
+// Aborts unless the protocol documents the error for invalid input and its message is valid.
 void RequirePromised(const absl::Status& status);
 
 }  // namespace procgen

@@ -1,6 +1,6 @@
-// procgen-make-answer-corpus ADDRESS FOLDER: writes the inputs that answer_fuzz begins with, the
-// answers of the server at ADDRESS ("host:port", on this machine) to its learner, over what is
-// there.
+// procgen-make-answer-corpus ADDRESS FOLDER: writes the seed inputs of answer_fuzz: the responses
+// of the server at ADDRESS ("host:port", on this machine) to its learner. Overwrites existing
+// files.
 
 #include <filesystem>
 #include <fstream>
@@ -26,7 +26,7 @@ constexpr char kPool[] = "pools/answers";
 
 using grpc::experimental::InterceptionHookPoints;
 
-// Adds what a call receives to `pieces`.
+// Appends the responses of a call to `pieces`.
 class Recorder final : public grpc::experimental::Interceptor {
  public:
   explicit Recorder(std::vector<Piece>* pieces) : pieces_(pieces) {}
@@ -74,7 +74,7 @@ void Write(const std::filesystem::path& path, uint8_t options, const std::vector
   std::ofstream(path, std::ios::binary) << static_cast<char>(options) << InputOf(pieces);
 }
 
-// Of the answers of a stream: the shared memory is that of answer_fuzz.
+// For responses of a stream: replaces the path of the shared memory by that of answer_fuzz.
 void MoveSharedMemory(std::vector<Piece>* pieces) {
   for (Piece& piece : *pieces) {
     if (v1::StepPoolResponse response;
@@ -87,7 +87,7 @@ void MoveSharedMemory(std::vector<Piece>* pieces) {
   }
 }
 
-// Ends the episode of the first environment of each step of a pool that is not encoded.
+// For raw pools: ends the first environment's episode in each step.
 void EndEpisodes(std::vector<Piece>* pieces) {
   for (Piece& piece : *pieces) {
     v1::StepPoolResponse response;
@@ -114,7 +114,7 @@ void WriteAll(const std::string& address, const std::filesystem::path& folder) {
     std::vector<Piece> pieces = AnswersTo(address, LearnerOptions(observations));
     MoveSharedMemory(&pieces);
     Write(folder / name, observations, pieces);
-    // Pool, attached, batch; then the connection breaks, and another stream attaches.
+    // Pool, attached and batch; then the connection breaks and another stream attaches.
     Piece again = pieces[1];
     v1::StepPoolResponse attached;
     attached.ParseFromString(again.bytes);

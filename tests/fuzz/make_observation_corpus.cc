@@ -1,7 +1,6 @@
-// Writes the inputs that observation_fuzz begins with: what a server sends after the first
-// observation, as it is and without its last stage.
-//
-//   procgen-make-observation-corpus FOLDER    writes FOLDER/<stage>_zstd_<form>, over what is there
+// procgen-make-observation-corpus FOLDER: writes the seed inputs of observation_fuzz to
+// FOLDER/<stage>_zstd_<form>: encoded observations after the first one, complete and without their
+// last stage. Overwrites existing files.
 
 #include <cstdint>
 #include <fstream>
@@ -19,7 +18,7 @@ constexpr int kBadUse = 2;
 constexpr int32_t kEnvCount = 2;
 constexpr size_t kContentBytesMax = 1 << 20;
 
-// The forms of observation_fuzz.
+// The formats of observation_fuzz.
 constexpr procgen::PictureShape kShapes[] = {
     {.rows = 64, .columns = 64, .pixel_bytes = 3},
     {.rows = 19, .columns = 19, .pixel_bytes = 3},
@@ -27,7 +26,7 @@ constexpr procgen::PictureShape kShapes[] = {
     {.rows = 3 * 17, .columns = 17, .pixel_bytes = 1, .stack = 3},
 };
 
-// A picture of stripes that move with `time`, and a spot that stays.
+// A frame of stripes that move with `time`, and a static spot.
 std::vector<uint8_t> Stripes(const procgen::PictureShape& shape, int32_t time) {
   std::vector<uint8_t> bytes(kEnvCount * shape.bytes(), 7);
   if (time > 0) {

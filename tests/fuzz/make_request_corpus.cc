@@ -1,6 +1,6 @@
-// procgen-make-request-corpus FOLDER: writes the inputs that request_fuzz, stream_fuzz and
-// dm_env_rpc_fuzz begin with, requests that make sense and some that nearly do, to FOLDER/request,
-// FOLDER/stream and FOLDER/dm_env_rpc.
+// procgen-make-request-corpus FOLDER: writes the seed inputs of request_fuzz, stream_fuzz and
+// dm_env_rpc_fuzz to FOLDER/request, FOLDER/stream and FOLDER/dm_env_rpc: valid requests, and some
+// that are nearly valid.
 
 #include <filesystem>
 #include <fstream>

@@ -1,7 +1,6 @@
-// Writes the committed inputs of state_fuzz: a snapshot of every game in two modes, after some
-// random steps.
-//
-//   procgen-make-state-corpus FOLDER     writes FOLDER/<game>_<mode>.pgst, over what is there
+// procgen-make-state-corpus FOLDER: writes the seed inputs of state_fuzz to
+// FOLDER/<game>_<mode>.pgst: a snapshot of every game in two modes, after some random steps.
+// Overwrites existing files.
 
 #include <fstream>
 #include <iostream>

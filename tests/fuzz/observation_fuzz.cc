@@ -1,9 +1,6 @@
-// Fuzz target: bytes that may be encoded observations are decoded by the C++ client, as a zstd
-// frame and as the content of one. Aborts where
-//   bytes are refused with a code that is not promised;
-//   what was refused has changed what is decoded next.
-//
-// An input is one byte that chooses stage and form, and what is decoded.
+// Fuzz target: the C++ client decodes bytes as encoded observations, as a zstd frame or as the
+// content of one. An input is one byte that selects stage and format, and the bytes. Aborts if an
+// error has an undocumented code, or if rejected bytes change what is decoded next.
 
 #include <cstddef>
 #include <cstdint>
@@ -34,7 +31,7 @@ void Require(bool holds, absl::string_view claim, const absl::Status& status) {
   }
 }
 
-// What the first byte of an input chooses.
+// Selected by the first byte of an input.
 struct Choice {
   explicit Choice(uint8_t byte) : whole_frame((byte & 2) != 0) {
     static constexpr PictureShape kShapes[] = {
@@ -80,7 +77,7 @@ void TryToDecode(const Choice& choice, absl::Span<const uint8_t> bytes) {
     return decoder.Decode(0, kEnvCount, from, absl::MakeSpan(decoded));
   };
   const absl::Status first = decode(encoder.Encode(0, kEnvCount, shown));
-  Require(first.ok() && decoded == shown, "what was encoded cannot be decoded", first);
+  Require(first.ok() && decoded == shown, "encoded observations are decoded", first);
 
   const absl::Status status = decode(encoded);
   if (status.ok()) {
@@ -88,10 +85,10 @@ void TryToDecode(const Choice& choice, absl::Span<const uint8_t> bytes) {
   }
   Require(status.code() == absl::StatusCode::kDataLoss ||
               status.code() == absl::StatusCode::kFailedPrecondition,
-          "refused with a code that is not promised", status);
+          "rejected with an undocumented code", status);
   shown.front() = 9;
   const absl::Status second = decode(encoder.Encode(0, kEnvCount, shown));
-  Require(second.ok() && decoded == shown, "what was refused has changed something", second);
+  Require(second.ok() && decoded == shown, "rejected bytes change nothing", second);
 }
 
 }  // namespace

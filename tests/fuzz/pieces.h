@@ -11,17 +11,17 @@
 
 namespace procgen {
 
-// Aborts with `claim` unless it holds.
+// Aborts with `claim` if `holds` is false.
 void Require(bool holds, absl::string_view claim, const absl::Status& status = absl::OkStatus());
 
-// Inputs are pieces in a row: two bytes of length, little-endian, and so many bytes, or as many as
-// there are. A piece of the greatest length, 65535, has no bytes and is a mark.
+// An input is a sequence of pieces: two bytes of length, little-endian, and that many bytes, or the
+// remaining bytes if there are fewer. A piece of length 65535 has no bytes and is a mark.
 struct Piece {
   bool is_mark = false;
   std::string bytes;
 };
 std::vector<Piece> PiecesOf(const uint8_t* bytes, size_t size);
-// Pieces as an input. REQUIRES: each has less than 65535 bytes.
+// Encodes pieces as an input. REQUIRES: each has less than 65535 bytes.
 std::string InputOf(const std::vector<Piece>& pieces);
 
 }  // namespace procgen

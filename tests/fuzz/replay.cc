@@ -1,8 +1,8 @@
 // The main program of a fuzz target that is built without libFuzzer: runs it over files.
 //
-//   TARGET PATH...     each a file, or a folder, whose files are taken in order of their names
+//   TARGET PATH...     files, or folders, whose files run in the order of their names
 //
-// Ends as the target does; with 2 where there is nothing to run or a file cannot be read.
+// Exit status: that of the target; 2 if there is no input or a file cannot be read.
 
 #include <algorithm>
 #include <cstddef>
@@ -44,7 +44,7 @@ int main(int argument_count, char** arguments) {
         return kBadUse;
       }
       const std::string bytes(std::istreambuf_iterator<char>(file), {});
-      // Said before, for the target may not return.
+      // Printed before the run, because the target may not return.
       std::cout << path.string() << std::endl;
       LLVMFuzzerTestOneInput(reinterpret_cast<const uint8_t*>(bytes.data()), bytes.size());
       ++file_count;

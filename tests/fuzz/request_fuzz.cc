@@ -1,7 +1,6 @@
-// Fuzz target: requests of the methods that answer once. An input is calls in a row, each a piece
-// (fuzzed_server.h): the method's number in kMethods, one byte, and the request's bytes. Aborts
-// where an error is one that is not promised, or where the server's own pools do not go on after
-// it.
+// Fuzz target: requests of unary methods. An input is a sequence of calls, each a piece (pieces.h):
+// the method's index in kMethods, one byte, and the request's bytes. Aborts if an error is
+// undocumented, or if the server's pools do not work afterwards.
 
 #include <cstddef>
 #include <cstdint>
@@ -33,12 +32,12 @@ void CallAll(const std::vector<Piece>& pieces) {
         CallRaw(server.channel(), kMethods[method], {piece.bytes.substr(1)}, "", response_count_max)
             .status);
   }
-  // Whatever was asked for, a pool that is there can be saved, and one that is not is not found.
+  // After any request, an existing pool can be saved, and a missing one gives NOT_FOUND.
   v1::SaveStatesRequest save;
   save.set_pool("pools/a");
   const absl::Status saved =
       CallRaw(server.channel(), kMethods[kSaveStates], {save.SerializeAsString()}).status;
-  Require(saved.ok() || absl::IsNotFound(saved), "a pool goes on", saved);
+  Require(saved.ok() || absl::IsNotFound(saved), "a pool continues", saved);
 }
 
 }  // namespace

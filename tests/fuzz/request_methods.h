@@ -3,7 +3,7 @@
 
 namespace procgen {
 
-// The methods that request_fuzz calls; inputs have their numbers, so new ones come last.
+// The methods that request_fuzz calls. Inputs contain their indices, so append new ones.
 inline constexpr const char* kMethods[] = {
     "/procgen.v1.CatalogService/GetCatalog",
     "/procgen.v1.CatalogService/GetLoad",

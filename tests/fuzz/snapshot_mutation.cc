@@ -92,7 +92,7 @@ void ChangeFloat(Json& node, RandomStream& random) {
   node = random.Coin() ? changed : -changed;
 }
 
-// An entry dropped, doubled, multiplied or exchanged with another.
+// Removes, duplicates, multiplies or swaps an entry of a list.
 void ChangeList(Json& list, RandomStream& random) {
   if (list.empty()) {
     return;
@@ -125,7 +125,7 @@ void ChangeGroup(Json& group, RandomStream& random) {
   }
 }
 
-// Fields of entities that are left out where they have their usual value.
+// Entity fields that a snapshot omits if they have their default.
 void AddEntityField(Json& entity, RandomStream& random) {
   const std::vector<Json::object_t::value_type> fields = {
       {"vx", 1.0},        {"vy", -1.0},      {"layer", 1},      {"meets_entities", true},
@@ -167,7 +167,7 @@ void ChangeSomething(Json& root, RandomStream& random) {
 }  // namespace
 
 std::string MutatedSnapshot(absl::string_view snapshot, uint32_t seed, size_t length_max) {
-  // Rejects bytes that are no tree within bounds.
+  // Rejects bytes that are not a tree within the limits.
   if (!SnapshotAsJson(snapshot).ok()) {
     return "";
   }

@@ -8,11 +8,11 @@
 
 namespace procgen {
 
-// `snapshot` with one to four changes to the tree of its body, drawn by `seed`: a number set to
-// another one (near by, extreme, or a kind of cell or entity), a value of another field put in its
-// place, a boolean turned, an entry of a list dropped, doubled, multiplied or moved, a field
-// dropped. Its length and checksum are right again. Empty where `snapshot` is none, or the changed
-// one would be longer than `length_max` bytes. Threads: any.
+// Returns `snapshot` with one to four changes to the tree of its body, drawn by `seed`. A change
+// sets a number (to a near value, an extreme one, or a kind of cell or entity), copies the value of
+// another field, flips a boolean, removes, duplicates, multiplies or moves an entry of a list, or
+// removes a field. Corrects length and checksum. Returns an empty string if `snapshot` is invalid,
+// or if the result would be longer than `length_max` bytes. Threads: any.
 std::string MutatedSnapshot(absl::string_view snapshot, uint32_t seed, size_t length_max);
 
 }  // namespace procgen

@@ -21,7 +21,7 @@ std::string MinerSnapshot() {
   return environment.SaveState().value();
 }
 
-TEST(SnapshotMutationTest, MutantsAreWholeSnapshotsThatDiffer) {
+TEST(SnapshotMutationTest, MutantsAreValidSnapshotsAndMostlyDistinct) {
   const std::string snapshot = MinerSnapshot();
   std::set<std::string> mutants;
   for (uint32_t seed = 0; seed < kSeedCount; ++seed) {
@@ -32,7 +32,7 @@ TEST(SnapshotMutationTest, MutantsAreWholeSnapshotsThatDiffer) {
   EXPECT_GT(mutants.size(), kSeedCount * 9 / 10);
 }
 
-TEST(SnapshotMutationTest, SomeMutantsAreRestoredAndSomeRefused) {
+TEST(SnapshotMutationTest, SomeMutantsAreRestoredAndSomeRejected) {
   const std::string snapshot = MinerSnapshot();
   uint32_t restored = 0;
   for (uint32_t seed = 0; seed < kSeedCount; ++seed) {
@@ -50,14 +50,14 @@ TEST(SnapshotMutationTest, EqualSeedsMakeEqualMutants) {
             MutatedSnapshot(snapshot, 3, kSnapshotBytesMax));
 }
 
-TEST(SnapshotMutationTest, MutantsKeepTheLimitOfTheirLength) {
+TEST(SnapshotMutationTest, MutantsStayWithinTheSizeLimit) {
   const std::string snapshot = MinerSnapshot();
   for (uint32_t seed = 0; seed < kSeedCount; ++seed) {
     EXPECT_LE(MutatedSnapshot(snapshot, seed, snapshot.size()).size(), snapshot.size());
   }
 }
 
-TEST(SnapshotMutationTest, WhatIsNoSnapshotHasNoMutant) {
+TEST(SnapshotMutationTest, InvalidSnapshotsHaveNoMutants) {
   EXPECT_EQ(MutatedSnapshot("", 1, kSnapshotBytesMax), "");
   EXPECT_EQ(MutatedSnapshot(FrameSnapshot("\xff"), 1, kSnapshotBytesMax), "");
 }

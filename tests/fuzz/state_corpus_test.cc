@@ -1,6 +1,5 @@
-// That the committed inputs that state_fuzz begins with are what they are meant to be: whole
-// snapshots of this version. Were they refused at the door, the fuzz target would begin with
-// nothing.
+// The seed inputs of state_fuzz are valid snapshots of the current version. Otherwise the fuzz
+// target would start with rejected inputs only.
 
 #include <filesystem>
 #include <fstream>
@@ -22,7 +21,7 @@ TEST(StateCorpusTest, EveryGameHasSnapshotsThatCanBeRestored) {
   for (const auto& entry : std::filesystem::directory_iterator(folder)) {
     SCOPED_TRACE(entry.path().string());
     if (entry.path().extension() != ".pgst") {
-      continue;  // was found to break something once
+      continue;  // an input that once failed
     }
     const std::string stem = entry.path().stem().string();
     const std::string game = stem.substr(0, stem.find('_'));

@@ -1,8 +1,7 @@
-// Fuzz target: bytes that may be a snapshot are restored, and where that works the environment is
-// saved again, drawn and played on. Aborts where
-//   what was restored cannot be saved, or comes back changed when it is restored again;
-//   it cannot be saved after some steps, or what was saved then cannot be restored;
-//   the same steps from the same snapshot differ in anything observed or in the state they lead to.
+// Fuzz target: restores bytes as a snapshot; if that succeeds, saves, draws and steps the
+// environment. Aborts if a restored state cannot be saved or changes when it is restored again, if
+// it cannot be saved and restored after some steps, or if equal steps from one snapshot give
+// different observations or states.
 
 #include <cstddef>
 #include <cstdint>
@@ -44,7 +43,7 @@ std::unique_ptr<Pool> MadePool(const GameSpec& spec) {
   return *std::move(pool);
 }
 
-// A pool of the game that `snapshot` names as CBOR writes it; of any game where it names none.
+// A pool of the game that the CBOR text of `snapshot` names; of an arbitrary game without one.
 Pool& PoolFor(absl::string_view snapshot) {
   static const auto& pools = *[] {
     auto* made = new std::vector<std::unique_ptr<Pool>>;
@@ -55,7 +54,7 @@ Pool& PoolFor(absl::string_view snapshot) {
   }();
   const absl::Span<const GameSpec> games = GameCatalog();
   for (size_t i = 0; i < games.size(); ++i) {
-    // In CBOR a short text is 0x60 plus its length, and the text: "d" and "game".
+    // In CBOR a short text is 0x60 plus its length, then the text: "d" and "game".
     const char text_of_length = static_cast<char>(0x60 + games[i].name.size());
     const std::string field = absl::StrCat("dgame", std::string(1, text_of_length), games[i].name);
     if (absl::StrContains(snapshot, field)) {
@@ -71,7 +70,7 @@ std::string Saved(Pool& pool, absl::string_view claim) {
   return snapshots->front();
 }
 
-// What some steps brought.
+// The results of some steps.
 struct Played {
   std::vector<float> rewards;
   std::vector<uint64_t> fingerprints;
@@ -121,11 +120,11 @@ void TryToRestore(absl::string_view snapshot) {
   Pool& pool = PoolFor(snapshot);
   const absl::Status status = pool.RestoreStates({{0, snapshot}});
   if (!status.ok()) {
-    // FAILED_PRECONDITION: the pool plays another game, as the snapshot names a second one.
+    // FAILED_PRECONDITION: the snapshot names a second game, which the pool does not play.
     Require(status.code() == absl::StatusCode::kInvalidArgument ||
                 status.code() == absl::StatusCode::kFailedPrecondition ||
                 status.code() == absl::StatusCode::kDataLoss,
-            "refused with a code that is not promised", status);
+            "rejected with an undocumented code", status);
     return;
   }
   const std::string saved = Saved(pool, "what was restored cannot be saved");

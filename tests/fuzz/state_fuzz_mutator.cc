@@ -1,5 +1,5 @@
-// How libFuzzer changes snapshots: mostly in the tree of their fields, now and then in the bytes of
-// the body, seldom in the header. Without this hardly any input would get past the checksum.
+// libFuzzer's mutator for snapshots: mostly changes the tree of fields, sometimes bytes of the
+// body, rarely the header. Random changes alone would hardly ever pass the checksum.
 
 #include <algorithm>
 #include <cstddef>
@@ -14,7 +14,7 @@ extern "C" size_t LLVMFuzzerMutate(uint8_t* bytes, size_t size, size_t size_max)
 
 extern "C" size_t LLVMFuzzerCustomMutator(uint8_t* bytes, size_t size, size_t size_max,
                                           unsigned int seed) {
-  constexpr unsigned int kHeaderTurn = 64;  // one in so many
+  constexpr unsigned int kHeaderTurn = 64;  // one mutation in this many
   constexpr unsigned int kBodyTurn = 8;
   using procgen::kSnapshotHeaderBytes;
   std::string changed;

@@ -1,10 +1,9 @@
-// Fuzz target: the messages of streams of StepPool. An input is pieces (fuzzed_server.h): each is a
-// message that is sent, or a mark. A mark begins another stream, to which the messages after it go;
-// the one before stays open, to be taken over, say. A second mark in a row cancels the one before.
-// At the end all are half-closed and read. Aborts where
-//   an error is one that is not promised;
-//   a response is no message, or answers before `attached`, or not the request whose turn it is;
-//   a stream that has ended keeps its pool, or the pool takes no other stream.
+// Fuzz target: messages of StepPool streams. An input is pieces (pieces.h), each a message or a
+// mark. A mark starts another stream for the following messages; the previous stream stays open,
+// for example to be taken over. A second mark in a row cancels the previous stream. At the end,
+// half-closes all streams and reads them. Aborts if an error is undocumented, if a response is
+// invalid, precedes `attached` or does not belong to the next request, if an ended stream keeps its
+// pool, or if the pool accepts no other stream.
 
 #include <cstddef>
 #include <cstdint>
@@ -26,8 +25,8 @@ constexpr char kStepPool[] = "/procgen.v1.StepService/StepPool";
 constexpr size_t kPiecesMax = 24;
 constexpr size_t kStreamsMax = 4;
 
-// A stream that reads all the while, so that the server is never kept from answering; other
-// operations are waited for.
+// A stream with a pending read at all times, so that the server is never blocked. Other operations
+// are waited for.
 class RawStream {
  public:
   explicit RawStream(const std::shared_ptr<grpc::Channel>& channel)
@@ -46,7 +45,7 @@ class RawStream {
     is_open_ = WaitForOther();
   }
 
-  // Whether more can be sent.
+  // Whether the stream accepts more messages.
   bool is_open() const { return is_open_; }
 
   void Cancel() {
@@ -72,7 +71,7 @@ class RawStream {
   // NOLINTNEXTLINE(performance-no-int-to-ptr): gRPC's tags are pointers
   static void* tag(Operation operation) { return reinterpret_cast<void*>(uintptr_t{operation}); }
 
-  // Waits until the operation that is no read has ended; returns whether it is ok.
+  // Waits for the pending operation other than the read; returns whether it succeeded.
   bool WaitForOther() {
     other_ended_ = false;
     while (!other_ended_) {
@@ -81,7 +80,7 @@ class RawStream {
     return other_ok_;
   }
 
-  // Waits until an operation has ended. A response is checked, and the next one read.
+  // Waits for one operation. Checks a response and starts the next read.
   void Next() {
     void* ended = nullptr;
     bool ok = false;
@@ -126,7 +125,7 @@ class RawStream {
   bool all_read_ = false;
   bool is_open_ = true;
   bool is_attached_ = false;
-  std::deque<int64_t> asked_;  // numbers of the requests that are not answered
+  std::deque<int64_t> asked_;  // sequence numbers of unanswered requests
 };
 
 void Play(const std::vector<Piece>& pieces) {
@@ -154,7 +153,7 @@ void Play(const std::vector<Piece>& pieces) {
     attach.mutable_attach()->set_pool(pool);
     attach.mutable_attach()->set_take_over(true);
     RawResult again;
-    // The server may come only now to streams that were cancelled, and each may take over once.
+    // The server may handle cancelled streams only now, and each of them may take over once.
     for (size_t tries = 0; tries <= kStreamsMax; ++tries) {
       again = CallRaw(server.channel(), kStepPool, {attach.SerializeAsString()});
       if (!absl::IsAborted(again.status)) {

@@ -1,9 +1,7 @@
-// Fuzz target: what a page sends. An input is pieces (fuzzed_server.h): each is a message, of text
-// or, after a mark, binary. A page session carries them out, against the real services. Aborts
-// where
-//   a message is not answered, neither by an answer nor by the end of the socket;
-//   an answer is no JSON, has no id, or has an error that is not promised;
-//   pools of the page are left when it has gone.
+// Fuzz target: messages of a page. An input is pieces (pieces.h), each a text message or, after a
+// mark, a binary one. A page session executes them with the real services. Aborts if a message gets
+// neither a response nor the end of the socket, if a response is not JSON, has no id or an
+// undocumented error, or if pools remain after the page is closed.
 
 #include <cstddef>
 #include <cstdint>
@@ -24,7 +22,7 @@
 namespace procgen {
 namespace {
 
-// Fewer than a page may send without waiting.
+// Fewer than the rate limit's burst.
 constexpr size_t kPiecesMax = 24;
 constexpr size_t kThreadsMax = 64;
 
@@ -41,13 +39,14 @@ web::Json HeaderOf(const web::WireMessage& message) {
   return web::Json::parse(text.begin(), text.end(), nullptr, /*allow_exceptions=*/false);
 }
 
-// A socket that checks what goes out, and waits for answers.
+// A socket that checks outgoing messages and waits for responses.
 class CheckedOutbox final : public web::Outbox {
  public:
   void Answer(web::WireMessage message) override {
     const web::Json header = HeaderOf(message);
     Require(header.is_object() && header.contains("id"), "an answer has an id");
-    Require(header.contains("result") != header.contains("error"), "an answer answers");
+    Require(header.contains("result") != header.contains("error"),
+            "an answer has a result or an error");
     if (header.contains("error")) {
       Require(header["error"]["code"] != "INTERNAL" && header["error"]["code"] != "UNKNOWN",
               header.dump());
@@ -71,7 +70,7 @@ class CheckedOutbox final : public web::Outbox {
     is_closed_ = true;
   }
 
-  // Waits until so many messages are answered, or the socket is closed.
+  // Waits until `count` messages are answered or the socket is closed.
   void Await(size_t count) {
     absl::MutexLock lock(&mutex_);
     const auto is_done = [this, count]() ABSL_SHARED_LOCKS_REQUIRED(mutex_) {
@@ -86,7 +85,7 @@ class CheckedOutbox final : public web::Outbox {
   bool is_closed_ ABSL_GUARDED_BY(mutex_) = false;
 };
 
-// What a page session needs of its server. Ends after it.
+// The context of a page session. Destroyed after it.
 struct Dependencies {
   web::PoolFeed feed{[] { return std::vector<v1::Pool>(); }};
   ThreadGroup watch_threads{kThreadsMax};

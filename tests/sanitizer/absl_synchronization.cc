@@ -2,10 +2,10 @@
 // Debian's Abseil is built without the sanitizer, which would see no lock and report races on all
 // guarded data, in our code and in gRPC, which uses the same locks.
 // Linked into every program of the tsan preset, these definitions come before the library's and
-// call them. What ends in WithTimeout is not here, because it calls what ends in WithDeadline.
+// call them. Functions named ...WithTimeout are missing because they call ...WithDeadline.
 //
-// While a lock is being taken or given up the sanitizer ignores the thread, so conditions that
-// Abseil evaluates on another thread's behalf, with the lock held, are no races either.
+// While a lock is acquired or released the sanitizer ignores the thread, so conditions that Abseil
+// evaluates for another thread, with the lock held, are not reported as races.
 
 #include <sanitizer/tsan_interface.h>
 
@@ -135,8 +135,8 @@ void Notification::WaitForNotification() const {
 
 namespace base_internal {
 
-// How absl::call_once waits for another thread's call. The sanitizer sees that one's last write of
-// the word; the load makes it see that we have read it.
+// How absl::call_once waits for another thread's call. The sanitizer sees that thread's last write
+// of the word; the load shows it that this thread has read it.
 uint32_t SpinLockWait(std::atomic<uint32_t>* word, int transition_count,
                       const SpinLockWaitTransition* transitions, SchedulingMode mode) {
   static auto* const next = procgen::LibraryFunction<uint32_t(

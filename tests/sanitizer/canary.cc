@@ -1,8 +1,8 @@
 // A program with a race that ThreadSanitizer must report. It proves that the annotations of this
 // folder hide no race of ours. Its argument selects the race:
 //
-//   callback  between a reaction of a server, on a thread of gRPC, and the thread of a client
-//   mutex     between two threads, of which each holds a lock of its own
+//   callback  between a server's reactor, on a thread of gRPC, and a client's thread
+//   mutex     between two threads that hold different locks
 
 #include <memory>
 #include <string_view>

@@ -1,17 +1,19 @@
-// What ThreadSanitizer shall not look at. Compiled into every program of the tsan preset, so it
-// holds however a program is started.
+// ThreadSanitizer's default suppressions. Compiled into every program of the tsan preset, so they
+// apply however a program is started.
 //
-// The sanitizer sees nothing of Debian's libraries but their calls of memcpy, free and the like,
-// and nothing of the atomics that order these. Their calls are ignored; what these functions do for
-// our own code is not, and neither is our code when such a library calls it. These are the
-// libraries that gRPC, protobuf and Cyclone DDS are made of, and the loader, which gives up what
-// belonged to threads that have ended. The standard library is not among them, because our own code
-// calls it, and there is no suppression by function or file, which would hide what is below it,
-// too; but for two that call nothing of ours: the plugins of DDS Security, which are unloaded at
-// times (the sanitizer ends a program that unloads one of the libraries above), and the server of
-// the metrics page, whose threads share the time that gmtime returns.
+// In Debian's libraries the sanitizer sees only calls of memcpy, free and similar functions, not
+// the atomics that order them. called_from_lib ignores these calls. It does not ignore what the
+// functions do for our own code, or our code when such a library calls it.
+//
+// The list contains the libraries of gRPC, protobuf and Cyclone DDS, and the loader, which frees
+// data of ended threads. The standard library is missing because our own code calls it.
+//
+// Suppressions by function or file would also hide the code that they call. Two suppress code that
+// calls none of ours. The plugins of DDS Security are unloaded at times, and the sanitizer ends a
+// program that unloads a library of called_from_lib. The threads of the metrics page's server share
+// the result of gmtime.
 
-// The sanitizer calls it before the program's static objects are made.
+// Called by the sanitizer before static objects are constructed.
 extern "C" const char* __tsan_default_suppressions() {
   return "called_from_lib:ld-linux-x86-64.so\n"
          "called_from_lib:libabsl_cord.so\n"

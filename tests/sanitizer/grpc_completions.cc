@@ -5,8 +5,8 @@
 // ours.
 //
 // Linked into every program of the tsan preset, these definitions come before the library's and
-// call them. All that gRPC's C++ does, streams and callbacks included, goes through these. The
-// order is that of a tag, so two operations of which neither waits for the other still race.
+// call them. All C++ operations of gRPC, including streams and callbacks, use them. The order is
+// that of a tag, so two operations of which neither waits for the other still race.
 //
 // Between a client and a server in one process gRPC passes the memory of a message itself, so
 // sending a message happens before reading it. (Otherwise the sanitizer sees a socket between
@@ -32,7 +32,7 @@ namespace {
 constexpr char kLibrary[] = "libgrpc.so.29";
 constexpr char kCppLibrary[] = "libgrpc++.so.1.51";
 
-// Stands for the end of calls, of which a server waits for the last before it goes.
+// Represents the end of calls; a server waits for the last one before its destruction.
 char calls_over = 0;
 
 void AfterWait(const grpc_event& event) {
@@ -113,8 +113,8 @@ int grpc_byte_buffer_reader_init(grpc_byte_buffer_reader* reader, grpc_byte_buff
 namespace grpc::internal {
 namespace {
 
-// Calls a reactor's OnCancel, and makes the sanitizer see that what the library does after it comes
-// after it: it counts the callback down, and the last one calls OnDone.
+// Calls a reactor's OnCancel, and makes it happen before what the library does next: it counts the
+// callback down, and the last callback calls OnDone.
 class CancelledReactor final : public ServerReactor {
  public:
   CancelledReactor(ServerReactor* reactor, void* call) : reactor_(reactor), call_(call) {}
@@ -139,9 +139,8 @@ void ServerCallbackCall::CallOnCancel(ServerReactor* reactor) {
   next(this, new CancelledReactor(reactor, this));
 }
 
-// Called when the last callback of a call on the server is over. The callbacks count themselves
-// down, that of a cancellation in the library, unseen; the load and the acquire make the sanitizer
-// see that this comes after all others.
+// Called after the last callback of a call on the server. The library counts callbacks down without
+// the sanitizer's knowledge; the load and the acquire order this after all of them.
 void ServerCallbackCall::ScheduleOnDone(bool inline_ondone) {
   static auto* const next = procgen::LibraryFunction<void(ServerCallbackCall*, bool)>(
       kCppLibrary, "_ZN4grpc8internal18ServerCallbackCall14ScheduleOnDoneEb");
@@ -155,8 +154,8 @@ void ServerCallbackCall::ScheduleOnDone(bool inline_ondone) {
 namespace grpc {
 namespace {
 
-// The callback of an alarm. Alarm and timer share it, and the last to release it destroys it, after
-// the callback has returned.
+// The callback of an alarm. Alarm and timer share it; the last one to release it destroys it, after
+// the callback returned.
 class AlarmCallback {
  public:
   explicit AlarmCallback(std::function<void(bool)> callback)

@@ -8,15 +8,14 @@
 
 namespace procgen {
 
-// The definition in the loaded library `library` (its soname) of the function `mangled_name`, which
-// the program defines, too. A program that does not get what its definition stands before cannot go
-// on: it ends with a message.
+// The definition of `mangled_name` in the loaded library `library` (its soname), which this program
+// interposes. Ends the program with a message if it is missing.
 template <typename Function>
 Function* LibraryFunction(const char* library, const char* mangled_name) {
   void* found = dlsym(RTLD_NEXT, mangled_name);
   if (found == nullptr) {
-    // RTLD_NEXT does not look into what came with a dlopen. The handle is kept, so the library
-    // stays.
+    // RTLD_NEXT does not search libraries that were loaded with dlopen. The handle is kept, so the
+    // library stays loaded.
     void* handle = dlopen(library, RTLD_LAZY | RTLD_NOLOAD);
     found = handle == nullptr ? nullptr : dlsym(handle, mangled_name);
   }

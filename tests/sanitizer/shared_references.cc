@@ -24,7 +24,7 @@ constexpr char kStatusLibrary[] = "libabsl_status.so.20220623";
 constexpr char kCordLibrary[] = "libabsl_cord.so.20220623";
 constexpr char kGrpcLibrary[] = "libgrpc.so.29";
 
-// `shared`: what is counted, by its address; null: not counted.
+// `shared`: the address of the counted object; null: not counted.
 void LetGo(void* shared) {
   if (shared != nullptr) {
     __tsan_release(shared);
@@ -33,7 +33,7 @@ void LetGo(void* shared) {
 }
 
 // Serialises releases, so that the release annotated as the last one is the last. Relaxed, because
-// the sanitizer must see no other ordering. Freed objects may contain slices.
+// the sanitizer must not see any other ordering. Freed objects may contain slices.
 class LettingGo {
  public:
   LettingGo() {

@@ -1,4 +1,4 @@
-// The program procgen-server: its flags, its start and its end.
+// procgen-server as a program: flags, startup and shutdown.
 
 #include <csignal>
 #include <filesystem>
@@ -23,7 +23,7 @@ using testing::HasSubstr;
 
 class SignalTest : public testing::TestWithParam<int> {};
 
-// Steps until the server says that it drains.
+// Steps until the server reports that it drains.
 void StepUntilItDrains(procgen_client::StepStream* stream) {
   procgen_client::Batch batch;
   absl::Status status;
@@ -63,8 +63,8 @@ TEST(DrainingTest, LearnerContinuesOnAnotherServer) {
   ASSERT_THAT(before, IsOk());
   ASSERT_THAT(after, IsOk());
   const auto left = (*before)->CreatePool(MazeSpec(4));
-  const auto gone_on = (*after)->CreatePool(MazeSpec(4));
-  const auto undisturbed = (*after)->CreatePool(MazeSpec(4));
+  const auto continued = (*after)->CreatePool(MazeSpec(4));
+  const auto expected = (*after)->CreatePool(MazeSpec(4));
   const auto left_stream = (*before)->Attach(left->name());
   ASSERT_THAT(left_stream, IsOk());
   leaving.Signal(SIGTERM);
@@ -75,21 +75,21 @@ TEST(DrainingTest, LearnerContinuesOnAnotherServer) {
   ASSERT_THAT((*before)->DeletePool(left->name()), IsOk());
   EXPECT_EQ(leaving.Wait(), 0);
 
-  ASSERT_THAT((*after)->RestoreStates(gone_on->name(), *states), IsOk());
-  const auto stream = (*after)->Attach(gone_on->name());
-  const auto undisturbed_stream = (*after)->Attach(undisturbed->name());
+  ASSERT_THAT((*after)->RestoreStates(continued->name(), *states), IsOk());
+  const auto stream = (*after)->Attach(continued->name());
+  const auto expected_stream = (*after)->Attach(expected->name());
   procgen_client::Batch batch;
-  procgen_client::Batch undisturbed_batch;
+  procgen_client::Batch expected_batch;
   for (int64_t number = 1; number < next; ++number) {
-    ASSERT_THAT((*undisturbed_stream)->Step({4, 4, 4, 4}, &undisturbed_batch), IsOk());
+    ASSERT_THAT((*expected_stream)->Step({4, 4, 4, 4}, &expected_batch), IsOk());
   }
   for (const int32_t action : {7, 1, -1, 7}) {
     const std::vector<int32_t> actions(4, action);
     ASSERT_THAT((*stream)->Step(actions, &batch), IsOk());
-    ASSERT_THAT((*undisturbed_stream)->Step(actions, &undisturbed_batch), IsOk());
-    EXPECT_THAT(batch.rewards(), testing::ElementsAreArray(undisturbed_batch.rewards()));
-    EXPECT_THAT(batch.fingerprints(), testing::ElementsAreArray(undisturbed_batch.fingerprints()));
-    EXPECT_THAT(batch.observations() == undisturbed_batch.observations(), testing::IsTrue());
+    ASSERT_THAT((*expected_stream)->Step(actions, &expected_batch), IsOk());
+    EXPECT_THAT(batch.rewards(), testing::ElementsAreArray(expected_batch.rewards()));
+    EXPECT_THAT(batch.fingerprints(), testing::ElementsAreArray(expected_batch.fingerprints()));
+    EXPECT_THAT(batch.observations() == expected_batch.observations(), testing::IsTrue());
   }
 }
 
@@ -115,7 +115,8 @@ TEST(DrainingTest, IdlePoolsAndConnectionsDoNotDelayDrain) {
   EXPECT_EQ(process.Wait(), 0);
 }
 
-// What a maze looks like on the server at `address`, whose catalog must tell of `art`.
+// The first observation of a maze on the server at `address`. Expects that its catalog reports
+// `art`.
 std::string FirstPictureOf(const std::string& address, const std::string& art) {
   const auto client = procgen_client::Client::Connect(address);
   EXPECT_THAT(client, IsOk());

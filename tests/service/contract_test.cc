@@ -1,4 +1,4 @@
-// What the comments of the protos promise of a stream's answers.
+// Guarantees on responses that the comments of the protos give.
 
 #include <algorithm>
 #include <string>
@@ -103,7 +103,7 @@ TEST_F(ContractTest, RequestsMayBeSentBeforeAttachedArrives) {
   EXPECT_THAT(stream.Finish(), IsOk());
 }
 
-// A later server may send kinds that this client does not know, here field 15.
+// A later server may send response kinds that this client does not know, here field 15.
 TEST_F(ContractTest, ResponsesOfUnknownKindsAndNoRequestAreIgnored) {
   const std::string name = CreatePool(MazeSpec(1));
   v1::StepPoolResponse unknown;

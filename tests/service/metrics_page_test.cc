@@ -21,7 +21,7 @@ namespace {
 
 using testing::HasSubstr;
 
-// The value of the line of `page` that begins with `name`; -1: there is none.
+// The value on the line of `page` that starts with `name`; -1 if there is none.
 double ValueOf(const std::string& page, const std::string& name) {
   for (absl::string_view line : absl::StrSplit(page, '\n')) {
     double value = 0;
@@ -48,7 +48,7 @@ class MetricsPageOfServerTest : public testing::Test {
     client_ = *std::move(client);
   }
 
-  // "": nobody answers.
+  // The metrics page; empty if the request fails.
   std::string Page() const {
     const auto answer = httplib::Client("http://" + metrics_address_).Get("/metrics");
     return answer ? answer->body : "";

@@ -1,4 +1,4 @@
-// What a server counts, against what its clients did.
+// The server's metrics equal what the clients did.
 
 #include "server/metrics/metrics.h"
 
@@ -61,7 +61,7 @@ TEST_F(ServedMetricsTest, ResumedStreamsAreCounted) {
     ASSERT_THAT((*stream)->Step({4}, &batch), IsOk());
     ASSERT_THAT((*stream)->Close(), IsOk());
   }
-  // The witness attached, too.
+  // Includes the control learner's stream.
   EXPECT_THAT(Text(), AllOf(HasSubstr("procgen_streams_attached_total{resumed=\"false\"} 2\n"),
                             HasSubstr("procgen_streams_attached_total{resumed=\"true\"} 2\n")));
 }

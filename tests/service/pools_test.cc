@@ -1,4 +1,4 @@
-// Making, finding and ending pools over the wire.
+// Creating, finding and deleting pools over gRPC.
 
 #include <string>
 
@@ -54,7 +54,7 @@ TEST_F(PoolsTest, PoolIsListedUntilItIsDeleted) {
   const std::string name = CreatePool(MazeSpec(1));
   absl::StatusOr<std::vector<v1::Pool>> pools = client_->ListPools();
   ASSERT_THAT(pools, IsOk());
-  ASSERT_EQ(pools->size(), 2U);  // the first is the witness'
+  ASSERT_EQ(pools->size(), 2U);  // the first is the control learner's
   EXPECT_TRUE(pools->front().attached());
   EXPECT_EQ(pools->back().name(), name);
   EXPECT_THAT(client_->DeletePool(name), IsOk());

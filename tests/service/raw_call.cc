@@ -8,7 +8,7 @@
 namespace procgen {
 namespace {
 
-// Waits for the one operation under way.
+// Waits for the pending operation.
 bool Next(grpc::CompletionQueue* queue) {
   void* tag = nullptr;
   bool ok = false;

@@ -17,9 +17,9 @@ struct RawResult {
   std::vector<std::string> responses;
 };
 
-// Calls any method ("/package.Service/Method") with these bytes as its requests, and reads until
-// the call ends, or `response_count_max` responses have come: then it is cancelled, and the status
-// is OK. For what no generated stub would send. `token`: not empty, the call bears it.
+// Calls any method ("/package.Service/Method") with raw bytes as its requests, for requests that no
+// generated stub sends. Reads until the call ends or `response_count_max` responses arrived; then
+// it cancels the call and returns OK. Sends `token` unless it is empty.
 RawResult CallRaw(const std::shared_ptr<grpc::Channel>& channel, const std::string& method,
                   const std::vector<std::string>& requests, const std::string& token = "",
                   size_t response_count_max = SIZE_MAX);

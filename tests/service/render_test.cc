@@ -1,4 +1,4 @@
-// Looking at a pool from beside its stream.
+// Rendering environments of a pool outside its stream.
 
 #include <string>
 

@@ -17,8 +17,7 @@ using procgen_client::StepStream;
 constexpr int32_t kActionCount = 15;
 constexpr int32_t kLevelSeeds = 1000;
 
-// What of a batch has equal values if all of it has. Equal in one process, which is all that
-// counts.
+// Hash of all fields of a batch. Comparable within one process only.
 uint64_t HashOf(const Batch& batch) {
   return absl::HashOf(batch.first_env(), batch.env_count(), batch.observations(), batch.rewards(),
                       batch.first(), batch.terminated(), batch.truncated(), batch.level_seeds(),
@@ -27,7 +26,7 @@ uint64_t HashOf(const Batch& batch) {
                       batch.final_observations());
 }
 
-// The learner at play.
+// Executes a LearnerScript.
 class Player {
  public:
   Player(const LearnerScript& script, Client* client) : script_(script), client_(client) {
@@ -50,7 +49,7 @@ class Player {
     return stream_->Observe(&batch_);
   }
 
-  // One request, of whatever kind; returns the hash of its answer.
+  // Sends one random request; returns the hash of its response.
   absl::StatusOr<uint64_t> Play() {
     absl::Status status;
     const uint32_t kind = Draw(100);
@@ -167,12 +166,12 @@ class Player {
     return stream_->SetLevelSampler(sampler);
   }
 
-  // Saves some environments, puts back what was saved before, or clones.
+  // Saves an environment, restores a saved state, or clones.
   absl::Status States() {
     const auto games = static_cast<uint32_t>(script_.spec.games_size());
     absl::Status status;
     if (Draw(3) == 0) {
-      // Of the same game, as games are dealt in turn.
+      // A target with the same game: games are assigned round-robin.
       v1::ClonePair pair;
       pair.set_source_environment(DrawEnvironment());
       const uint32_t turns = static_cast<uint32_t>(env_count_) / games;
@@ -206,7 +205,7 @@ class Player {
   int32_t env_count_ = 0;
   std::unique_ptr<StepStream> stream_;
   Batch batch_;
-  std::vector<bool> over_;  // the episode has ended with the last step, by environment
+  std::vector<bool> over_;  // by environment: its episode ended in the last step
   std::vector<v1::State> saved_;
 };
 

@@ -10,9 +10,9 @@
 
 namespace procgen {
 
-// What a learner does is drawn from `seed`: steps of all environments and of slices, repeated ones,
-// resets, levels to play next, new level samplers, pictures or none, states that are saved, put
-// back and cloned. So two learners of one seed see the same, whatever server they have.
+// The requests of a learner, drawn from `seed`: steps of all environments and of slices, action
+// repeats, resets, next levels, new level samplers, observations or none, and states that are
+// saved, restored and cloned. Two learners with one seed receive equal responses from any server.
 struct LearnerScript {
   uint32_t seed = 1;
   int request_count = 1000;
@@ -20,15 +20,15 @@ struct LearnerScript {
   bool with_states = true;  // also saves, restores and clones
 };
 
-// A hash of all that each request was answered.
+// One hash per request, of its response.
 using LearnerTrace = std::vector<uint64_t>;
 
-// Plays a script on a pool that it makes; `before_request` is called before each request with its
-// index. Errors: those of the server.
+// Creates a pool and executes the script on it. Calls `before_request` with the index of each
+// request before it is sent. Errors: those of the server.
 absl::StatusOr<LearnerTrace> PlayScript(const LearnerScript& script, procgen_client::Client* client,
                                         const std::function<void(int index)>& before_request);
 
-// The index of the first request that was answered differently; -1: none.
+// The index of the first request with different responses; -1 if there is none.
 int FirstDifference(const LearnerTrace& left, const LearnerTrace& right);
 
 }  // namespace procgen

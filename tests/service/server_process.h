@@ -9,8 +9,8 @@
 
 namespace procgen {
 
-// The program procgen-server, run with `flags`; standard output and error are read together. It is
-// killed with this.
+// A procgen-server process with `flags`. Standard output and standard error are read as one. The
+// destructor kills it.
 class ServerProcess {
  public:
   explicit ServerProcess(const std::vector<std::string>& flags);
@@ -18,18 +18,18 @@ class ServerProcess {
   ServerProcess(const ServerProcess&) = delete;
   ServerProcess& operator=(const ServerProcess&) = delete;
 
-  // The address that it prints when clients can connect.
+  // The address that it prints when it accepts connections.
   std::string Address();
 
   void Signal(int signal) const;
   pid_t process_id() const { return process_; }
 
-  // Waits for its end; returns the exit status, or -1 if a signal ended it.
+  // Waits until the process ends. Returns the exit status, or -1 if a signal ended it.
   int Wait();
 
-  // What it printed before the address.
+  // The output before the address.
   const std::string& beginning() const { return beginning_; }
-  // What it printed after the address.
+  // The output after the address.
   const std::string& rest() const { return rest_; }
 
  private:

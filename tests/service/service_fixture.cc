@@ -65,16 +65,16 @@ void ServiceTest::SetUp() {
   channel_ = grpc::CreateChannel(server_->address(), grpc::InsecureChannelCredentials());
   client_ = Connect();
   ASSERT_NE(client_, nullptr);
-  witness_ = CreateAndAttach(MazeSpec(2));
-  ASSERT_NE(witness_, nullptr);
+  control_learner_ = CreateAndAttach(MazeSpec(2));
+  ASSERT_NE(control_learner_, nullptr);
 }
 
 void ServiceTest::TearDown() {
-  if (server_goes_on_ && witness_ != nullptr) {
+  if (server_is_alive_ && control_learner_ != nullptr) {
     procgen_client::Batch batch;
-    EXPECT_THAT(witness_->Step({4, 4}, &batch), IsOk());
+    EXPECT_THAT(control_learner_->Step({4, 4}, &batch), IsOk());
     EXPECT_THAT(client_->GetCatalog(), IsOk());
-    EXPECT_THAT(witness_->Close(), IsOk());
+    EXPECT_THAT(control_learner_->Close(), IsOk());
   }
 }
 

@@ -21,39 +21,40 @@ v1::PoolSpec MazeSpec(int32_t env_count);
 v1::StepPoolRequest StepRequest(const std::vector<int32_t>& actions);
 v1::StepPoolRequest SliceStepRequest(int32_t first, int32_t count, int32_t action);
 
-// A pair of CloneStates.
+// A source and target of CloneStates.
 v1::ClonePair Pair(int32_t source_environment, int32_t target_environment);
 
-// A real server in this process, on a port of its own, and a client of it. Beside the test's own
-// pools there is a witness: a learner whose pool must go on, whatever the test does to the server.
+// A server in this process on its own port, and a client. A control learner steps another pool,
+// which must still work after every test.
 class ServiceTest : public testing::Test {
  protected:
-  // Small, so that tests reach them; the witness has one pool and two environments.
+  // Small limits, so that tests can exceed them. The control learner uses one pool and two
+  // environments.
   static Limits TestLimits();
 
   void SetUp() override;
-  // Checks that the server and the witness' pool go on.
+  // Checks that the server and the control learner's pool still work.
   void TearDown() override;
 
-  // Another server, with the same limits.
+  // Starts another server with the same limits.
   static std::unique_ptr<Server> StartServer(int32_t worker_count);
-  // A client of its own connection that takes responses of this size.
+  // Opens a separate connection that accepts responses of this size.
   std::unique_ptr<procgen_client::Client> Connect(int32_t response_bytes_max = 4 << 20);
-  // The name of a pool made of `spec`.
+  // Creates a pool of `spec` and returns its name.
   std::string CreatePool(const v1::PoolSpec& spec);
-  // A stream on a pool made of `spec`.
+  // Creates a pool of `spec` and attaches to it.
   std::unique_ptr<procgen_client::StepStream> CreateAndAttach(
       const v1::PoolSpec& spec, const procgen_client::StreamOptions& options = {});
-  // Calls and returns how the stream ended.
+  // Executes the request and returns its status.
   static absl::Status CallStatus(procgen_client::StepStream* stream, v1::StepPoolRequest request);
 
   std::unique_ptr<Server> server_;
   std::shared_ptr<grpc::Channel> channel_;
   std::unique_ptr<procgen_client::Client> client_;
-  bool server_goes_on_ = true;  // false: the test has stopped it
+  bool server_is_alive_ = true;  // set to false by tests that stop the server
 
  private:
-  std::unique_ptr<procgen_client::StepStream> witness_;
+  std::unique_ptr<procgen_client::StepStream> control_learner_;
 };
 
 }  // namespace procgen

@@ -29,7 +29,7 @@ v1::WatchPoolRequest WatchRequest(const std::string& pool, const std::vector<int
   return request;
 }
 
-// How a watch ends that shows whatever it shows.
+// Reads frames until the watch ends; returns its status.
 absl::Status EndOf(PoolWatch* watch) {
   absl::Status status;
   while (status.ok()) {
@@ -125,7 +125,7 @@ TEST_F(WatchTest, UnchangedFramesAreNotSent) {
   const auto stream = CreateAndAttach(MazeSpec(1));
   const auto watch = client_->Watch(WatchRequest(stream->pool().name(), {0}));
   ASSERT_THAT(watch->Next(), IsOk());
-  // A second subscriber is shown at once what the first one saw, and then both the next response.
+  // A new subscriber receives the current frames at once; both then receive the next response.
   const auto second = client_->Watch(WatchRequest(stream->pool().name(), {0}));
   ASSERT_THAT(second->Next(), IsOk());
   procgen_client::Batch batch;
@@ -167,7 +167,7 @@ TEST_F(WatchTest, EndsWhenTheServerDrains) {
   EXPECT_THAT(EndOf(watch.get()), StatusIs(absl::StatusCode::kUnavailable, HasSubstr("drains")));
   EXPECT_THAT(EndOf(client_->Watch(WatchRequest(pool, {0})).get()),
               StatusIs(absl::StatusCode::kUnavailable, HasSubstr("drains")));
-  server_goes_on_ = false;
+  server_is_alive_ = false;
 }
 
 TEST_F(WatchTest, TwentyWatchersDoNotStopTheLearner) {
@@ -204,7 +204,7 @@ TEST_F(WatchTest, WatcherThatDoesNotReadBlocksOnlyItself) {
   EXPECT_THAT(EndOf(silent.get()), StatusIs(absl::StatusCode::kAborted, _));
 }
 
-// A stream that is cancelled while it writes ends, or its server never would.
+// A cancelled stream with a pending write must end, otherwise the server would not stop.
 TEST_F(WatchTest, CancelledWatcherDelaysNothing) {
   const auto stream = CreateAndAttach(MazeSpec(16));
   const auto silent = client_->Watch(WatchRequest(stream->pool().name(), {0, 1, 2, 3}, 256));
@@ -213,7 +213,7 @@ TEST_F(WatchTest, CancelledWatcherDelaysNothing) {
     ASSERT_THAT(stream->Step(std::vector<int32_t>(16, step % 15), &batch), IsOk());
   }
   silent->Stop();
-  server_goes_on_ = false;
+  server_is_alive_ = false;
   server_.reset();
 }
 
@@ -228,7 +228,7 @@ TEST_F(WatchTest, WatchesPerOwnerAreLimited) {
               StatusIs(absl::StatusCode::kResourceExhausted, HasSubstr("owner_watch_count_max")));
   watches.pop_back();
   absl::Status status = absl::ResourceExhaustedError("");
-  while (absl::IsResourceExhausted(status)) {  // until the server has noticed
+  while (absl::IsResourceExhausted(status)) {  // until the server detects the end of the watch
     status = client_->Watch(WatchRequest(pool, {0}))->Next().status();
   }
   EXPECT_THAT(status, IsOk());
@@ -236,27 +236,27 @@ TEST_F(WatchTest, WatchesPerOwnerAreLimited) {
 
 TEST_F(WatchTest, InvalidArgumentsAreRejected) {
   const std::string pool = CreatePool(MazeSpec(2));
-  const auto refused = [&](const v1::WatchPoolRequest& request) {
+  const auto rejected = [&](const v1::WatchPoolRequest& request) {
     return client_->Watch(request)->Next().status();
   };
-  EXPECT_THAT(refused(WatchRequest("pools/nothing", {0})),
+  EXPECT_THAT(rejected(WatchRequest("pools/nothing", {0})),
               StatusIs(absl::StatusCode::kNotFound, _));
-  EXPECT_THAT(refused(WatchRequest(pool, {})),
+  EXPECT_THAT(rejected(WatchRequest(pool, {})),
               StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr("environments is empty")));
-  EXPECT_THAT(refused(WatchRequest(pool, {2})),
+  EXPECT_THAT(rejected(WatchRequest(pool, {2})),
               StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr("environments[0] is 2")));
-  EXPECT_THAT(refused(WatchRequest(pool, std::vector<int32_t>(65, 0))),
+  EXPECT_THAT(rejected(WatchRequest(pool, std::vector<int32_t>(65, 0))),
               StatusIs(absl::StatusCode::kInvalidArgument,
                        "environments has 65 entries, allowed: 1 to 64"));
-  EXPECT_THAT(refused(WatchRequest(pool, {0}, 15)),
+  EXPECT_THAT(rejected(WatchRequest(pool, {0}, 15)),
               StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr("size_px is 15")));
   v1::WatchPoolRequest request = WatchRequest(pool, {0});
   for (const float rate : {-1.0F, 61.0F, std::numeric_limits<float>::quiet_NaN()}) {
     request.set_frames_per_second_max(rate);
-    EXPECT_THAT(refused(request),
+    EXPECT_THAT(rejected(request),
                 StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr("allowed: above 0 to 60")));
   }
-  EXPECT_THAT(refused(WatchRequest(pool, std::vector<int32_t>(64, 0), 256)),
+  EXPECT_THAT(rejected(WatchRequest(pool, std::vector<int32_t>(64, 0), 256)),
               StatusIs(absl::StatusCode::kResourceExhausted, HasSubstr("response_bytes_max")));
 }
 

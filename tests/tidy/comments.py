@@ -23,7 +23,7 @@ def _c_like_lines(text):
 
 
 def _python_lines(text):
-    """Comments of whole lines and behind code, and docstrings."""
+    """Whole-line comments, comments after code, and docstrings."""
     # A '#' within a string counts as a comment if a blank is before and behind it, which is rare.
     for number, line in enumerate(text.split("\n"), start=1):
         match = re.search(r"(?:^|\s)# (.*)", line)
@@ -54,7 +54,7 @@ def prose_of(path, text):
 
 
 def blocks_of(path, text):
-    """Lists of such pairs of successive lines: sentences go over the end of a line."""
+    """Groups pairs of successive lines, because sentences span lines."""
     blocks = []
     for number, line in prose_of(path, text):
         if blocks and number <= blocks[-1][-1][0] + 1:

@@ -1,7 +1,7 @@
 """The exceptions from the rules: all of them, each with its reason.
 
-An entry is (rule, path, reason); the path may have '*' for anything. An entry that excuses nothing
-although its path exists is itself reported, so that the list stays as short as it can be.
+An entry is (rule, path, reason); '*' in the path matches anything. An entry that matches no
+violation although its path exists is reported, which keeps the list short.
 """
 
 EXCEPTIONS = (

@@ -12,7 +12,7 @@ from source_tree import Violation
 # libenv, which is the engine in the host's process or, through the C++ client, a server; and top
 # and the Python client's native module, which are over that client.
 _BELOW_SCENE = ("envcore/state", "envcore/random", "envcore/world", "envcore/level")
-# Each folder of server/session knows those above it; the pools by name know all.
+# server/session: each folder may include the folders above it; pools by name may include all.
 _BELOW_SESSION = ("envcore/pool", "server/concurrency", "server/encoding", "server/metrics",
                   "server/shared_memory")
 _SESSION = {

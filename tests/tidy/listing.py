@@ -1,4 +1,4 @@
-"""Nothing lies about: every source is built or included, every folder explains itself."""
+"""Every source is built or included, every folder has a README.md, every link works."""
 
 import posixpath
 import re
@@ -19,7 +19,7 @@ def _cmake_mentions(tree):
 
 
 def _is_listed(path, mentions):
-    """Whether the CMakeLists.txt beside or above `path` names it, relative to itself."""
+    """Whether a CMakeLists.txt in the folder of `path` or above names it by relative path."""
     folder = posixpath.dirname(path)
     while True:
         relative = posixpath.relpath(path, folder or ".")
@@ -45,12 +45,12 @@ def check_headers_are_included(tree):
     included = set()
     for path in tree.with_suffix(".h", ".cc", ".c"):
         for _, name in includes_of(tree, path):
-            beside = posixpath.normpath(posixpath.join(posixpath.dirname(path), name))
-            if path not in (name, beside):
-                included.update((name, beside))
+            relative = posixpath.normpath(posixpath.join(posixpath.dirname(path), name))
+            if path not in (name, relative):
+                included.update((name, relative))
     for path in tree.with_suffix(".h"):
         if path not in included:
-            yield Violation(path, 1, "nobody includes it; remove it or use it")
+            yield Violation(path, 1, "no file includes it; remove it or use it")
 
 
 def check_python_is_used(tree):
@@ -68,7 +68,7 @@ def check_python_is_used(tree):
         runs = tree.text(path).startswith("#!") or stem in ("__init__", "__main__", "setup",
                                                             "conftest")
         if not runs and stem not in imported and not _is_listed(path, mentions):
-            yield Violation(path, 1, "nobody imports it, no CMakeLists.txt names it and it has no "
+            yield Violation(path, 1, "no file imports it, no CMakeLists.txt names it and it has no "
                                      "'#!' line; use it or remove it")
 
 

@@ -1,4 +1,4 @@
-"""Phrases that plain technical English has no use for: their count may only fall.
+"""Phrases that plain technical English does not need: their count may only fall.
 
 Each of PHRASES has a ceiling in tests/tidy/prose_ceilings.txt, which is its count today. A count
 above its ceiling fails, and so does one below it until the ceiling is lowered.
@@ -30,7 +30,7 @@ _PATTERNS = {phrase: re.compile(r"\b" + pattern.replace(" ", _GAP) + r"\b", re.I
 
 
 def occurrences(tree):
-    """For each phrase where it stands: pairs of path and line, in order."""
+    """Returns the places of each phrase: pairs of path and line, in order."""
     found = {phrase: [] for phrase in PHRASES}
     for path in tree.paths:
         for block in blocks_of(path, tree.text(path)):
@@ -53,17 +53,17 @@ def _ceilings(tree):
 
 
 def check_prose(tree):
-    """No phrase of PHRASES stands more often than its ceiling says, nor less often."""
+    """The count of every phrase equals its ceiling."""
     ceilings = _ceilings(tree)
     for phrase, places in occurrences(tree).items():
         line, ceiling = ceilings.get(phrase, (1, 0))
         count = len(places)
         if count > ceiling:
-            yield Violation(CEILINGS, line, f"'{phrase}' stands {count} times in prose, at most "
+            yield Violation(CEILINGS, line, f"'{phrase}' occurs {count} times in prose, at most "
                                             f"{ceiling} are allowed; write {PHRASES[phrase][1]} "
-                                            "(tests/tidy/tidy.py --prose shows where it stands)")
+                                            "(tests/tidy/tidy.py --prose lists the places)")
         elif count < ceiling:
-            yield Violation(CEILINGS, line, f"'{phrase}' stands {count} times in prose; lower the "
+            yield Violation(CEILINGS, line, f"'{phrase}' occurs {count} times in prose; lower the "
                                             f"ceiling to {count}")
 
 

@@ -1,4 +1,4 @@
-"""Retired names: what had another name once must not come back under it."""
+"""Retired names must not be used again."""
 
 import re
 
@@ -181,7 +181,7 @@ def _found_in(line, parts):
 
 
 def check_retired_names(tree):
-    """Nothing is called by a name that was given up, neither in a text nor in a path."""
+    """No retired name is in a text or a path."""
     parts = {}
     for path in tree.paths:
         if path in _EXCEPTED:

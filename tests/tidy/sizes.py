@@ -1,4 +1,4 @@
-"""Sizes: lines, functions and files that a reader can take in."""
+"""Limits on the sizes of lines, functions, files and classes."""
 
 import ast
 import re
@@ -100,9 +100,9 @@ _FUNCTION_NAME = re.compile(r"([\w:~]+)\s*\(")
 def cpp_functions(text):
     """Yields (name, first line, last line) of the functions with a body.
 
-    An approximation that clang-format's layout makes good: a brace opens a function if what stands
-    before it since the last ';', '{' or '}' has a parameter list and opens no type or namespace.
-    What lies inside of a function (blocks, lambdas, local types) belongs to it.
+    An approximation that suffices with clang-format's layout: a brace opens a function if the text
+    since the last ';', '{' or '}' has a parameter list and opens no type or namespace. Blocks,
+    lambdas and local types within a function belong to it.
     """
     text = _code_of(text)
     depth, function, head_start = 0, None, 0

@@ -2,8 +2,8 @@
 """Checks the repository rules over all files of the repository and reports every violation.
 
 Usage: tests/tidy/tidy.py [--prose] [ROOT]. Prints path:line: what is wrong and what to do about it.
-Exit status: 0 if nothing is wrong, otherwise 1. --prose: instead prints where each phrase stands
-that prose.py counts; exit status 0.
+Exit status: 0 if nothing is wrong, otherwise 1. --prose: instead prints the places of
+the phrases that prose.py counts; exit status 0.
 """
 
 import fnmatch

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Proves of every tidy rule that it can fail, and that it leaves alone what is right.
+"""Proves that every tidy rule can fail, and that it accepts valid input.
 
 Each case is a small made-up repository. A rule without a case fails the test as well.
 """
@@ -252,14 +252,14 @@ class RulesTest(unittest.TestCase):
                              for violation in rule(SourceTree(texts))]
                     self.assertEqual(found, [place], texts)
 
-    def test_every_rule_leaves_alone_what_is_right(self):
+    def test_no_rule_rejects_valid_input(self):
         for rule in tidy.RULES:
             with self.subTest(rule=rule.__name__):
                 self.assertIn(rule, _KEPT, "give the rule a tree that keeps it")
                 for texts in _KEPT[rule]:
                     self.assertEqual(list(rule(SourceTree(texts))), [], texts)
 
-    def test_arrows_form_no_circle(self):
+    def test_allowed_includes_form_no_cycle(self):
         def reach(module, seen):
             self.assertNotIn(module, seen)
             for target in includes.ARROWS[module]:

@@ -1,10 +1,10 @@
-"""Traces of work that do not belong in what is published: markers, conflicts, machine paths."""
+"""Traces of work that must not be published: markers, conflicts, machine paths."""
 
 import re
 
 from source_tree import Violation
 
-# Files whose text others decide.
+# Files with text from other projects.
 _FOREIGN = ("LICENSE",)
 
 # Taken apart so that this file does not report itself.
@@ -35,14 +35,14 @@ _CONFLICT = re.compile(r"(<{7}|>{7}|\|{7})( |$)")
 
 
 def check_conflicts(tree):
-    """No file keeps the marks of a merge that was not finished."""
+    """No file contains merge conflict markers."""
     for path, number, line in _text_lines(tree):
         if _CONFLICT.match(line):
             yield Violation(path, number, "a merge was not finished here; choose what stays")
 
 
 def check_machine_paths(tree):
-    """No file names a place on somebody's machine."""
+    """No file contains a path of a developer's machine."""
     for path, number, line in _text_lines(tree):
         match = _MACHINE_PATH.search(line)
         if match:

@@ -1,4 +1,5 @@
-// Stands before libc: the wall clock with an offset, and waits that end by it. See README.md.
+// Interposes libc's wall clock with an offset, and waits that end at times of this clock. See
+// README.md.
 
 #include "tests/wall_clock/wall_clock.h"
 
@@ -21,9 +22,9 @@
 namespace {
 
 constexpr int64_t kSecond = 1'000'000'000;
-// How often a wait looks at the clock.
+// Interval at which a wait checks the clock.
 constexpr int64_t kSlice = 10'000'000;
-// Deadlines before this are times of the steady clock, which begins when the machine does.
+// Deadlines before this are times of the steady clock, which starts with the machine.
 constexpr int64_t kSteadySecondsMax = 1'000'000'000;
 
 using Offset = std::atomic<int64_t>;
@@ -46,7 +47,7 @@ Offset& CurrentOffset() {
   return *offset;
 }
 
-// Of libc itself, also where a sanitizer's own functions come before it.
+// libc's own function, also if a sanitizer interposes it.
 template <typename Function>
 Function OfLibc(const char* name) {
   return reinterpret_cast<Function>(dlsym(dlopen("libc.so.6", RTLD_NOW | RTLD_NOLOAD), name));
@@ -68,7 +69,7 @@ int64_t ReadClock(clockid_t clock) {
   return NanosecondsOf(time);
 }
 
-// How long a wait until `deadline` may go on before it looks again; 0: it is over.
+// Remaining time until `deadline`, at most the check interval; 0 if it has passed.
 int64_t SliceUntil(int64_t deadline) {
   return std::clamp<int64_t>(deadline - ReadClock(CLOCK_REALTIME), 0, kSlice);
 }
@@ -113,8 +114,8 @@ int pthread_cond_timedwait(pthread_cond_t* condition, pthread_mutex_t* mutex,
   if (deadline->tv_sec < kSteadySecondsMax) {
     return real(condition, mutex, deadline);
   }
-  // Cyclone DDS waits like this. ThreadSanitizer does not look at its calls, so it has not seen it
-  // lock the mutex.
+  // Cyclone DDS waits like this. ThreadSanitizer ignores Cyclone's calls, so it has not seen the
+  // lock of the mutex.
   using ClockWait = int (*)(pthread_cond_t*, pthread_mutex_t*, clockid_t, const timespec*);
   static const auto wait = OfLibc<ClockWait>("pthread_cond_clockwait");
   while (const int64_t slice = SliceUntil(NanosecondsOf(*deadline))) {

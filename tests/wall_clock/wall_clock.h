@@ -5,7 +5,7 @@
 
 namespace procgen {
 
-// Moves CLOCK_REALTIME of this process by so much; 0: as the machine has it. From any thread.
+// Moves CLOCK_REALTIME of this process by `nanoseconds` relative to the machine. Threads: any.
 void SetWallClockOffset(int64_t nanoseconds);
 
 }  // namespace procgen

@@ -90,7 +90,7 @@ TEST(AnswerValidationTest, StatesMatchTheRequestPageByPage) {
   EXPECT_THAT(ValidateStates(States({3, 1, 1}), {3, 1}, 0), IsWrong("3 states after 0"));
 }
 
-TEST(AnswerValidationTest, PagesOfStatesEnd) {
+TEST(AnswerValidationTest, PagesAfterTheLastStateAreRejected) {
   EXPECT_THAT(ValidateStates(States({3, 1}, "more"), {3, 1}, 0), IsWrong("and more to come"));
   EXPECT_THAT(ValidateStates(States({}, "more"), {}, 2), IsWrong("0 states after 2"));
   EXPECT_THAT(ValidateStates(States({2, 3}, "more"), {}, 2), IsOk());
@@ -106,7 +106,7 @@ TEST(AnswerValidationTest, SnapshotSizesAreBounded) {
   EXPECT_THAT(ValidateStates(page, {0}, 0), IsWrong("a snapshot of 1048577 bytes"));
 }
 
-TEST(AnswerValidationTest, PartsOfAnEpisodeFitTogether) {
+TEST(AnswerValidationTest, InconsistentEpisodesAreRejected) {
   EXPECT_THAT(ValidateEpisode(Episode(), 2), IsOk());
   EXPECT_THAT(ValidateEpisode(Episode(), 1), IsWrong("environment 2, expected: 1"));
   v1::Episode episode = Episode();

@@ -1,4 +1,4 @@
-// Waits that the caller ends: of connecting, of calls, and of streams by either transport.
+// Cancelled waits: for a connection, for calls, and for streams over both transports.
 #include "procgen_client/cancellation.h"
 
 #include <arpa/inet.h>
@@ -24,7 +24,7 @@
 namespace procgen {
 namespace {
 
-// A wait ends within twice the interval; the rest is for a machine that is busy.
+// A wait ends within twice the check interval; the rest is for a busy machine.
 constexpr absl::Duration kEndedWithin = absl::Seconds(5);
 
 TEST(CancellationTest, StaysCancelled) {
@@ -37,7 +37,7 @@ TEST(CancellationTest, StaysCancelled) {
   EXPECT_FALSE(cancellation.Sleep(absl::Hours(1)));
 }
 
-TEST(CancellationTest, WithoutACheckItIsNever) {
+TEST(CancellationTest, NeverCancelsWithoutACheck) {
   procgen_client::Cancellation cancellation(nullptr);
   EXPECT_FALSE(cancellation.Check());
   EXPECT_TRUE(cancellation.Sleep(absl::Milliseconds(1)));
@@ -45,14 +45,14 @@ TEST(CancellationTest, WithoutACheckItIsNever) {
 
 class CancelledWaitTest : public ServiceTest {
  protected:
-  // A client whose waits end once is_cancelled_ is set.
+  // A client whose waits end once is_cancelled_ is true.
   std::unique_ptr<procgen_client::Client> Cancellable() {
     procgen_client::ConnectOptions options;
     options.is_cancelled = [this] { return is_cancelled_.load(); };
     return *procgen_client::Client::Connect(server_->address(), options);
   }
 
-  // Has a stream of `client` wait for an answer that takes long, and cancels it.
+  // Cancels Receive while a long request runs.
   void CancelReceive(procgen_client::Client* client, const v1::PoolSpec& spec) {
     const std::string name = CreatePool(spec);
     const auto stream = client->Attach(name);
@@ -72,14 +72,14 @@ class CancelledWaitTest : public ServiceTest {
   std::atomic<bool> is_cancelled_ = false;
 };
 
-TEST_F(CancelledWaitTest, OfAnAnswer) {
+TEST_F(CancelledWaitTest, ReceiveReturnsCancelled) {
   const auto client = Cancellable();
   v1::PoolSpec spec = MazeSpec(256);
   spec.set_games(0, "caveflyer");
   CancelReceive(client.get(), spec);
 }
 
-TEST_F(CancelledWaitTest, OfAStreamThatIsAborted) {
+TEST_F(CancelledWaitTest, ReceiveOfAnAbortedStreamReturnsCancelled) {
   v1::PoolSpec spec = MazeSpec(256);
   spec.set_games(0, "caveflyer");
   const auto stream = CreateAndAttach(spec);
@@ -91,8 +91,8 @@ TEST_F(CancelledWaitTest, OfAStreamThatIsAborted) {
   EXPECT_THAT(stream->Receive(&batch), StatusIs(absl::StatusCode::kCancelled, testing::_));
 }
 
-TEST_F(CancelledWaitTest, OfConnecting) {
-  // Listens, and answers nothing.
+TEST_F(CancelledWaitTest, ConnectReturnsCancelled) {
+  // Listens without accepting connections.
   const int listener = socket(AF_INET, SOCK_STREAM, 0);
   sockaddr_in address = {};
   address.sin_family = AF_INET;

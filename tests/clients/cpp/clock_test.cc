@@ -1,5 +1,5 @@
-// The C++ client's deadlines on a machine whose clock is set. A program of its own: it stands in
-// for the clock of the whole process.
+// Deadlines of the C++ client while the wall clock moves. A separate program, because it replaces
+// the clock of the whole process.
 
 #include "absl/time/clock.h"
 
@@ -27,7 +27,7 @@ std::atomic<int64_t> set_by_seconds = 0;
 
 }  // namespace
 
-// Interposes the time of day for this process.
+// Interposes clock_gettime.
 extern "C" __attribute__((visibility("default"))) int clock_gettime(clockid_t clock,
                                                                     timespec* time) noexcept {
   const auto result = static_cast<int>(syscall(SYS_clock_gettime, clock, time));

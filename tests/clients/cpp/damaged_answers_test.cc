@@ -1,5 +1,5 @@
-// The C++ client's stream and a server between it and the real one that damages an answer: the
-// error is clear, and nothing of the answer is there to be read.
+// Damaged responses between server and C++ client: the stream reports an error, and none of the
+// response's arrays can be read.
 
 #include <functional>
 #include <memory>
@@ -86,7 +86,7 @@ TEST_F(DamagedAnswersTest, ClaimedEnvironmentsTakeNoMemory) {
   v1::PoolSpec spec = MazeSpec(4);
   spec.set_encoding(v1::ENCODING_DELTA_ZSTD);
   DamagingServer between(channel_, 0, [](auto* response) {
-    // Decoding remembers an observation of each: 192 GiB.
+    // The decoder stores one observation per environment: 192 GiB here.
     response->mutable_attached()->mutable_pool()->mutable_spec()->set_env_count(1 << 24);
   });
   const auto client = procgen_client::Client::Connect(between.address());
@@ -100,7 +100,7 @@ TEST_F(DamagedAnswersTest, ClaimedEnvironmentsTakeNoMemory) {
 
 TEST_F(DamagedAnswersTest, UnknownResponseKindsAreIgnored) {
   const std::string pool = CreatePool(MazeSpec(2));
-  // The answer to request 2 comes after one that this client knows nothing of.
+  // A response kind that this client does not know precedes the response to request 2.
   class Talkative final : public v1::StepService::Service {
    public:
     explicit Talkative(const std::shared_ptr<grpc::Channel>& target)
@@ -143,7 +143,7 @@ TEST_F(DamagedAnswersTest, UnknownResponseKindsAreIgnored) {
   }
 }
 
-// A server that answers any call with one response that is no message, and does not end it.
+// A server that answers any call with an unparsable response and does not end it.
 class Mumbler final : public grpc::CallbackGenericService {
  public:
   grpc::ServerGenericBidiReactor* CreateReactor(
@@ -177,8 +177,7 @@ TEST_F(DamagedAnswersTest, WatchEndsAfterInvalidMessages) {
                                       HasSubstr("did not end the stream within 10s")));
 }
 
-// A server between a learner and the real one, which ends the learner's first stream as a broken
-// connection does, with its first request, after `meanwhile`.
+// A proxy that breaks the learner's first stream at its first request, after it called `meanwhile`.
 class BreakingServer final : public v1::StepService::Service {
  public:
   BreakingServer(const std::shared_ptr<grpc::Channel>& target, std::function<void()> meanwhile)
@@ -228,7 +227,7 @@ TEST_F(DamagedSharedAnswersTest, ReattachedLearnerMapsBatchesOfTheEarlierStream)
   const auto stream = (*client)->Attach(
       pool, {.requests_in_flight_max = 1, .held_batches_max = 1, .pipe_transport = false});
   ASSERT_THAT(stream, IsOk());
-  std::vector<procgen_client::Batch> held(8);  // of 2, and of 11 after that
+  std::vector<procgen_client::Batch> held(8);  // two slots at first, then eleven
   for (size_t i = 0; i < held.size(); ++i) {
     ASSERT_THAT((*stream)->Step({4}, &held[i]), IsOk());
   }
@@ -262,7 +261,7 @@ TEST_F(DamagedSharedAnswersTest, UnknownBatchesAreNotRead) {
     EXPECT_THAT((*stream)->Step({4, 4}, &batch),
                 StatusIs(absl::StatusCode::kDataLoss, HasSubstr(message)));
     EXPECT_THAT(batch.rewards(), IsEmpty());
-    EXPECT_EQ(first.rewards().size(), 2);  // what was held is held
+    EXPECT_EQ(first.rewards().size(), 2);  // the batch is still held
   }
 }
 

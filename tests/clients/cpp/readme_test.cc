@@ -1,4 +1,4 @@
-// The examples of clients/cpp/README.md, word for word: they compile, and they run.
+// The examples of clients/cpp/README.md compile and run, word for word.
 
 #include <cstdint>
 #include <fstream>
@@ -23,7 +23,7 @@ std::string ReadFile(const std::string& path) {
   return text.str();
 }
 
-// The text between two marks.
+// The text between two markers.
 std::string Between(const std::string& text, const std::string& begin, const std::string& end) {
   const size_t from = text.find(begin) + begin.size();
   return text.substr(from, text.find(end, from) - from);
@@ -43,7 +43,7 @@ class ReadmeTest : public ServiceTest {};
 
 TEST_F(ReadmeTest, ExampleRuns) {
   int learned = 0;
-  // NOLINTNEXTLINE(readability-identifier-naming): as the example calls it
+  // NOLINTNEXTLINE(readability-identifier-naming): the name in the example
   const auto Learn = [&](absl::Span<const uint8_t> observations, absl::Span<const float> rewards,
                          absl::Span<const bool> first) {
     EXPECT_EQ(observations.size(), 64U * 64 * 64 * 3);

@@ -49,7 +49,7 @@ v1::StepPoolRequest Request(int32_t first, int32_t count) {
   return request;
 }
 
-// A right response to a part of Request: the first of its environments has ended.
+// A valid response to a part of Request(), in which the first environment's episode ended.
 v1::StepPoolResponse Response(int32_t first, int32_t count, bool last) {
   v1::StepPoolResponse response;
   response.set_sequence_number(7);

@@ -1,11 +1,11 @@
-"""Batched worlds, and the properties extension, as clients of dm_env_rpc see them."""
+"""Batched worlds and the properties extension, over gRPC."""
 
 from __future__ import annotations
 
 from typing import Any
 
 import numpy as np
-from conftest import Agent, refused
+from conftest import Agent, rejected
 
 RUNNING = 1
 RGB, LEVEL_SEED = 1, 3
@@ -26,7 +26,7 @@ class TestBatch:
         assert begun.observations[RGB].shape == (4, 64, 64, 3)
         assert begun.observations[9].all()
 
-    def test_environments_end_and_go_on_by_themselves(self, agent: Agent) -> None:
+    def test_environments_end_and_restart_independently(self, agent: Agent) -> None:
         agent.join(agent.create(env_name="maze", num_envs=3, rand_seed=1))
         agent.step()
         answer = agent.step({1: np.int32([4, -1, 4])}, [9, 10, 11])
@@ -35,7 +35,7 @@ class TestBatch:
         np.testing.assert_array_equal(answer.observations[10], [False, True, False])
         assert not answer.observations[11].any()
 
-    def test_one_action_is_for_all_if_the_shape_says_so(self, agent: Agent) -> None:
+    def test_single_action_is_broadcast_to_the_given_shape(self, agent: Agent) -> None:
         agent.join(agent.create(env_name="maze", num_envs=3, rand_seed=1))
         agent.step()
         request = agent.protocol.pb2.EnvironmentRequest()
@@ -44,10 +44,10 @@ class TestBatch:
         action.shape.append(3)
         request.step.requested_observations.append(10)
         agent.send(request)
-        told = agent.protocol.unpack(agent.receive().step.observations[10])
-        np.testing.assert_array_equal(told, [True, True, True])
+        terminated = agent.protocol.unpack(agent.receive().step.observations[10])
+        np.testing.assert_array_equal(terminated, [True, True, True])
 
-    def test_properties_of_single_environments_have_numbers(self, agent: Agent) -> None:
+    def test_single_environment_properties_are_indexed(self, agent: Agent) -> None:
         agent.join(agent.create(env_name="maze", num_envs=2, rand_seed=1))
         agent.write("next_level_seed.1", np.int32(12))
         levels = agent.step(observations=[LEVEL_SEED]).observations[LEVEL_SEED]
@@ -58,22 +58,22 @@ class TestBatch:
         np.testing.assert_array_equal(agent.read("level_seed"), [levels[0], levels[0]])
         assert agent.read("level_seed.1") == levels[0]
         assert sorted(agent.list("state")) == ["state.0", "state.1"]
-        with refused(NOT_FOUND, "no property 'state.2'"):
+        with rejected(NOT_FOUND, "no property 'state.2'"):
             agent.read("state.2")
-        with refused(PERMISSION_DENIED, "'state' cannot be read"):
+        with rejected(PERMISSION_DENIED, "'state' cannot be read"):
             agent.read("state")
 
 
 class TestProperties:
-    def test_the_servers_are_there_before_joining(self, agent: Agent) -> None:
+    def test_server_properties_are_available_before_joining(self, agent: Agent) -> None:
         assert sorted(agent.list()) == ["games", "worlds"]
         assert "coinrun" in agent.read("games")
         name = agent.create(env_name="maze")
         assert name in agent.read("worlds")
-        with refused(NOT_FOUND, "no property 'level_seed'"):
+        with rejected(NOT_FOUND, "no property 'level_seed'"):
             agent.read("level_seed")
 
-    def test_joining_adds_the_worlds(self, joined: Agent) -> None:
+    def test_joining_adds_world_properties(self, joined: Agent) -> None:
         listed = joined.list()
         assert sorted(listed) == [
             "games", "level_seed", "next_level_seed", "state", "step_count", "worlds",
@@ -83,23 +83,23 @@ class TestProperties:
         assert list(state.spec.shape) == [-1]
         assert state.description
 
-    def test_errors_have_the_codes_that_clients_map(self, joined: Agent) -> None:
-        with refused(NOT_FOUND, "no property 'gravity'"):
+    def test_errors_have_the_codes_that_clients_expect(self, joined: Agent) -> None:
+        with rejected(NOT_FOUND, "no property 'gravity'"):
             joined.read("gravity")
-        with refused(PERMISSION_DENIED, "'level_seed' cannot be written"):
+        with rejected(PERMISSION_DENIED, "'level_seed' cannot be written"):
             joined.write("level_seed", np.int32(1))
-        with refused(PERMISSION_DENIED, "'next_level_seed' cannot be read"):
+        with rejected(PERMISSION_DENIED, "'next_level_seed' cannot be read"):
             joined.read("next_level_seed")
-        with refused(PERMISSION_DENIED, "'games' cannot be listed"):
+        with rejected(PERMISSION_DENIED, "'games' cannot be listed"):
             joined.list("games")
-        with refused(INVALID_ARGUMENT, "next_level_seed has type FLOAT, allowed: an integer type"):
+        with rejected(INVALID_ARGUMENT, "next_level_seed has type FLOAT, allowed: an integer type"):
             joined.write("next_level_seed", np.float32(1))
-        with refused(INVALID_ARGUMENT, "next_level_seed is 2147483648, allowed: -2147483648 to"):
+        with rejected(INVALID_ARGUMENT, "next_level_seed is 2147483648, allowed: -2147483648 to"):
             joined.write("next_level_seed", 2**31)
-        with refused(DATA_LOSS):
+        with rejected(DATA_LOSS):
             joined.write("state", np.frombuffer(b"nonsense", np.uint8))
 
-    def test_the_next_level_is_played_next(self, joined: Agent) -> None:
+    def test_next_level_seed_is_played_in_the_next_episode(self, joined: Agent) -> None:
         joined.write("next_level_seed", 99)  # A Python integer is sent as INT64.
         assert joined.act(4).observations[LEVEL_SEED] == 99
         joined.write("next_level_seed", np.int32(98))
@@ -107,7 +107,7 @@ class TestProperties:
         joined.reset()
         assert joined.act(4).observations[LEVEL_SEED] == 98
 
-    def test_what_goes_on_from_a_state_goes_on_the_same(self, agent: Agent) -> None:
+    def test_restored_state_continues_identically(self, agent: Agent) -> None:
         agent.join(agent.create(env_name="coinrun", rand_seed=2))
         agent.act(4)
         for _ in range(20):
@@ -121,7 +121,7 @@ class TestProperties:
             for uid, value in old.observations.items():
                 np.testing.assert_array_equal(value, new.observations[uid])
 
-    def test_a_state_is_shown_first_where_nothing_runs(self, agents: Any) -> None:
+    def test_state_written_before_the_first_step_is_observed(self, agents: Any) -> None:
         source, target = agents(), agents()
         for agent in (source, target):
             agent.join(agent.create(env_name="coinrun"))

@@ -1,4 +1,4 @@
-"""Fixtures: a real server, and agents that speak dm_env_rpc with it by gRPC for Python."""
+"""Fixtures: a server, and agents that use dm_env_rpc through grpcio."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from procgen_client import ServerProcess
 
 _PROTOS = Path(__file__).resolve().parents[3] / "proto"
 
-# Field of Tensor and type of its elements, by DataType.
+# By DataType: the field of Tensor and the type of its elements.
 _FIELDS = {
     1: ("floats", np.float32),
     2: ("doubles", np.float64),
@@ -36,7 +36,7 @@ _FIELDS = {
 
 
 class RequestError(Exception):
-    """A request was answered by an error."""
+    """The response to a request was an error."""
 
     def __init__(self, code: int, message: str) -> None:
         super().__init__(f"{code}: {message}")
@@ -45,15 +45,15 @@ class RequestError(Exception):
 
 
 @contextlib.contextmanager
-def refused(code: int, match: str = "") -> Iterator[None]:
-    """Expects that what is asked within is answered by this error."""
+def rejected(code: int, match: str = "") -> Iterator[None]:
+    """Expects that the block raises this error."""
     with pytest.raises(RequestError, match=match) as error:
         yield
     assert error.value.code == code
 
 
 class Protocol:
-    """The generated modules, and what clients make of tensors."""
+    """The generated modules, and conversions of tensors."""
 
     def __init__(self, folder: Path) -> None:
         subprocess.run(
@@ -71,7 +71,7 @@ class Protocol:
         self.grpc = importlib.import_module("dm_env_rpc.v1.dm_env_rpc_pb2_grpc")
 
     def pack(self, value: Any) -> Any:  # noqa: ANN401
-        """Gives a value as a tensor, of the types that clients choose for Python's."""
+        """Converts a value to a tensor, with the types that dm_env_rpc's client uses."""
         array = np.asarray(value)
         tensor = self.pb2.Tensor(shape=array.shape)
         if array.dtype.kind == "U":
@@ -86,7 +86,7 @@ class Protocol:
         return tensor
 
     def unpack(self, tensor: Any) -> Any:  # noqa: ANN401
-        """Gives a tensor as an array, or as a scalar."""
+        """Converts a tensor to an array or a scalar."""
         name = tensor.WhichOneof("payload")
         values = getattr(tensor, name).array
         if name == "strings":
@@ -97,7 +97,7 @@ class Protocol:
 
 
 class Agent:
-    """One stream."""
+    """A client with one stream."""
 
     def __init__(self, protocol: Protocol, address: str, metadata: Sequence[Any] = ()) -> None:
         self.protocol = protocol
@@ -109,18 +109,18 @@ class Agent:
         self.specs: Any = None
 
     def send(self, request: Any) -> None:  # noqa: ANN401
-        """Sends a request without waiting for its answer."""
+        """Sends a request without waiting for its response."""
         self._requests.put(request)
 
     def receive(self) -> Any:  # noqa: ANN401
-        """Waits for the next answer."""
+        """Waits for the next response; raises RequestError if it is an error."""
         response = next(self.responses)
         if response.HasField("error"):
             raise RequestError(response.error.code, response.error.message)
         return response
 
     def ask(self, **payload: Any) -> Any:  # noqa: ANN401
-        """Sends a request and gives its answer."""
+        """Sends a request and returns its response."""
         self.send(self.protocol.pb2.EnvironmentRequest(**payload))
         response = self.receive()
         kind = next(iter(payload))
@@ -131,12 +131,12 @@ class Agent:
         return {name: self.protocol.pack(value) for name, value in settings.items()}
 
     def create(self, **settings: Any) -> str:
-        """Makes a world and gives its name."""
+        """Creates a world and returns its name."""
         request = self.protocol.pb2.CreateWorldRequest(settings=self._settings(settings))
         return self.ask(create_world=request).world_name
 
     def join(self, world_name: str, **settings: Any) -> Any:  # noqa: ANN401
-        """Joins a world and gives its specs."""
+        """Joins a world and returns its specs."""
         request = self.protocol.pb2.JoinWorldRequest(
             world_name=world_name, settings=self._settings(settings)
         )
@@ -146,20 +146,21 @@ class Agent:
     def step(
         self, actions: Mapping[int, Any] | None = None, observations: Sequence[int] = ()
     ) -> SimpleNamespace:
-        """Takes a step; gives state and observations by number."""
+        """Steps; returns the state, and the observations by number."""
         request = self.protocol.pb2.StepRequest(
             actions=self._settings(actions or {}), requested_observations=observations
         )
         response = self.ask(step=request)
-        told = {uid: self.protocol.unpack(tensor) for uid, tensor in response.observations.items()}
-        return SimpleNamespace(state=response.state, observations=told)
+        unpack = self.protocol.unpack
+        observed = {uid: unpack(tensor) for uid, tensor in response.observations.items()}
+        return SimpleNamespace(state=response.state, observations=observed)
 
     def act(self, action: int) -> SimpleNamespace:
-        """Takes a step with an action, all observations requested."""
+        """Steps with an action; requests all observations."""
         return self.step({1: np.int32(action)}, list(self.specs.observations))
 
     def reset(self, **settings: Any) -> Any:  # noqa: ANN401
-        """Resets and gives the specs."""
+        """Resets and returns the specs."""
         return self.ask(
             reset=self.protocol.pb2.ResetRequest(settings=self._settings(settings))
         ).specs
@@ -203,7 +204,7 @@ class Agent:
         return {value.spec.name: value for value in answer.list_property.values}
 
     def close(self) -> None:
-        """Ends the stream, as Connection.close of clients does."""
+        """Ends the stream, as dm_env_rpc's Connection.close does."""
         self._requests.put(None)
         self.responses.cancel()
         self._channel.close()
@@ -211,13 +212,13 @@ class Agent:
 
 @pytest.fixture(scope="session")
 def protocol(tmp_path_factory: pytest.TempPathFactory) -> Protocol:
-    """The protocol as protoc makes it of our files."""
+    """The code that protoc generates from this repository's protos."""
     return Protocol(tmp_path_factory.mktemp("generated"))
 
 
 @pytest.fixture(scope="session")
 def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[ServerProcess]:
-    """A server that is stopped after the last test, and must then have ended well."""
+    """A server that stops after the last test and must exit with status 0."""
     log_path = tmp_path_factory.mktemp("server") / "server.log"
     flags = ["--workers=2", "--drain_timeout=1s"]
     with ServerProcess(flags=flags, log_path=log_path) as process:
@@ -227,7 +228,7 @@ def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[ServerProcess]:
 
 @pytest.fixture
 def agents(protocol: Protocol, server: ServerProcess) -> Iterator[Any]:
-    """Makes agents, which are gone after the test."""
+    """Creates agents and closes them after the test."""
     made: list[Agent] = []
 
     def make() -> Agent:
@@ -241,13 +242,13 @@ def agents(protocol: Protocol, server: ServerProcess) -> Iterator[Any]:
 
 @pytest.fixture
 def agent(agents: Any) -> Agent:  # noqa: ANN401
-    """An agent that has joined nothing."""
+    """An agent without a world."""
     return agents()
 
 
 @pytest.fixture
 def world(agent: Agent) -> str:
-    """A world of one environment that plays one level."""
+    """A world of one environment with a single level."""
     return agent.create(env_name="maze", distribution_mode="easy", rand_seed=7, num_levels=1)
 
 

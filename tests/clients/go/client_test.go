@@ -106,7 +106,7 @@ func TestRestoredStatesContinueAsTheOriginals(t *testing.T) {
 	must(t, pool.RestoreStates(ctx, states))
 	after := stepped(t, pool, actionsOf(9, 80), StepOptions{})
 	if !bytes.Equal(after.Observations, before.Observations) {
-		t.Error("it goes on otherwise")
+		t.Error("the restored pool continues differently")
 	}
 	damaged := &pb.State{Snapshot: append([]byte(nil), states[0].Snapshot...)}
 	damaged.Snapshot[len(damaged.Snapshot)-1] ^= 1
@@ -205,7 +205,7 @@ func TestCredentialsAreNotSentInsecurely(t *testing.T) {
 	} {
 		shown := shown
 		if _, err := Connect(testContext(t), "127.0.0.1.example.com:1", Options{Credentials: &shown}); err == nil {
-			t.Error("went on, where expected:", words)
+			t.Error("no error; expected:", words)
 		} else if shown.CA != "/etc/ssl/certs/ca-certificates.crt" {
 			expectError(t, err, err.(*Error).Code, words)
 		}

@@ -1,6 +1,6 @@
 package procgenclient
 
-// Compressed observations are those that would have come raw, and damaged ones are found.
+// Encoded observations decode to the raw ones, and damage is detected.
 
 import (
 	"bytes"
@@ -26,15 +26,15 @@ func TestEncodedObservationsAreLossless(t *testing.T) {
 			raw := madePool(t, client, spec, PoolOptions{})
 			encoded := proto.Clone(spec).(*pb.PoolSpec)
 			encoded.Encoding = pb.Encoding_ENCODING_DELTA_ZSTD
-			told := madePool(t, client, encoded, PoolOptions{})
+			encodedPool := madePool(t, client, encoded, PoolOptions{})
 			for step := 0; step < 80; step++ {
 				if step == 40 {
-					told.Detach(testContext(t)) // Another stream begins without a past.
+					encodedPool.Detach(testContext(t)) // The next stream starts with key frames.
 				}
 				expected := stepped(t, raw, actionsOf(step, 6), StepOptions{})
-				batch := stepped(t, told, actionsOf(step, 6), StepOptions{})
+				batch := stepped(t, encodedPool, actionsOf(step, 6), StepOptions{})
 				if !bytes.Equal(batch.Observations, expected.Observations) {
-					t.Fatalf("step %d is another", step)
+					t.Fatalf("step %d differs", step)
 				}
 			}
 		})
@@ -47,7 +47,7 @@ func zstdFrame(t *testing.T, content ...byte) []byte {
 	return encoder.EncodeAll(content, nil)
 }
 
-// Of one environment that shows 2 x 2 blocks of grey.
+// One environment of 2 x 2 grayscale blocks.
 func decoder(t *testing.T) *ObservationDecoder {
 	decoder, err := NewObservationDecoder(&pb.Pool{Spec: &pb.PoolSpec{
 		EnvCount:          1,
@@ -70,7 +70,7 @@ func TestTablesMatchTheProto(t *testing.T) {
 	if !bytes.Equal(shown, expected) {
 		t.Error(shown)
 	}
-	// The block shows what is a row below and two pixels to the right.
+	// The block is shifted down by one row and right by two pixels.
 	moved, err := decoder.Decode(0, 1, zstdFrame(t, 1, 0b0001, 1, 2, 0))
 	must(t, err)
 	if moved[0] != 77 {

@@ -1,6 +1,6 @@
 package procgenclient
 
-// The examples run, and what README.md shows runs as it stands.
+// The examples and the examples of README.md run.
 
 import (
 	"fmt"
@@ -12,7 +12,7 @@ import (
 	"testing"
 )
 
-// Runs a program with a main package of this package's users; gives what it printed.
+// Runs a main package that uses this package; returns its output.
 func goRun(t *testing.T, arguments ...string) string {
 	t.Helper()
 	said, err := exec.Command("go", append([]string{"run"}, arguments...)...).CombinedOutput()
@@ -76,7 +76,7 @@ func TestReadmeExamplesRun(t *testing.T) {
 	for i, example := range examples {
 		t.Run(fmt.Sprint(i), func(t *testing.T) {
 			if !strings.Contains(example[1], `"localhost:50051"`) {
-				t.Error("it names no server")
+				t.Error("the example has no server address")
 			}
 			code := strings.ReplaceAll(example[1], "localhost:50051", server.Address)
 			file := filepath.Join(t.TempDir(), "main.go")

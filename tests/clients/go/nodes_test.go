@@ -1,6 +1,6 @@
 package procgenclient
 
-// Nodes of a cluster: a server without a cluster lists itself.
+// Nodes of a cluster.
 
 import (
 	"context"
@@ -26,13 +26,13 @@ func TestServerWithoutAClusterListsItself(t *testing.T) {
 
 func TestWatchersReceiveEachChange(t *testing.T) {
 	client := connected(t, Options{})
-	const many = 1000 // More than other tests have left behind, which may be told for a moment yet.
-	told := 0
+	const many = 1000 // More than pools of other tests, which may still be reported.
+	reported := 0
 	must(t, client.WatchNodes(testContext(t), func(nodes *pb.WatchNodesResponse) bool {
 		count := nodes.Nodes[0].EnvCount
-		if told++; told == 1 {
+		if reported++; reported == 1 {
 			if count >= many {
-				t.Error("there are", count, "environments before any was made")
+				t.Error(count, "environments before the first was created")
 			}
 			madePool(t, client, easy(many, "maze"), PoolOptions{})
 		}

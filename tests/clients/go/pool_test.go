@@ -1,6 +1,6 @@
 package procgenclient
 
-// Pools over a real server: batches, slices, requests sent ahead, errors, and giving up.
+// Pools on a real server: batches, slices, pipelined requests, errors, cancelled waits.
 
 import (
 	"bytes"
@@ -48,13 +48,13 @@ func TestBatchesAreEqualWithAnyPipeliningAndChunking(t *testing.T) {
 			must(t, err)
 		}
 		if !bytes.Equal(halves[1].Observations, first.Observations[4*12288:]) || halves[1].FirstEnv != 4 {
-			t.Fatalf("the second half of step %d is another", step)
+			t.Fatalf("the second half of step %d differs", step)
 		}
 		whole, err := ahead.Receive(testContext(t))
 		must(t, err)
 		whole.SequenceNumber = second.SequenceNumber
 		if !reflect.DeepEqual(whole, second) {
-			t.Fatalf("step %d is another", step+1)
+			t.Fatalf("step %d differs", step+1)
 		}
 		ended += len(first.Fingerprints) + len(second.Fingerprints)
 	}

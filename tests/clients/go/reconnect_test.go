@@ -20,11 +20,11 @@ import (
 
 const half = 6
 
-// Steps one half of the pool and the other in turn, with requests sent ahead.
+// Steps the two halves of the pool in turn, with pipelined requests.
 func traceOf(t *testing.T, pool *Pool, count int) []*Batch {
 	t.Helper()
 	ctx := testContext(t)
-	// Attaching is not tried again by itself.
+	// The client does not retry attach.
 	for pool.Attach(ctx, AttachOptions{TakeOver: true, ResponseBytesMax: 65536}) != nil {
 		must(t, ctx.Err())
 	}
@@ -49,7 +49,7 @@ func TestFaultyNetworkLosesNothing(t *testing.T) {
 		t.Skip("set PROCGEN_FAULT_PROXY")
 	}
 	client := connected(t, Options{})
-	undisturbed := traceOf(t, madePool(t, client, easy(2*half, "maze", "bigfish"), PoolOptions{RequestsInFlightMax: 3}), 150)
+	expected := traceOf(t, madePool(t, client, easy(2*half, "maze", "bigfish"), PoolOptions{RequestsInFlightMax: 3}), 150)
 	encoded := easy(2*half, "maze", "bigfish")
 	encoded.Encoding = pb.Encoding_ENCODING_DELTA_ZSTD
 	for name, test := range map[string]struct {
@@ -84,8 +84,8 @@ func TestFaultyNetworkLosesNothing(t *testing.T) {
 				pool, err = learner.GetPool(ctx, name, PoolOptions{RequestsInFlightMax: 3})
 			}
 			for step, batch := range traceOf(t, pool, 150) {
-				if !reflect.DeepEqual(batch, undisturbed[step]) {
-					t.Fatalf("step %d is another", step)
+				if !reflect.DeepEqual(batch, expected[step]) {
+					t.Fatalf("step %d differs", step)
 				}
 			}
 			must(t, learner.Close())
@@ -100,7 +100,7 @@ func TestFaultyNetworkLosesNothing(t *testing.T) {
 	}
 }
 
-// A server of its own, a pool of two that was stepped, and the client that did so.
+// Starts a server and steps a new pool of two environments on it.
 func ownPool(t *testing.T, reconnectTimeout time.Duration, flags ...string) (*ServerProcess, *Pool) {
 	t.Helper()
 	own, err := StartServer("", append(flags, "--workers=1")...)

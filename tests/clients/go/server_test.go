@@ -1,6 +1,6 @@
 package procgenclient
 
-// What the tests share: a real server for all of them, and connections to it.
+// A server for all tests, and connections to it.
 
 import (
 	"context"
@@ -20,7 +20,7 @@ var server *ServerProcess
 
 func TestMain(m *testing.M) {
 	var err error
-	// Requests so small that not all snapshots of a test fit one.
+	// A request limit that not all snapshots fit into.
 	if server, err = StartServer("", "--workers=2", "--request_bytes_max=65536"); err != nil {
 		fmt.Fprintln(os.Stderr, err)
 		os.Exit(1)
@@ -33,7 +33,7 @@ func TestMain(m *testing.M) {
 	os.Exit(result)
 }
 
-// Long enough for whatever a test waits for.
+// Longer than any wait of a test.
 func testContext(t *testing.T) context.Context {
 	ctx, cancel := context.WithTimeout(context.Background(), 2*time.Minute)
 	t.Cleanup(cancel)
@@ -48,7 +48,7 @@ func connected(t *testing.T, options Options) *Client {
 	return client
 }
 
-// The same levels each time.
+// Fixed levels.
 func easy(count int32, games ...string) *pb.PoolSpec {
 	seed := int64(5)
 	return &pb.PoolSpec{
@@ -60,7 +60,7 @@ func easy(count int32, games ...string) *pb.PoolSpec {
 	}
 }
 
-// A pool that is deleted after the test.
+// Creates a pool and deletes it after the test.
 func madePool(t *testing.T, client *Client, spec *pb.PoolSpec, options PoolOptions) *Pool {
 	t.Helper()
 	pool, err := client.CreatePool(testContext(t), "", spec, options)
@@ -69,7 +69,7 @@ func madePool(t *testing.T, client *Client, spec *pb.PoolSpec, options PoolOptio
 	return pool
 }
 
-// Actions that differ from step to step and from environment to environment.
+// Actions that differ by step and environment.
 func actionsOf(step, count int) []int32 {
 	actions := make([]int32, count)
 	for i := range actions {
@@ -99,7 +99,7 @@ func expectError(t *testing.T, err error, code codes.Code, words ...string) {
 	}
 	for _, word := range words {
 		if !strings.Contains(err.Error(), word) {
-			t.Errorf("%q does not say %q", err, word)
+			t.Errorf("%q does not contain %q", err, word)
 		}
 	}
 }

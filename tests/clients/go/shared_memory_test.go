@@ -1,6 +1,7 @@
 package procgenclient
 
-// Pools that share memory: batches are those of the stream, valid until they are released, and nothing is left behind.
+// Pools in shared memory: batches equal those of the stream and are valid until they are released;
+// nothing leaks.
 
 import (
 	"bytes"
@@ -21,7 +22,7 @@ func sharing(spec *pb.PoolSpec) *pb.PoolSpec {
 	return spec
 }
 
-// A batch of one's own, as a stream would have given it.
+// A copy of a batch outside shared memory.
 func owned(batch *Batch) *Batch {
 	own := *batch
 	own.Observations = append([]byte(nil), batch.Observations...)
@@ -31,7 +32,7 @@ func owned(batch *Batch) *Batch {
 	return &own
 }
 
-// How often this process has files of pools mapped.
+// How many mappings of pool files this process has.
 func mappings(t *testing.T) int {
 	maps, err := os.ReadFile("/proc/self/maps")
 	must(t, err)
@@ -47,10 +48,10 @@ func TestSharedBatchesEqualThoseOfTheStream(t *testing.T) {
 		actions := actionsOf(step, 4-step%3)
 		expected, batch := stepped(t, plain, actions, options), stepped(t, shared, actions, options)
 		if len(batch.Observations) > 0 && batch.held == nil {
-			t.Fatal("nothing is shared")
+			t.Fatal("the pool has no shared memory")
 		}
 		if !reflect.DeepEqual(owned(batch), expected) {
-			t.Fatalf("step %d is another", step)
+			t.Fatalf("step %d differs", step)
 		}
 	}
 }
@@ -60,7 +61,7 @@ func TestSharedBatchesStayUntilTheyAreReleased(t *testing.T) {
 	pool := madePool(t, connected(t, Options{}), sharing(easy(4, "maze")), PoolOptions{HeldBatchesMax: 3})
 	var held []*Batch
 	var content [][]byte
-	for step := 0; step < 5; step++ { // Three, and those of requests in flight.
+	for step := 0; step < 5; step++ { // Three held ones, plus requests in flight.
 		batch := stepped(t, pool, actionsOf(step, 4), StepOptions{})
 		held = append(held, batch)
 		content = append(content, append([]byte(nil), batch.Observations...))
@@ -68,22 +69,22 @@ func TestSharedBatchesStayUntilTheyAreReleased(t *testing.T) {
 	_, err := pool.Step(ctx, actionsOf(5, 4), StepOptions{})
 	expectError(t, err, codes.FailedPrecondition, "5 batches", "of 5 batches", "HeldBatchesMax")
 	held[2].Release()
-	held[2].Release() // Again: does nothing.
+	held[2].Release() // The second release does nothing.
 	if held[2].Observations != nil {
-		t.Error("what was released can be read")
+		t.Error("a released batch can be read")
 	}
 	for step := 5; step < 20; step++ {
 		if step == 10 {
-			pool.Detach(ctx) // Another stream of the pool knows what is held.
+			pool.Detach(ctx) // The next stream lists the held batches.
 		}
 		stepped(t, pool, actionsOf(step, 4), StepOptions{}).Release()
 	}
 	_, err = pool.Step(ctx, []int32{4, 4, 4, 4}, StepOptions{NextLevels: map[int32]int32{99: 1}})
-	expectError(t, err, codes.InvalidArgument) // Of the server: ends the stream.
+	expectError(t, err, codes.InvalidArgument) // An error of the server ends the stream.
 	stepped(t, pool, actionsOf(20, 4), StepOptions{}).Release()
 	for i, batch := range held {
 		if i != 2 && !bytes.Equal(batch.Observations, content[i]) {
-			t.Error("batch", i, "was written again")
+			t.Error("held batch", i, "was overwritten")
 		}
 	}
 }
@@ -98,11 +99,11 @@ func TestUnusedMemoryIsUnmapped(t *testing.T) {
 	content := append([]byte(nil), batch.Observations...)
 	must(t, pool.Delete(ctx))
 	if !bytes.Equal(batch.Observations, content) || mappings(t) != before+1 {
-		t.Error("a batch that is held ended with its pool")
+		t.Error("a held batch became invalid with its pool")
 	}
 	batch.Release()
 	if mappings(t) != before {
-		t.Error("the memory is mapped for good")
+		t.Error("the memory stays mapped")
 	}
 	pool, err = client.CreatePool(ctx, "", sharing(easy(4, "maze")), PoolOptions{})
 	must(t, err)
@@ -137,21 +138,21 @@ func TestAttachWithMoreBatchesMapsThemAll(t *testing.T) {
 
 func TestMismatchedMemoryIsRejected(t *testing.T) {
 	pool := &pb.Pool{Spec: &pb.PoolSpec{EnvCount: 1}, ObservationShape: []int32{2}, ObservationBytes: 2}
-	told := &pb.SharedMemory{Path: "/nowhere", SizeBytes: 4096, BatchCount: 1, BatchBytes: 4096}
+	message := &pb.SharedMemory{Path: "/nowhere", SizeBytes: 4096, BatchCount: 1, BatchBytes: 4096}
 	for field, kind := range sharedElements {
-		offset := int64(64 * len(told.Arrays))
+		offset := int64(64 * len(message.Arrays))
 		shape := []int32{1}
 		if kind == pb.ElementType_ELEMENT_TYPE_UINT8 {
 			shape = []int32{1, 2}
 		}
-		told.Arrays = append(told.Arrays, &pb.SharedArray{
+		message.Arrays = append(message.Arrays, &pb.SharedArray{
 			Field: field, OffsetBytes: offset, ElementType: kind, Shape: shape,
 		})
 	}
-	_, err := mapShared(told, pool, nil)
+	_, err := mapShared(message, pool, nil)
 	expectError(t, err, codes.FailedPrecondition, "/nowhere", "TRANSPORT_STREAM")
-	// Reading beyond the end of a file would end the process.
-	short := proto.Clone(told).(*pb.SharedMemory)
+	// Reading beyond the end of the file would raise SIGBUS.
+	short := proto.Clone(message).(*pb.SharedMemory)
 	short.Path = filepath.Join(t.TempDir(), "short")
 	must(t, os.WriteFile(short.Path, make([]byte, 4095), 0600))
 	_, err = mapShared(short, pool, nil)
@@ -174,7 +175,7 @@ func TestMismatchedMemoryIsRejected(t *testing.T) {
 		"an array is twice": func(m *pb.SharedMemory) { m.Arrays[0].Field = m.Arrays[1].Field },
 	} {
 		t.Run(what, func(t *testing.T) {
-			wrong := proto.Clone(told).(*pb.SharedMemory)
+			wrong := proto.Clone(message).(*pb.SharedMemory)
 			change(wrong)
 			_, err := mapShared(wrong, pool, nil)
 			expectError(t, err, codes.Internal)

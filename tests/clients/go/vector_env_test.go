@@ -1,6 +1,6 @@
 package procgenclient
 
-// One pool of one game, in few lines.
+// VectorEnv: one pool of one game.
 
 import (
 	"context"
@@ -32,13 +32,13 @@ func TestVectorEnvStepsAPoolAndDeletesIt(t *testing.T) {
 func TestVectorEnvKeepsTheFirstError(t *testing.T) {
 	none := NewVectorEnv(testContext(t), server.Address, "pong", 3)
 	if none.Step(none.SampleActions()) {
-		t.Error("stepped what is not there")
+		t.Error("no error from an unknown game")
 	}
 	expectError(t, none.Close(), codes.NotFound, "pong")
 
 	wrong := NewVectorEnv(testContext(t), server.Address, "maze", 3)
 	if wrong.Step(make([]int32, 4)) || wrong.Step(wrong.SampleActions()) {
-		t.Error("went on after an error")
+		t.Error("no error after the first one")
 	}
 	expectError(t, wrong.Close(), codes.InvalidArgument, "4 actions")
 

@@ -1,6 +1,6 @@
 package procgenclient
 
-// Pools are watched while they are stepped, and what happened in their episodes is read.
+// Watching pools, and reading their episodes.
 
 import (
 	"bytes"
@@ -34,7 +34,7 @@ func TestPoolIsWatchedWhileItIsStepped(t *testing.T) {
 		}
 		observed := batch.Observations[int(environment)*observationBytes:][:observationBytes]
 		if !bytes.Equal(frames[i].Image, observed) {
-			t.Errorf("environment %d shows something else than the learner observed", environment)
+			t.Errorf("the frame of environment %d differs from its observation", environment)
 		}
 	}
 }
@@ -85,7 +85,7 @@ func TestSlowWatcherSkipsFrameSets(t *testing.T) {
 	}))
 	close(quickIsThere)
 	if count := <-seen; count > steps/2 {
-		t.Errorf("%d moments of %d waited to be seen", count, steps)
+		t.Errorf("%d frame sets of %d steps were queued", count, steps)
 	}
 }
 
@@ -124,7 +124,7 @@ func TestWatchEndsWithAnError(t *testing.T) {
 	client := connected(t, Options{})
 	pool := madePool(t, client, easy(1, "maze"), PoolOptions{})
 	unseen := func(*pb.WatchPoolResponse) bool {
-		t.Error("something was seen")
+		t.Error("received a frame set")
 		return true
 	}
 	err := pool.Watch(testContext(t), WatchOptions{Environments: []int32{1}}, unseen)

@@ -1,6 +1,7 @@
 package procgenclient
 
-// This client asks and understands as the wire fixtures have it (clients/wire_fixtures).
+// The client's requests and its parsing of responses match the wire fixtures
+// (clients/wire_fixtures).
 
 import (
 	"bufio"
@@ -56,7 +57,7 @@ func valuesOf(batch *Batch) *expectedValues {
 	}
 }
 
-// What the fixtures' learner asks for.
+// The requests of the recorded session.
 func playScript(t *testing.T, client *Client, encoding pb.Encoding) []*Batch {
 	t.Helper()
 	ctx := testContext(t)

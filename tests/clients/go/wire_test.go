@@ -1,6 +1,6 @@
 package procgenclient
 
-// Responses are read as the generated message reads them, however they are written.
+// The parser of responses equals the generated message, for any valid wire form.
 
 import (
 	"reflect"
@@ -58,6 +58,6 @@ func TestResponsesOfLaterAndOtherServersAreParsed(t *testing.T) {
 	}
 	var read response
 	if read.read([]byte{0xff, 0xff}) == nil {
-		t.Error("nonsense was read")
+		t.Error("an invalid message was parsed")
 	}
 }

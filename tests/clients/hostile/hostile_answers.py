@@ -1,4 +1,4 @@
-"""Answers as a faulty or hostile server may give them: what is changed of real ones, by mode."""
+"""Responses of a faulty or hostile server: changes to real responses, by mode."""
 
 from __future__ import annotations
 
@@ -17,8 +17,8 @@ _ROWS = (
     "episode_returns",
     "episode_lengths",
 )
-# What is read of a message that lies of its lengths: a batch of 4 GiB, a varint of eleven bytes, a
-# field of a wire type that there is not.
+# Bytes that are no valid message: a length of 4 GiB, a varint of eleven bytes, an unknown wire
+# type.
 _LYING_BYTES = {
     "length_beyond_the_end": b"\x08\x03\x22\xff\xff\xff\xff\x0f\x08\x00",
     "varint_without_end": b"\x08" + b"\xff" * 20,
@@ -53,7 +53,7 @@ def _all_ended(batch: Batch) -> None:
     batch.fingerprints[:] = [7]
 
 
-# What becomes of the batch that answers a step.
+# Changes to the batch in the response to a step.
 BATCHES: dict[str, Callable[[Batch], None]] = {
     **{f"no_{name}": _resize(name, 0) for name in _ROWS},
     **{f"more_{name}": _resize(name, 9) for name in _ROWS},
@@ -81,7 +81,7 @@ def _unlike(name: str, value: object) -> Callable[[step_pb2.Attached], None]:
     return lambda attached: setattr(attached.pool, name, value)
 
 
-# What becomes of the answer to attach.
+# Changes to the response to attach.
 ATTACHED: dict[str, Callable[[step_pb2.Attached], None]] = {
     "attached_without_a_pool": lambda attached: attached.ClearField("pool"),
     "attached_to_another_pool": _unlike("name", "pools/another"),
@@ -99,7 +99,7 @@ StreamAnswer = step_pb2.StepPoolResponse
 
 
 def stream_answers(mode: str, message: bytes) -> Iterator[bytes]:
-    """Gives what the learner receives in the place of a StepPoolResponse."""
+    """Yields the messages that replace a StepPoolResponse."""
     response = StreamAnswer.FromString(message)
     number = response.sequence_number
     is_step = response.HasField("batch") and number >= 3
@@ -146,11 +146,11 @@ def _other_answers(mode: str, response: StreamAnswer) -> Iterator[bytes]:
     elif mode == "frame_that_is_none":
         response.batch.observations = b"\x28\xb5\x2f\xfd" + b"\xff" * 40
     elif mode == "frame_that_says_it_is_huge":
-        # zstd: content of 2^40 bytes.
+        # zstd: a frame with a content size of 2^40 bytes.
         size = (2**40).to_bytes(8, "little")
         response.batch.observations = b"\x28\xb5\x2f\xfd\xe0" + size + b"\1"
     elif mode == "frame_of_zeros":
-        # zstd: a block of 128 KiB that is one byte.
+        # zstd: a block that repeats one byte 128 Ki times.
         size = (131072).to_bytes(4, "little")
         response.batch.observations = b"\x28\xb5\x2f\xfd\xa0" + size + b"\x03\x00\x10\x00"
     elif mode == "frame_cut":
@@ -181,7 +181,7 @@ ENCODED_ERRORS = [
     "observations_none",
     "attached_to_many_environments",
 ]
-# Of later servers: clients go on.
+# From later servers: clients continue.
 STREAM_HARMLESS = ["undisturbed", "notice_before"]
 
 
@@ -202,7 +202,7 @@ def _shape(pool: pools_pb2.Pool) -> None:
 
 
 _STATES, _FRAMES = states_pb2.SaveStatesResponse, render_pb2.RenderEnvironmentsResponse
-# What becomes of the answer of a method that is no stream: method, type, change.
+# Changes to the responses of unary calls: method, type, change.
 UNARY: dict[str, tuple[str, type, Callable]] = {
     "states_none": ("SaveStates", _STATES, lambda page: page.ClearField("states")),
     "states_fewer": ("SaveStates", _STATES, lambda page: page.states.pop()),
@@ -236,7 +236,7 @@ UNARY: dict[str, tuple[str, type, Callable]] = {
 
 
 def unary_answer(mode: str, method: str, message: bytes) -> bytes:
-    """Gives what the learner receives in the place of an answer that is no stream."""
+    """Returns the replacement of a unary response."""
     if mode == "unary_no_protobuf" and method != "GetCatalog":
         return _LYING_BYTES["no_protobuf"]
     if mode == "catalog_empty" and method == "GetCatalog":

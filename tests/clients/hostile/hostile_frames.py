@@ -1,7 +1,7 @@
-"""A connection on which a faulty or hostile server sends HTTP/2 that it should not, by mode.
+"""A connection on which a faulty or hostile server sends invalid HTTP/2, by mode.
 
-Between a learner and a real server it passes on what both send, until a response of the stream is
-on its way: then it does what the mode says.
+A proxy between a learner and a real server. It forwards all bytes until a response of the stream
+is due, and then sends what the mode defines.
 """
 
 from __future__ import annotations
@@ -16,13 +16,13 @@ from collections.abc import Callable, Iterator
 _DATA, _HEADERS, _RST_STREAM, _SETTINGS, _PING, _GOAWAY, _CONTINUATION = 0, 1, 3, 4, 6, 7, 9
 _END_STREAM, _END_HEADERS = 1, 4
 _HEADER_BYTES = 9
-# Responses with pictures are larger than all others. In bytes.
+# In bytes. Responses with observations are larger than all others.
 _PICTURES_BYTES = 50_000
-# The connection of which so many are passed on is disturbed with the next.
+# The disturbance replaces the next response with observations after this number of them.
 _UNDISTURBED = 2
-# A server that sends nothing for so long in the midst of a message has no window left.
+# After this silence within a message the server has no window left.
 _STALL_SECONDS = 0.2
-# What floods are, at most, so that the test's machine is not what gives way. In bytes.
+# In bytes. Limits the memory of the floods on the test's machine.
 _FLOOD_BYTES = 32 * 1024 * 1024
 
 
@@ -31,7 +31,7 @@ def _frame(kind: int, flags: int, stream: int, payload: bytes) -> bytes:
 
 
 def _headers(*fields: tuple[bytes, bytes]) -> bytes:
-    """A block of literal fields: they mean the same whatever came before (RFC 7541, 6.2.2)."""
+    """A header block of literal fields, which need no earlier ones (RFC 7541, 6.2.2)."""
     return b"".join(
         b"\0" + bytes((len(name),)) + name + bytes((len(value),)) + value for name, value in fields
     )
@@ -46,8 +46,8 @@ def _in_frames(stream: int, message: bytes) -> bytes:
     return b"".join(_frame(_DATA, 0, stream, part) for part in parts)
 
 
-# By mode: what is sent in the place of a response, whose stream and bytes (with the five that begin
-# a message of gRPC) are given.
+# By mode: the bytes that replace a response. Arguments: its stream and its bytes, including the
+# five bytes of gRPC's prefix.
 FRAMES: dict[str, Callable[[int, bytes], bytes]] = {
     "goaway_mid_message": lambda stream, message: (
         _in_frames(stream, message[:20000]) + _frame(_GOAWAY, 0, 0, struct.pack("!II", 0, 0))
@@ -118,7 +118,7 @@ class HostileConnection:
     """A proxy in front of a server; it listens at `address`."""
 
     def __init__(self, mode: str, target: str) -> None:
-        """Begins to listen."""
+        """Starts listening."""
         self._disturb = FRAMES[mode]
         host, port = target.rsplit(":", 1)
         self._target = (host, int(port))
@@ -140,7 +140,7 @@ class HostileConnection:
         try:
             for arrived in _frames_of(server):
                 if arrived is None:
-                    # The window is used up, and the learner widens it by what it receives.
+                    # The window is exhausted; the learner extends it when it receives data.
                     for stream in [stream for stream, part in held.items() if len(part) >= 5]:
                         part = held.pop(stream)
                         passed_on[stream] = 5 + int.from_bytes(part[1:5], "big") - len(part)
@@ -162,12 +162,12 @@ class HostileConnection:
                 pictures += len(message) > _PICTURES_BYTES
                 if pictures > _UNDISTURBED and len(message) > _PICTURES_BYTES:
                     learner.sendall(self._disturb(stream, message))
-                    # Time for the learner to find out by itself.
+                    # Gives the learner time to detect the disturbance.
                     learner.settimeout(0.5)
                     break
                 learner.sendall(_in_frames(stream, message))
         except (OSError, ValueError):
-            pass  # One of both has gone.
+            pass  # One of both has closed its connection.
         _end(server)
         try:
             learner.shutdown(socket.SHUT_WR)
@@ -176,7 +176,7 @@ class HostileConnection:
 
 
 def _frames_of(server: socket.socket) -> Iterator[tuple[bytes, bytes] | None]:
-    """Heads and payloads as they arrive; None when none has for a while."""
+    """Yields headers and payloads of frames, and None after a silence."""
     received = b""
     while True:
         while len(received) >= _HEADER_BYTES:

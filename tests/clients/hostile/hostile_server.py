@@ -1,6 +1,6 @@
-"""A server between learners and a real one, which changes answers on their way.
+"""A proxy between learners and a real server that changes responses.
 
-It speaks gRPC by messages that it does not look into, but for those that its mode changes.
+It forwards gRPC messages as bytes and parses only those that its mode changes.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ class HostileServer(grpc.GenericRpcHandler):
     """A server that listens at `address`."""
 
     def __init__(self, mode: str, target: str) -> None:
-        """Begins to listen."""
+        """Starts listening."""
         self._mode = mode
         self._channel = grpc.insecure_channel(
             target, [*_UNLIMITED, ("grpc.use_local_subchannel_pool", 1)]
@@ -36,14 +36,14 @@ class HostileServer(grpc.GenericRpcHandler):
         self._channel.close()
 
     def service(self, handler_call_details: grpc.HandlerCallDetails) -> grpc.RpcMethodHandler:
-        """Gives what handles a call."""
+        """Returns the handler of a call."""
         method = handler_call_details.method
         name = method.rsplit("/", 1)[-1]
         if name == "StepPool":
-            return grpc.stream_stream_rpc_method_handler(_ended_alike(self._step_pool(method)))
+            return grpc.stream_stream_rpc_method_handler(_with_status(self._step_pool(method)))
         if name in _WATCHES:
             return grpc.unary_stream_rpc_method_handler(
-                _ended_alike(lambda request, _: self._channel.unary_stream(method)(request))
+                _with_status(lambda request, _: self._channel.unary_stream(method)(request))
             )
         return grpc.unary_unary_rpc_method_handler(self._unary(method, name))
 
@@ -74,8 +74,8 @@ class HostileServer(grpc.GenericRpcHandler):
         return answer
 
 
-def _ended_alike(answer: Callable[..., Iterator[bytes]]) -> Callable[..., Iterator[bytes]]:
-    """Has a call end as that of the real server does."""
+def _with_status(answer: Callable[..., Iterator[bytes]]) -> Callable[..., Iterator[bytes]]:
+    """Ends a call with the status of the real server."""
 
     def ended(request: object, context: grpc.ServicerContext) -> Iterator[bytes]:
         try:

@@ -1,9 +1,9 @@
-"""The clients against servers that answer as they should not.
+"""Clients with servers that return invalid responses.
 
-A learner of each client plays the same against each mode: one address a mode. It prints
-"begin MODE" and then, as JSON, what came of it: a digest of all that it has received, or an error
-of the client's own type. Answers are those of a real server, but for what hostile_answers.py and
-hostile_frames.py change in them.
+A learner of each client sends the same requests in each mode; each mode has its own address. It
+prints "begin MODE" and then a line of JSON: a digest of all received data, or an error of the
+client's type. Responses are those of a real server, changed by hostile_answers.py and
+hostile_frames.py.
 """
 
 from __future__ import annotations
@@ -23,22 +23,22 @@ from hostile_server import HostileServer
 
 from procgen_client import ServerProcess
 
-# What a session may take: that of a client which is refused takes a second or less, one that tries
-# to go on some more, and one that waits for the end of a stream ten more.
+# Time limit of a session. A rejected client takes about a second, one that reconnects some more,
+# and one that waits for the end of a stream ten more.
 _SESSION_SECONDS = 40
-# Of all sessions of a learner together.
+# For all sessions of a learner.
 _MEMORY_KIB_MAX = 700 * 1024
 
-# Of one encoding.
+# Per encoding.
 _MUTATION_COUNT = 40
 
 _LEARNER = os.environ["PROCGEN_HOSTILE_LEARNER"].split("|")
-# What a client may not look at: then what it has received is right all the same.
+# Modes that a client may not detect; its received data must be correct then.
 _OVERLOOKED = {"shared_batch", "frame_cut"}
-# Modes of hostile_server.py after which a learner may go on, as after those of hostile_frames.py.
+# Modes of hostile_server.py after which a learner may continue, like those of hostile_frames.py.
 _TOLERATED = ["catalog_empty", "compressed"]
-# Node's HTTP/2 reports these errors of a connection to nobody, not even to @grpc/grpc-js: the
-# answer is waited for without end (clients/node/README.md).
+# Node's HTTP/2 does not report these errors of a connection, not even to @grpc/grpc-js, so the
+# client waits indefinitely (clients/node/README.md).
 _OF_CONNECTIONS = {
     "frame_of_16_mib",
     "headers_that_are_none",
@@ -59,12 +59,13 @@ class _Run:
         )
         self._lines: queue.Queue[str] = queue.Queue()
         self._errors = ""
-        self._readers = [threading.Thread(target=self._read), threading.Thread(target=self._hear)]
+        targets = (self._read, self._read_errors)
+        self._readers = [threading.Thread(target=target) for target in targets]
         for reader in self._readers:
             reader.start()
 
     def results(self) -> dict[str, dict[str, object]]:
-        """Waits for them all; fails where a session takes too long or the learner crashes."""
+        """Waits for all sessions; fails if one takes too long or the learner crashes."""
         results: dict[str, dict[str, object]] = {}
         mode = "none"
         while True:
@@ -92,7 +93,7 @@ class _Run:
             self._lines.put(line)
         self._lines.put("")
 
-    def _hear(self) -> None:
+    def _read_errors(self) -> None:
         self._errors = self._process.stderr.read()
 
 
@@ -107,7 +108,7 @@ def _against(server: ServerProcess, modes: list[str], encoding: str = "raw") -> 
     between = {mode: HostileServer(mode, server.address) for mode in modes}
     addresses = {mode: each.address for mode, each in between.items()}
     try:
-        return _Run({"undisturbed": server.address} | addresses, encoding).results()
+        return _Run({"unchanged": server.address} | addresses, encoding).results()
     finally:
         for each in between.values():
             each.stop()
@@ -119,7 +120,7 @@ def test_invalid_stream_responses_are_errors(server: ServerProcess, encoding: st
         hostile_answers.STREAM_ERRORS if encoding == "raw" else hostile_answers.ENCODED_ERRORS
     )
     results = _against(server, modes, encoding)
-    right = results.pop("undisturbed")["digest"]
+    right = results.pop("unchanged")["digest"]
     for mode in modes:
         is_right = mode in _OVERLOOKED and results[mode].get("digest") == right
         assert results[mode].get("message") or is_right, (mode, results[mode])
@@ -127,7 +128,7 @@ def test_invalid_stream_responses_are_errors(server: ServerProcess, encoding: st
 
 def test_invalid_unary_responses_are_errors(server: ServerProcess) -> None:
     results = _against(server, hostile_answers.UNARY_ERRORS)
-    assert "digest" in results.pop("undisturbed")
+    assert "digest" in results.pop("unchanged")
     for mode in hostile_answers.UNARY_ERRORS:
         assert results[mode].get("message"), (mode, results[mode])
 
@@ -135,16 +136,16 @@ def test_invalid_unary_responses_are_errors(server: ServerProcess) -> None:
 @pytest.mark.parametrize("encoding", ["raw", "delta_zstd"])
 def test_mutated_responses_are_errors_or_batches(server: ServerProcess, encoding: str) -> None:
     results = _against(server, mutated_answers.modes(_MUTATION_COUNT), encoding)
-    assert "digest" in results["undisturbed"]
+    assert "digest" in results["unchanged"]
     for mode, result in results.items():
-        # One with another reward, say, is as good an answer as the real one.
+        # A different value, such as another reward, is a valid response.
         assert result.get("message") or "digest" in result, (mode, result)
 
 
 def test_fields_of_later_servers_are_ignored(server: ServerProcess) -> None:
     results = _against(server, hostile_answers.STREAM_HARMLESS)
     digests = {result.get("digest") for result in results.values()}
-    assert digests == {results["undisturbed"]["digest"]}, results
+    assert digests == {results["unchanged"]["digest"]}, results
 
 
 def test_broken_connections_are_errors_or_reconnects(
@@ -154,8 +155,8 @@ def test_broken_connections_are_errors_or_reconnects(
     addresses = {mode: HostileConnection(mode, server.address).address for mode in modes}
     others = {mode: HostileServer(mode, server.address) for mode in _TOLERATED}
     addresses |= {mode: each.address for mode, each in others.items()}
-    results = _Run({"undisturbed": server.address} | addresses).results()
-    right = results.pop("undisturbed")["digest"]
+    results = _Run({"unchanged": server.address} | addresses).results()
+    right = results.pop("unchanged")["digest"]
     for mode, result in results.items():
         assert result.get("message") or result.get("digest") == right, (mode, result)
     for each in others.values():

@@ -48,7 +48,7 @@ uint32_t DigestOf(uint32_t before, const procgen_client::Batch& batch) {
   return Crc32(before, batch.final_observations());
 }
 
-// What is asked for beside the stream.
+// Unary calls.
 absl::StatusOr<uint32_t> LookOn(procgen_client::Client* client, const std::string& pool,
                                 uint32_t digest) {
   const auto states = client->SaveStates(pool, {2, 0});
@@ -133,14 +133,14 @@ int main(int argc, char** argv) {
     const std::vector<std::string> words = absl::StrSplit(argv[i], '=');
     std::cout << "begin " << words[0] << std::endl;
     const absl::StatusOr<uint32_t> digest = Learn(words[2], words[1] != "raw");
-    nlohmann::json told = {{"mode", words[0]}};
+    nlohmann::json report = {{"mode", words[0]}};
     if (digest.ok()) {
-      told["digest"] = *digest;
+      report["digest"] = *digest;
     } else {
-      told["error"] = absl::StatusCodeToString(digest.status().code());
-      told["message"] = digest.status().message();
+      report["error"] = absl::StatusCodeToString(digest.status().code());
+      report["message"] = digest.status().message();
     }
-    // What was not text on the way here is none in JSON.
-    std::cout << told.dump(-1, ' ', true, nlohmann::json::error_handler_t::replace) << std::endl;
+    // Replaces invalid UTF-8, which JSON cannot contain.
+    std::cout << report.dump(-1, ' ', true, nlohmann::json::error_handler_t::replace) << std::endl;
   }
 }

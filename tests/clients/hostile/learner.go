@@ -68,7 +68,7 @@ func learn(address, encoding string) (uint32, error) {
 	return lookOn(ctx, connection, pool, digest)
 }
 
-// What is asked for beside the stream.
+// Unary calls.
 func lookOn(ctx context.Context, connection *client.Client, pool *client.Pool, digest uint32) (uint32, error) {
 	states, err := pool.SaveStates(ctx, 2, 0)
 	if err != nil {
@@ -99,17 +99,17 @@ func main() {
 	for _, argument := range os.Args[1:] {
 		words := strings.Split(argument, "=")
 		fmt.Println("begin", words[0])
-		told := map[string]interface{}{"mode": words[0]}
+		report := map[string]interface{}{"mode": words[0]}
 		digest, err := learn(words[2], words[1])
 		var own *client.Error
 		if errors.As(err, &own) {
-			told["error"], told["message"] = own.Code.String(), own.Message
+			report["error"], report["message"] = own.Code.String(), own.Message
 		} else if err != nil {
 			panic(err)
 		} else {
-			told["digest"] = digest
+			report["digest"] = digest
 		}
-		line, _ := json.Marshal(told)
+		line, _ := json.Marshal(report)
 		fmt.Println(string(line))
 	}
 }

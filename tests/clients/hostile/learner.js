@@ -58,14 +58,14 @@ async function learn(address, encoding) {
 for (const argument of process.argv.slice(2)) {
   const [mode, encoding, address] = argument.split("=");
   console.log(`begin ${mode}`);
-  let told;
+  let report;
   try {
-    told = { digest: await learn(address, encoding) };
+    report = { digest: await learn(address, encoding) };
   } catch (error) {
     if (!(error instanceof ProcgenError)) {
       throw error;
     }
-    told = { error: error.constructor.name, message: error.message };
+    report = { error: error.constructor.name, message: error.message };
   }
-  console.log(JSON.stringify({ mode, ...told }));
+  console.log(JSON.stringify({ mode, ...report }));
 }

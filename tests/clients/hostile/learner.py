@@ -43,7 +43,7 @@ for argument in sys.argv[1:]:
     mode, encoding, address = argument.split("=")
     print(f"begin {mode}", flush=True)
     try:
-        told = {"digest": _learn(address, encoding)}
+        report = {"digest": _learn(address, encoding)}
     except ProcgenError as error:
-        told = {"error": type(error).__name__, "message": str(error)}
-    print(json.dumps({"mode": mode, **told}), flush=True)
+        report = {"error": type(error).__name__, "message": str(error)}
+    print(json.dumps({"mode": mode, **report}), flush=True)

@@ -1,4 +1,4 @@
-"""Answers of a real server in one of which one field, at any depth, has another value, by seed."""
+"""Responses of a real server with one field, at any depth, changed in one of them, by seed."""
 
 from __future__ import annotations
 
@@ -14,31 +14,31 @@ _PREFIX = "mutated_"
 _METHODS = {method: kind for method, kind, _ in hostile_answers.UNARY.values()} | {
     "GetCatalog": catalog_pb2.Catalog
 }
-# The learner's stream: attach, observe, ten steps.
+# Responses on the learner's stream: attach, observe, ten steps.
 _STREAM_ANSWERS = 12
 _TEXTS = ["", "pools/another", "\0", "a" * 70000, "é"]
 
 
 def modes(count: int) -> list[str]:
-    """Gives the modes of `count` seeds."""
+    """Returns the modes of `count` seeds."""
     return [f"{_PREFIX}{seed}" for seed in range(count)]
 
 
 def stream_answer(mode: str, message: bytes) -> bytes:
-    """Gives what the learner receives in the place of a StepPoolResponse."""
+    """Returns the replacement of a StepPoolResponse."""
     response = step_pb2.StepPoolResponse.FromString(message)
     return _mutated(mode, response.sequence_number, response, message)
 
 
 def unary_answer(mode: str, method: str, message: bytes) -> bytes:
-    """Gives what the learner receives in the place of an answer that is no stream."""
+    """Returns the replacement of a unary response."""
     if method not in _METHODS:
         return message
     return _mutated(mode, method, _METHODS[method].FromString(message), message)
 
 
 def _mutated(mode: str, place: int | str, answer: Message, message: bytes) -> bytes:
-    """Gives `answer` changed, if it is the one that this mode changes, else `message`."""
+    """Returns `answer` changed if this mode changes it, else `message`."""
     if not mode.startswith(_PREFIX):
         return message
     chance = random.Random(mode)
@@ -82,7 +82,7 @@ def _mutate_repeated(message: Message, field: FieldDescriptor, chance: random.Ra
 
 
 def _value(field: FieldDescriptor, before: object, chance: random.Random) -> object:
-    """Gives another value for a field that is no message."""
+    """Returns another value for a scalar field."""
     if field.enum_type is not None:
         return chance.choice([0, 1, 2, 3, 99, -1])
     kind = field.cpp_type

@@ -6,11 +6,11 @@
 #include "tests/clients/libenv/host.h"
 #include "tests/clients/libenv/standard_error.h"
 
-// What two environments look like in their first steps, and what they tell besides.
+// Digests of the first steps of two environments: observations, and all other results.
 struct Trajectory {
   uint32_t pictures;
   uint32_t facts;
-  int line_count;  // that were said
+  int line_count;  // of standard error
 };
 
 static struct Trajectory Play(const char* art_dir) {
@@ -36,14 +36,14 @@ static struct Trajectory Play(const char* art_dir) {
   return trajectory;
 }
 
-// A folder that holds art for all games; it belongs to all claims, which may run at the same time.
+// A folder with art for all games. Claims that run concurrently share it, so none changes it.
 static const char* PaintedFolder(void) {
   const char* folder = getenv("PROCGEN_PAINTED_ART_DIR");
   CLAIM(folder != NULL);
   return folder;
 }
 
-void ArtOfTheFolderIsShown(void) {
+void FolderArtIsDrawn(void) {
   const struct Trajectory own = Play(NULL);
   const struct Trajectory painted = Play(PaintedFolder());
   CLAIM(own.line_count == 0 && painted.line_count == 0);
@@ -51,7 +51,7 @@ void ArtOfTheFolderIsShown(void) {
   CLAIM(painted.facts == own.facts);
 }
 
-void FolderWithoutArtIsToldInOneLine(void) {
+void FolderWithoutArtErrorIsOneLine(void) {
   const struct Trajectory own = Play(NULL);
   const struct Trajectory empty_name = Play("");
   CLAIM(empty_name.line_count == 0 && empty_name.pictures == own.pictures);
@@ -71,7 +71,7 @@ void FolderWithoutArtIsToldInOneLine(void) {
   }
 }
 
-// By a link of its own to the folder, which goes away meanwhile.
+// Uses its own symbolic link to the folder, and removes it while the handle exists.
 void FolderIsReadOnceWhileAHandleUsesIt(void) {
   char folder[] = "/tmp/libenv_test_XXXXXX";
   CLAIM(mkdtemp(folder) != NULL);
@@ -90,7 +90,7 @@ void FolderIsReadOnceWhileAHandleUsesIt(void) {
   CLAIM(Play(link).line_count == 1);
 }
 
-void FolderIsTheServersAffair(void) {
+void FolderIsIgnoredWithAServer(void) {
   const struct Trajectory own = Play(NULL);
   const struct Trajectory painted = Play(PaintedFolder());
   CLAIM(painted.line_count == 0);

@@ -1,11 +1,11 @@
-// Claims of the C tests: one that does not hold ends the program with its place and its text.
+// CLAIM ends the program with status 1, and prints its place and text, if its condition is false.
 #ifndef TESTS_CLIENTS_LIBENV_CLAIM_H_
 #define TESTS_CLIENTS_LIBENV_CLAIM_H_
 
 #include <stdio.h>
 #include <stdlib.h>
 
-// The exit status that says that a claim cannot be checked here.
+// Exit status of a test that is skipped because its prerequisites are missing.
 enum { kSkipped = 77 };
 
 #define CLAIM(condition)                                                      \

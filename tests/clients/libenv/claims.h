@@ -1,54 +1,54 @@
-// All claims that libenv_test can be asked to check, by what they are about. A name is the claim.
+// The claims that libenv_test can check, by subject. A name is the claim.
 #ifndef TESTS_CLIENTS_LIBENV_CLAIMS_H_
 #define TESTS_CLIENTS_LIBENV_CLAIMS_H_
 
-// The folder of the recordings that come with the code.
+// The folder of the recordings in this repository.
 extern const char* golden_folder;
 
-// Of what is made: make_claims.c.
+// Creation: make_claims.c.
 void VersionIsOne(void);
-void LayoutIsThatOfThePage(void);
-void SpacesAreThoseOfThePage(void);
+void LayoutMatchesTheDocumentation(void);
+void SpacesMatchTheDocumentation(void);
 void RenderHumanAddsAnInfo(void);
-void BadOptionsAreToldInOneLine(void);
-void MalformedOptionsAreToldInOneLine(void);
-void DefaultsAreTheLibrarys(void);
-void AllOptionsAreTaken(void);
+void InvalidOptionErrorIsOneLine(void);
+void MalformedOptionErrorIsOneLine(void);
+void MissingOptionsHaveTheDefaults(void);
+void AllOptionsAreAccepted(void);
 
-// Of what is observed: step_claims.c.
+// Steps and observations: step_claims.c.
 void FirstObservationNeedsNoStep(void);
 void ObserveIsIdempotent(void);
 void BuffersAreWrittenAtObserveOnly(void);
-void ActionsAreTakenDuringActOnly(void);
+void ActionsAreReadDuringActOnly(void);
 void UnknownActionsDoNothing(void);
 void ThreadsChangeNothing(void);
-void JointGamesAreDealtInTurn(void);
+void SeveralGamesAreAssignedRoundRobin(void);
 void HumanViewIsDrawnAtEachObserve(void);
-void RecordingsAreTheSame(void);
-void UpstreamPicturesAreTheSame(void);
+void GoldenRecordingsReplayIdentically(void);
+void UpstreamObservationsReplayIdentically(void);
 
-// Of snapshots: state_claims.c.
-void RestoredEnvironmentsGoOnTheSame(void);
+// Snapshots: state_claims.c.
+void RestoredEnvironmentsContinueIdentically(void);
 void RestoringRefreshesOneEnvironment(void);
-void SnapshotsAreTakenBeforeBuffersAreSet(void);
+void SnapshotsNeedNoBuffers(void);
 void OptionsComeFromTheSnapshot(void);
-void BadSnapshotsAreToldInOneLine(void);
+void InvalidSnapshotErrorIsOneLine(void);
 
-// Of the art that is drawn with: art_claims.c.
-void ArtOfTheFolderIsShown(void);
-void FolderWithoutArtIsToldInOneLine(void);
+// Art: art_claims.c.
+void FolderArtIsDrawn(void);
+void FolderWithoutArtErrorIsOneLine(void);
 void FolderIsReadOnceWhileAHandleUsesIt(void);
-void FolderIsTheServersAffair(void);
+void FolderIsIgnoredWithAServer(void);
 
-// Of life and death: life_claims.c.
-void MisuseIsToldInOneLine(void);
-void CloseMayComeAtAnyTime(void);
+// Lifetime and errors: life_claims.c.
+void MisuseErrorIsOneLine(void);
+void CloseIsAllowedAtAnyTime(void);
 void ProcessMayEndWithoutClose(void);
-void HandlesMayBeUsedByThreadsOfTheirOwn(void);
+void HandlesCanBeUsedByDifferentThreads(void);
 void ThousandHandlesLeakNothing(void);
-// These want no server, or lose theirs.
-void UnreachableServerIsToldInOneLine(void);
-void HostThatDiesLeavesNothing(void);
-void LostServerIsToldOnce(void);
+// These run without a server, or kill it.
+void UnreachableServerErrorIsOneLine(void);
+void KilledHostFreesItsPools(void);
+void LostServerIsReportedOnce(void);
 
 #endif  // TESTS_CLIENTS_LIBENV_CLAIMS_H_

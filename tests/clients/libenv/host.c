@@ -16,7 +16,7 @@ static void* Find(void* library, const char* name) {
   return found;
 }
 
-// As the Python package does: symbols stay within the library.
+// RTLD_LOCAL, as in the Python package.
 void LoadInterface(const char* path) {
   void* library = dlopen(path, RTLD_NOW | RTLD_LOCAL);
   if (library == NULL) {
@@ -71,7 +71,7 @@ struct OptionList RequiredOptions(const char* games) {
 }
 
 struct LibenvHandle* Make(int env_count, const struct OptionList* list) {
-  // On the heap, so that a library that looks at it later is seen by the sanitizer.
+  // On the heap, so that AddressSanitizer detects a library that reads it later.
   struct OptionList* copy = malloc(sizeof(*copy));
   CLAIM(copy != NULL);
   *copy = *list;
@@ -88,7 +88,7 @@ struct LibenvHandle* Make(int env_count, const struct OptionList* list) {
   return handle;
 }
 
-// Memory for `count` values of `bytes` each, every one by itself and with a guard behind it.
+// Memory for `count` values of `bytes` each: separate allocations, each followed by a guard.
 static void* NewValues(int count, size_t bytes) {
   uint8_t** values = malloc((size_t)count * sizeof(*values));
   CLAIM(values != NULL);
@@ -132,7 +132,7 @@ static void SetBuffers(struct Host* host) {
                                   .infos = infos,
                                   .actions = actions};
   libenv.set_buffers(host->handle, &buffers);
-  // Only the values stay, not the arrays that point to them.
+  // The library must keep the addresses of the values, not these arrays.
   free(infos);
   free(observations);
   free(actions);

@@ -1,5 +1,5 @@
-// A host as the Python package is one: it loads libenv.so by its path, makes environments, and owns
-// the memory that they are observed in.
+// A host like the Python package: loads libenv.so by its path, makes environments, and owns the
+// memory of their observations.
 #ifndef TESTS_CLIENTS_LIBENV_HOST_H_
 #define TESTS_CLIENTS_LIBENV_HOST_H_
 
@@ -12,7 +12,7 @@ enum {
   kOptionCountMax = 32,
   kPictureBytes = 64 * 64 * 3,
   kHumanViewBytes = 512 * 512 * 3,
-  kGuardBytes = 16,  // behind each value, to see that nobody writes there
+  kGuardBytes = 16,  // after each value, to detect writes beyond it
 };
 
 // The functions of the loaded library.
@@ -41,15 +41,15 @@ struct OptionList {
 
 void AddInteger(struct OptionList* list, const char* name, int32_t value);
 void AddBoolean(struct OptionList* list, const char* name, int value);
-// `text` must stay until the list was used.
+// `text` must stay valid until Make returns.
 void AddString(struct OptionList* list, const char* name, const char* text);
-// A list with what must be given: `games`, num_actions 15, start_level 0.
+// A list of the required options: env_name `games`, num_actions 15, start_level 0.
 struct OptionList RequiredOptions(const char* games);
 
-// Makes environments with the list; the options' memory is gone when this returns.
+// Calls libenv_make with the list. Frees the options before it returns.
 struct LibenvHandle* Make(int env_count, const struct OptionList* list);
 
-// Environments with their buffers. Values of one member do not lie side by side.
+// Environments with their buffers. The values of a member are separate allocations.
 struct Host {
   struct LibenvHandle* handle;
   int env_count;
@@ -66,13 +66,13 @@ struct Host {
 
 // Makes environments, which must succeed, and sets buffers. Nothing is observed yet.
 struct Host OpenHost(int env_count, const struct OptionList* list);
-// Sets the action of all and acts.
+// Sets the action of every environment and calls libenv_act.
 void ActAll(struct Host* host, int32_t action);
-// Closes and frees; the bytes behind all values must be untouched.
+// Closes the handle, checks the guard bytes and frees the buffers.
 void CloseHost(struct Host* host);
-// One number for all that is observed, actions apart.
+// Digest of all results of libenv_observe.
 uint32_t DigestOfHost(const struct Host* host);
-// 32-bit FNV-1a, begun with kDigestBegin.
+// 32-bit FNV-1a of `bytes`, continued from `digest`; starts with kDigestBegin.
 static const uint32_t kDigestBegin = 2166136261U;
 uint32_t Digest(uint32_t digest, const void* bytes, size_t size);
 

@@ -13,15 +13,15 @@
 #include "tests/clients/libenv/server_process.h"
 #include "tests/clients/libenv/standard_error.h"
 
-// A sanitizer keeps freed memory to itself for a while, so that what is resident says nothing; the
-// address sanitizer has a search for leaks of its own.
+// Sanitizers delay reuse of freed memory, so the resident size is not comparable. AddressSanitizer
+// detects leaks itself.
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
 static const long kGrowthPagesMax = 1L << 30;
 #else
 static const long kGrowthPagesMax = 2048;  // 8 MiB over a thousand handles
 #endif
 
-void MisuseIsToldInOneLine(void) {
+void MisuseErrorIsOneLine(void) {
   const struct OptionList list = RequiredOptions("coinrun");
   struct LibenvHandle* handle = Make(1, &list);
   CLAIM(handle != NULL);
@@ -43,7 +43,7 @@ void MisuseIsToldInOneLine(void) {
   libenv.close(handle);
 }
 
-void CloseMayComeAtAnyTime(void) {
+void CloseIsAllowedAtAnyTime(void) {
   const struct OptionList list = RequiredOptions("coinrun");
   struct LibenvHandle* handle = Make(2, &list);
   CLAIM(handle != NULL);
@@ -57,8 +57,8 @@ void CloseMayComeAtAnyTime(void) {
   }
 }
 
-// Python packages leave their environments open when they end. What is global must outlast the
-// step that runs.
+// Python programs may exit without closing their environments. Global objects must outlive the
+// running step.
 void ProcessMayEndWithoutClose(void) {
   static struct Host hosts[4];
   struct OptionList list = RequiredOptions("coinrun,maze");
@@ -70,7 +70,7 @@ void ProcessMayEndWithoutClose(void) {
 
 enum { kHostThreadCount = 6 };
 
-// Plays alone and returns its digest in place of its argument.
+// Plays with its own handle; replaces its argument, the seed, by the digest.
 static void* PlayAlone(void* seed_and_digest) {
   uint32_t* value = seed_and_digest;
   struct OptionList list = RequiredOptions("coinrun");
@@ -88,7 +88,7 @@ static void* PlayAlone(void* seed_and_digest) {
   return NULL;
 }
 
-void HandlesMayBeUsedByThreadsOfTheirOwn(void) {
+void HandlesCanBeUsedByDifferentThreads(void) {
   uint32_t alone[kHostThreadCount];
   uint32_t together[kHostThreadCount];
   for (uint32_t i = 0; i < kHostThreadCount; ++i) {
@@ -135,7 +135,7 @@ static void MakeAndClose(int count) {
   }
 }
 
-// gRPC closes connections and ends threads in the background, so that a count may need a moment.
+// Waits up to 10 s: gRPC closes connections and ends threads in the background.
 static int FallsTo(const char* path, int count) {
   const struct timespec moment = {.tv_nsec = 50 * 1000 * 1000};
   for (int i = 0; i < 200 && CountEntries(path) > count; ++i) {
@@ -147,7 +147,7 @@ static int FallsTo(const char* path, int count) {
 void ThousandHandlesLeakNothing(void) {
   static const char kDescriptors[] = "/proc/self/fd";
   static const char kThreads[] = "/proc/self/task";
-  // What is kept for good (art, the threads of gRPC) is there after some.
+  // Creates everything that is never freed: art, gRPC's threads.
   MakeAndClose(100);
   const int descriptors = CountEntries(kDescriptors);
   const int threads = CountEntries(kThreads);
@@ -161,7 +161,7 @@ void ThousandHandlesLeakNothing(void) {
   CLAIM(ResidentPages() - pages <= kGrowthPagesMax);
 }
 
-void UnreachableServerIsToldInOneLine(void) {
+void UnreachableServerErrorIsOneLine(void) {
   CLAIM(setenv("PROCGEN_SERVER", "127.0.0.1:1", 1) == 0);
   const struct OptionList list = RequiredOptions("coinrun");
   BeginListening();
@@ -171,7 +171,7 @@ void UnreachableServerIsToldInOneLine(void) {
   CLAIM(said.line_count == 1 && strstr(said.text, "127.0.0.1:1") != NULL);
 }
 
-// Makes as many environments as the server has room for, and dies.
+// Makes environments until the server has no more room, then kills itself.
 static void UseUpTheServerAndDie(void) {
   const struct OptionList list = RequiredOptions("maze");
   while (Make(1, &list) != NULL) {
@@ -179,8 +179,8 @@ static void UseUpTheServerAndDie(void) {
   raise(SIGKILL);
 }
 
-void HostThatDiesLeavesNothing(void) {
-  // Before this process speaks to the server, as threads do not survive a fork.
+void KilledHostFreesItsPools(void) {
+  // Fork before this process calls the server: threads do not survive a fork.
   const pid_t child = fork();
   CLAIM(child >= 0);
   if (child == 0) {
@@ -191,7 +191,7 @@ void HostThatDiesLeavesNothing(void) {
   const struct OptionList list = RequiredOptions("maze");
   struct LibenvHandle* handle = Make(1, &list);
   CLAIM(handle == NULL);
-  // The test's own time limit ends the wait for room that never comes.
+  // CTest's timeout ends this wait if the server never frees them.
   const struct timespec moment = {.tv_nsec = 200 * 1000 * 1000};
   while (handle == NULL) {
     nanosleep(&moment, NULL);
@@ -200,7 +200,7 @@ void HostThatDiesLeavesNothing(void) {
   libenv.close(handle);
 }
 
-void LostServerIsToldOnce(void) {
+void LostServerIsReportedOnce(void) {
   const struct OptionList list = RequiredOptions("coinrun");
   struct Host host = OpenHost(2, &list);
   ActAll(&host, 7);

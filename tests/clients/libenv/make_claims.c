@@ -8,8 +8,8 @@
 
 void VersionIsOne(void) { CLAIM(libenv.version() == 1); }
 
-// As a C compiler sees it; the library checks what a C++ compiler sees when it is built.
-void LayoutIsThatOfThePage(void) {
+// The layout in C. The library checks the layout in C++ when it is compiled.
+void LayoutMatchesTheDocumentation(void) {
   CLAIM(sizeof(union LibenvValue) == 4);
   CLAIM(sizeof(struct LibenvTensorType) == 128 + 4 + 4 + 16 * 4 + 4 + 4 + 4);
   CLAIM(offsetof(struct LibenvTensorType, scalar_type) == 128);
@@ -52,7 +52,7 @@ static void ClaimInfos(const struct LibenvTensorType types[]) {
   ClaimIsInt32(&types[2], "level_seed", INT_MAX);
 }
 
-void SpacesAreThoseOfThePage(void) {
+void SpacesMatchTheDocumentation(void) {
   const struct OptionList list = RequiredOptions("coinrun");
   struct LibenvHandle* handle = Make(1, &list);
   CLAIM(handle != NULL);
@@ -81,8 +81,8 @@ void RenderHumanAddsAnInfo(void) {
   libenv.close(handle);
 }
 
-// Making fails, and the one line that is said has `words` in it.
-static void ClaimIsRefused(int env_count, const struct OptionList* list,
+// Expects that libenv_make fails and writes one line that contains `words`.
+static void ClaimIsRejected(int env_count, const struct OptionList* list,
                            const char* words) {
   BeginListening();
   struct LibenvHandle* handle = Make(env_count, list);
@@ -92,20 +92,20 @@ static void ClaimIsRefused(int env_count, const struct OptionList* list,
   CLAIM(strstr(said.text, words) != NULL);
 }
 
-static void ClaimIntegerIsRefused(const char* name, int32_t value, const char* words) {
+static void ClaimIntegerIsRejected(const char* name, int32_t value, const char* words) {
   struct OptionList list = RequiredOptions("coinrun");
   for (int i = 0; i < list.count; ++i) {
     if (strcmp(list.items[i].name, name) == 0) {
       list.integers[i] = value;
-      ClaimIsRefused(1, &list, words);
+      ClaimIsRejected(1, &list, words);
       return;
     }
   }
   AddInteger(&list, name, value);
-  ClaimIsRefused(1, &list, words);
+  ClaimIsRejected(1, &list, words);
 }
 
-static void ClaimMissingIsRefused(int missing, const char* name) {
+static void ClaimMissingIsRejected(int missing, const char* name) {
   struct OptionList list = RequiredOptions("coinrun");
   snprintf(list.items[missing].name, sizeof(list.items[missing].name), "num_levels");
   if (missing == 0) {
@@ -113,64 +113,64 @@ static void ClaimMissingIsRefused(int missing, const char* name) {
     list.items[missing].count = 1;
     list.items[missing].data = NULL;
   }
-  ClaimIsRefused(1, &list, name);
+  ClaimIsRejected(1, &list, name);
 }
 
-void BadOptionsAreToldInOneLine(void) {
+void InvalidOptionErrorIsOneLine(void) {
   const struct OptionList good = RequiredOptions("coinrun");
-  ClaimIsRefused(0, &good, "env_count");
-  ClaimIsRefused(-5, &good, "env_count");
-  ClaimIsRefused(INT_MAX, &good, "env_count");
+  ClaimIsRejected(0, &good, "env_count");
+  ClaimIsRejected(-5, &good, "env_count");
+  ClaimIsRejected(INT_MAX, &good, "env_count");
   struct OptionList list = RequiredOptions("coinrum");
-  ClaimIsRefused(1, &list, "coinrum");
+  ClaimIsRejected(1, &list, "coinrum");
   list = RequiredOptions("");
-  ClaimIsRefused(1, &list, "game");
+  ClaimIsRejected(1, &list, "game");
   list = RequiredOptions("coinrun,maze");
-  ClaimIsRefused(3, &list, "multiple");
-  ClaimMissingIsRefused(0, "env_name");
-  ClaimMissingIsRefused(1, "num_actions");
-  ClaimMissingIsRefused(2, "start_level");
-  ClaimIntegerIsRefused("frame_skip", 4, "frame_skip");
-  ClaimIntegerIsRefused("num_levels", -1, "num_levels");
-  ClaimIntegerIsRefused("start_level", -1, "start_level");
-  ClaimIntegerIsRefused("num_actions", 0, "num_actions");
-  ClaimIntegerIsRefused("num_actions", 16, "num_actions");
-  ClaimIntegerIsRefused("num_threads", -1, "num_threads");
-  ClaimIntegerIsRefused("num_threads", INT_MAX, "num_threads");
-  ClaimIntegerIsRefused("distribution_mode", 3, "distribution_mode");
-  ClaimIntegerIsRefused("distribution_mode", 20, "distribution_mode");
-  // Coinrun has neither extreme levels nor memory ones.
-  ClaimIntegerIsRefused("distribution_mode", 2, "distribution_mode");
-  ClaimIntegerIsRefused("distribution_mode", 10, "distribution_mode");
+  ClaimIsRejected(3, &list, "multiple");
+  ClaimMissingIsRejected(0, "env_name");
+  ClaimMissingIsRejected(1, "num_actions");
+  ClaimMissingIsRejected(2, "start_level");
+  ClaimIntegerIsRejected("frame_skip", 4, "frame_skip");
+  ClaimIntegerIsRejected("num_levels", -1, "num_levels");
+  ClaimIntegerIsRejected("start_level", -1, "start_level");
+  ClaimIntegerIsRejected("num_actions", 0, "num_actions");
+  ClaimIntegerIsRejected("num_actions", 16, "num_actions");
+  ClaimIntegerIsRejected("num_threads", -1, "num_threads");
+  ClaimIntegerIsRejected("num_threads", INT_MAX, "num_threads");
+  ClaimIntegerIsRejected("distribution_mode", 3, "distribution_mode");
+  ClaimIntegerIsRejected("distribution_mode", 20, "distribution_mode");
+  // Coinrun has no extreme mode and no memory mode.
+  ClaimIntegerIsRejected("distribution_mode", 2, "distribution_mode");
+  ClaimIntegerIsRejected("distribution_mode", 10, "distribution_mode");
 }
 
-void MalformedOptionsAreToldInOneLine(void) {
+void MalformedOptionErrorIsOneLine(void) {
   struct OptionList list = RequiredOptions("coinrun");
   AddBoolean(&list, "center_agent", 2);
-  ClaimIsRefused(1, &list, "center_agent");
+  ClaimIsRejected(1, &list, "center_agent");
   list = RequiredOptions("coinrun");
   AddInteger(&list, "center_agent", 1);
-  ClaimIsRefused(1, &list, "center_agent");
+  ClaimIsRejected(1, &list, "center_agent");
   list = RequiredOptions("coinrun");
   AddInteger(&list, "rand_seed", 1);
   list.items[list.count - 1].count = 2;
-  ClaimIsRefused(1, &list, "rand_seed");
+  ClaimIsRejected(1, &list, "rand_seed");
   list = RequiredOptions("coinrun");
   AddInteger(&list, "start_level", 1);
-  ClaimIsRefused(1, &list, "twice");
+  ClaimIsRejected(1, &list, "twice");
   list = RequiredOptions("coinrun");
   list.items[0].count = -1;
-  ClaimIsRefused(1, &list, "env_name");
+  ClaimIsRejected(1, &list, "env_name");
   list = RequiredOptions("coinrun");
   memset(list.items[1].name, 'x', sizeof(list.items[1].name));
-  ClaimIsRefused(1, &list, "terminating zero");
+  ClaimIsRejected(1, &list, "terminating zero");
   BeginListening();
   const struct LibenvOptions none = {.items = NULL, .count = 3};
   CLAIM(libenv.make(1, none) == NULL);
   CLAIM(EndListening().line_count == 1);
 }
 
-// What some steps of two environments look like.
+// Digest of 20 steps of two environments.
 static uint32_t Play(const struct OptionList* list) {
   struct Host host = OpenHost(2, list);
   uint32_t digest = kDigestBegin;
@@ -184,11 +184,11 @@ static uint32_t Play(const struct OptionList* list) {
   return digest;
 }
 
-void DefaultsAreTheLibrarys(void) {
+void MissingOptionsHaveTheDefaults(void) {
   static const char* const kFalse[] = {"center_agent",         "use_sequential_levels",
                                        "use_generated_assets", "use_monochrome_assets",
                                        "restrict_themes",      "paint_vel_info"};
-  // Maze shows whether the camera follows, coinrun themes and backgrounds.
+  // Maze depends on center_agent, coinrun on themes and backgrounds.
   struct OptionList list = RequiredOptions("coinrun,maze");
   const uint32_t expected = Play(&list);
   AddInteger(&list, "num_levels", 0);
@@ -210,7 +210,7 @@ void DefaultsAreTheLibrarys(void) {
   CLAIM(Play(&other) != expected);
 }
 
-void AllOptionsAreTaken(void) {
+void AllOptionsAreAccepted(void) {
   struct OptionList list = RequiredOptions("jumper");
   const uint32_t expected = Play(&list);
   AddString(&list, "resource_root", "/nowhere/at/all/");

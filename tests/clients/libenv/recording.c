@@ -4,7 +4,7 @@
 
 #include "tests/clients/libenv/claim.h"
 
-// What follows `"name":` in the header, which is JSON without blanks and with each name once.
+// The text after `"name":` in the header, which is JSON without blanks; each name occurs once.
 static const char* ValueOf(const char* header, const char* name) {
   char key[64];
   snprintf(key, sizeof(key), "\"%s\":", name);
@@ -47,7 +47,7 @@ static void ReadOptions(const char* header, struct Recording* recording) {
   }
 }
 
-// The bytes of a file, with a zero behind them.
+// The content of a file, followed by a zero byte.
 static char* ReadFile(const char* path, size_t* size) {
   FILE* file = fopen(path, "rb");
   CLAIM(file != NULL);
@@ -60,7 +60,7 @@ static char* ReadFile(const char* path, size_t* size) {
   return content;
 }
 
-// The arrays lie behind the header in the order of their names, which is checked.
+// The arrays follow the header in the order of their names; checks that order.
 static void CopyArrays(const char* header, const char* end, struct Recording* recording) {
   static const char* const kNames[] = {"action",           "reward",          "first",
                                        "level_seed",       "prev_level_seed", "prev_level_complete",

@@ -7,7 +7,7 @@
 #include "tests/clients/libenv/host.h"
 
 struct Recording {
-  struct OptionList options;           // those that the recording was made with
+  struct OptionList options;           // of the recorded environments
   int env_count;                       // E
   int step_count;                      // T
   const uint8_t* actions;              // [T, E]; 255: -1
@@ -16,8 +16,8 @@ struct Recording {
   const int32_t* level_seeds;          // [T + 1, E]
   const int32_t* prev_level_seeds;     // [T + 1, E]
   const uint8_t* prev_level_complete;  // [T + 1, E]
-  const uint32_t* picture_digests;     // [T + 1, E], FNV-1a; null: there are none
-  int has_upstream_art;                // the pictures were drawn with upstream's art
+  const uint32_t* picture_digests;     // [T + 1, E], FNV-1a; null without observations
+  int has_upstream_art;                // observations were drawn with upstream's art
   char games[64];
   char* content;  // of the file; the arrays are copies out of it
   void* arrays[8];

@@ -10,7 +10,7 @@
 #include "tests/clients/libenv/claim.h"
 
 static pid_t server_process = 0;
-// The server's file of tokens. It asks for one, so that all claims are made by a host that shows it.
+// The server's token file. The server requires a token, so all claims use a host that sends one.
 static char tokens_path[] = "/tmp/procgen-libenv-tokens-XXXXXX";
 static const char kToken[] = "libenv-token-0123456789";
 

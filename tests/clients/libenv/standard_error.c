@@ -28,7 +28,7 @@ struct CapturedOutput EndListening(void) {
   for (size_t i = 0; i < size; ++i) {
     said.line_count += said.text[i] == '\n';
   }
-  // Shown, too, so that a failing test can be understood.
+  // Also written to the real standard error, for the log of a failed test.
   fputs(said.text, stderr);
   return said;
 }

@@ -1,4 +1,4 @@
-// What the library says on standard error.
+// Captures what the library writes to standard error.
 #ifndef TESTS_CLIENTS_LIBENV_STANDARD_ERROR_H_
 #define TESTS_CLIENTS_LIBENV_STANDARD_ERROR_H_
 

@@ -35,7 +35,7 @@ static uint32_t DigestOfPlay(struct Host* host, int first_step, int step_count) 
   return digest;
 }
 
-void RestoredEnvironmentsGoOnTheSame(void) {
+void RestoredEnvironmentsContinueIdentically(void) {
   const struct OptionList list = RequiredOptions(kGames);
   struct OptionList other_list = RequiredOptions(kGames);
   AddInteger(&other_list, "rand_seed", 77);
@@ -83,14 +83,14 @@ void RestoringRefreshesOneEnvironment(void) {
   CloseHost(&host);
 }
 
-void SnapshotsAreTakenBeforeBuffersAreSet(void) {
+void SnapshotsNeedNoBuffers(void) {
   const struct OptionList list = RequiredOptions("maze");
   struct LibenvHandle* handle = Make(1, &list);
   struct Host host = OpenHost(1, &list);
   ActAll(&host, -1);
   libenv.observe(host.handle);
   const uint32_t expected = DigestOfHost(&host);
-  // A step that runs is waited for.
+  // libenv_get_state waits for the running step.
   ActAll(&host, -1);
   const int later = libenv.get_state(host.handle, 0, snapshot, kSnapshotBytesMax);
   CLAIM(later > 0);
@@ -125,35 +125,35 @@ void OptionsComeFromTheSnapshot(void) {
   CloseHost(&hard);
 }
 
-// An invalid snapshot is reported in one line that contains `told`, and changes nothing.
-static void ClaimRefused(struct Host* host, int environment, char* data, int length,
-                         const char* told) {
+// Expects that libenv_set_state writes one line that contains `expected`, and changes nothing.
+static void ClaimRejected(struct Host* host, int environment, char* data, int length,
+                          const char* expected) {
   const uint32_t before = DigestOfHost(host);
   BeginListening();
   libenv.set_state(host->handle, environment, data, length);
   const struct CapturedOutput said = EndListening();
-  CLAIM(said.line_count == 1 && strstr(said.text, told) != NULL);
+  CLAIM(said.line_count == 1 && strstr(said.text, expected) != NULL);
   CLAIM(DigestOfHost(host) == before);
   libenv.observe(host->handle);
   CLAIM(DigestOfHost(host) == before);
 }
 
-void BadSnapshotsAreToldInOneLine(void) {
+void InvalidSnapshotErrorIsOneLine(void) {
   const struct OptionList list = RequiredOptions("coinrun,maze");
   struct Host host = OpenHost(2, &list);
   libenv.observe(host.handle);
   const int size = libenv.get_state(host.handle, 0, snapshot, kSnapshotBytesMax);
   CLAIM(size > 0);
 
-  ClaimRefused(&host, 2, snapshot, size, "environment 2 is not in [0, 2)");
-  ClaimRefused(&host, -1, snapshot, size, "environment -1 is not in [0, 2)");
-  ClaimRefused(&host, 1, snapshot, size, "coinrun");
-  ClaimRefused(&host, 0, snapshot, size - 1, "snapshot");
-  ClaimRefused(&host, 0, snapshot, 0, "snapshot");
-  ClaimRefused(&host, 0, snapshot, -5, "snapshot");
-  ClaimRefused(&host, 0, NULL, size, "snapshot");
+  ClaimRejected(&host, 2, snapshot, size, "environment 2 is not in [0, 2)");
+  ClaimRejected(&host, -1, snapshot, size, "environment -1 is not in [0, 2)");
+  ClaimRejected(&host, 1, snapshot, size, "coinrun");
+  ClaimRejected(&host, 0, snapshot, size - 1, "snapshot");
+  ClaimRejected(&host, 0, snapshot, 0, "snapshot");
+  ClaimRejected(&host, 0, snapshot, -5, "snapshot");
+  ClaimRejected(&host, 0, NULL, size, "snapshot");
   snapshot[size / 2] ^= 1;
-  ClaimRefused(&host, 0, snapshot, size, "snapshot");
+  ClaimRejected(&host, 0, snapshot, size, "snapshot");
 
   char small[64] = "as it was";
   BeginListening();

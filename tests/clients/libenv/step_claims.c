@@ -61,7 +61,7 @@ void BuffersAreWrittenAtObserveOnly(void) {
   CloseHost(&host);
 }
 
-void ActionsAreTakenDuringActOnly(void) {
+void ActionsAreReadDuringActOnly(void) {
   const struct OptionList list = RequiredOptions("starpilot");
   struct Host one = OpenHost(2, &list);
   struct Host other = OpenHost(2, &list);
@@ -112,7 +112,7 @@ void ThreadsChangeNothing(void) {
   }
 }
 
-void JointGamesAreDealtInTurn(void) {
+void SeveralGamesAreAssignedRoundRobin(void) {
   const struct OptionList joint_list = RequiredOptions("coinrun,maze");
   const struct OptionList maze_list = RequiredOptions("maze");
   struct Host joint = OpenHost(4, &joint_list);
@@ -157,7 +157,7 @@ static void ClaimRow(const struct Recording* recording, int row, int with_pictur
   }
 }
 
-// `art_dir`: the art of Procgen 0.10.7 with a slash at the end; null: the library's own art.
+// `art_dir`: the folder of Procgen 0.10.7's art with a trailing slash; null for the built-in art.
 static void Replay(const char* path, const char* art_dir) {
   struct Recording recording;
   ReadRecording(path, &recording);
@@ -202,17 +202,17 @@ static int ReplayFolder(const char* recordings_folder, const char* art_dir) {
   return count;
 }
 
-void RecordingsAreTheSame(void) { CLAIM(ReplayFolder(golden_folder, NULL) >= 20); }
+void GoldenRecordingsReplayIdentically(void) { CLAIM(ReplayFolder(golden_folder, NULL) >= 20); }
 
-void UpstreamPicturesAreTheSame(void) {
+void UpstreamObservationsReplayIdentically(void) {
   const char* art_dir = getenv("PROCGEN_UPSTREAM_ART_DIR");
   const char* recordings_folder = getenv("PROCGEN_UPSTREAM_PICTURES");
   CLAIM(art_dir != NULL && recordings_folder != NULL);
   if (access(art_dir, R_OK) != 0 || access(recordings_folder, R_OK) != 0) {
-    printf("skipped: no upstream art, or no recordings of it, beside the checkout\n");
+    printf("skipped: no upstream art or no recordings of it next to the checkout\n");
     exit(kSkipped);
   }
-  // Reading it takes longer than replaying a recording, and it is shared while a handle uses it.
+  // Keeps the art loaded during all replays: loading takes longer than a replay.
   struct OptionList options = RequiredOptions("coinrun");
   AddString(&options, "resource_root", art_dir);
   struct Host first = OpenHost(1, &options);

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
-"""Checks that libenv.so offers the functions of the interface and nothing else.
+"""Checks that libenv.so exports exactly the functions of the interface.
 
-Usage: symbols_test.py LIBENV. Exit status: 0 so it is, 1 not, 77 nm is not installed (skipped).
+Usage: symbols_test.py LIBENV. Exit status: 0 success, 1 failure, 77 nm is not installed (skipped).
 """
 
 import shutil

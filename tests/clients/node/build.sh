@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Builds the client in the working directory, unless it is newer than what it is made of. The argument is npm.
+# Builds the client in the working directory, unless it is newer than its sources. Argument: npm.
 set -euo pipefail
 npm=$1
 

@@ -44,7 +44,7 @@ test("pools are created, found, listed, renewed and deleted", async () => {
   await pool.close();
 });
 
-test("errors are the server's words, typed", async () => {
+test("errors are typed and keep the server's message", async () => {
   await assert.rejects(it.client.createPool({ games: ["pong"], envCount: 1 }), (error) => {
     assert(error instanceof NotFoundError);
     assert.equal(error.code, "NOT_FOUND");
@@ -121,11 +121,11 @@ test("TLS, client certificates and tokens are sent as the server requires", asyn
 });
 
 test("credentials are not sent over insecure connections", async () => {
-  const refuses = (credentials, pattern, address = "procgen.example.com:50051") =>
+  const assertRejects = (credentials, pattern, address = "procgen.example.com:50051") =>
     assert.rejects(connect(address, { credentials }), pattern);
-  await refuses({ token: "secret" }, /would go to procgen.example.com:50051 in plain text/);
-  await refuses({ token: "secret" }, /in plain text/, "127.0.0.1.example.com:1");
-  await refuses({ certificate: "client.pem" }, /give both or none/);
-  await refuses({ certificate: "client.pem", key: "client.key" }, /give ca/);
-  await refuses({ ca: "/nowhere/ca.pem" }, NotFoundError);
+  await assertRejects({ token: "secret" }, /would go to procgen.example.com:50051 in plain text/);
+  await assertRejects({ token: "secret" }, /in plain text/, "127.0.0.1.example.com:1");
+  await assertRejects({ certificate: "client.pem" }, /give both or none/);
+  await assertRejects({ certificate: "client.pem", key: "client.key" }, /give ca/);
+  await assertRejects({ ca: "/nowhere/ca.pem" }, NotFoundError);
 });

@@ -1,4 +1,4 @@
-// Compressed observations are those that would have come raw, and damaged ones are found.
+// Encoded observations decode to the raw ones, and damage is detected.
 
 import assert from "node:assert/strict";
 import { test } from "node:test";
@@ -19,15 +19,15 @@ for (const [number, observationFormat] of formats.entries()) {
   test(`encoded observations are lossless in format ${number}`, async () => {
     const spec = easy(["bigfish", "jumper", "maze"], 6, { observationFormat });
     const raw = await it.client.createPool(spec);
-    const told = await it.client.createPool({ ...spec, encoding: Encoding.DELTA_ZSTD });
+    const encoded = await it.client.createPool({ ...spec, encoding: Encoding.DELTA_ZSTD });
     for (let step = 0; step < 80; step += 1) {
-      const [expected, batch] = await Promise.all([raw, told].map((pool) => pool.step(actionsOf(step, 6))));
+      const [expected, batch] = await Promise.all([raw, encoded].map((pool) => pool.step(actionsOf(step, 6))));
       assert.equal(Buffer.compare(batch.observations, expected.observations), 0, `step ${step}`);
     }
-    await told.detach();
-    assert.deepEqual((await told.observe()).observations, Uint8Array.from((await raw.observe()).observations));
+    await encoded.detach();
+    assert.deepEqual((await encoded.observe()).observations, Uint8Array.from((await raw.observe()).observations));
     await raw.close();
-    await told.close();
+    await encoded.close();
   });
 }
 
@@ -35,13 +35,13 @@ test("the removed encoding is rejected", async () => {
   await assert.rejects(it.client.createPool(easy(["maze"], 1, { encoding: 3 })), InvalidArgumentError);
 });
 
-// A zstd frame of one block that compresses nothing.
+// A zstd frame with one raw block.
 function zstdFrame(content) {
   const frame = Buffer.alloc(6 + 3 + content.length);
   frame.writeUInt32LE(0xfd2fb528, 0);
-  frame[4] = 0x20; // A single segment, so the size of the content in one byte; no checksum of it.
+  frame[4] = 0x20; // Single segment: the content size takes one byte. No checksum.
   frame[5] = content.length;
-  frame.writeUIntLE(content.length * 8 + 1, 6, 3); // The last block, as it is.
+  frame.writeUIntLE(content.length * 8 + 1, 6, 3); // The last block, raw.
   frame.set(content, 9);
   return frame;
 }
@@ -60,7 +60,7 @@ test("the tables match the proto", () => {
   const shown = decoding.decode(0, 1, zstdFrame(onePixel));
   assert.equal(shown[16 + 2], 77);
   assert.equal(shown.reduce((sum, value) => sum + value), 77);
-  // The block shows what is a row below and two pixels to the right.
+  // The block is shifted down by one row and right by two pixels.
   const moved = decoding.decode(0, 1, zstdFrame([1, 0b0001, 1, 2, 0]));
   assert.equal(moved[0], 77);
 });

@@ -1,4 +1,4 @@
-// Which servers there are: a server without a cluster lists itself.
+// Nodes of a cluster.
 
 import assert from "node:assert/strict";
 import { test } from "node:test";

@@ -1,4 +1,4 @@
-// The package that is published has what it needs, its examples run, and what README.md shows runs as it stands.
+// The npm package: its files, its examples, and the examples of README.md.
 
 import assert from "node:assert/strict";
 import { execFileSync, spawnSync } from "node:child_process";
@@ -15,7 +15,7 @@ const folder = mkdtempSync(join(tmpdir(), "procgen-node-"));
 const modules = join(folder, "node_modules");
 after(() => rmSync(folder, { recursive: true }));
 
-// As `npm install` of the packed package would have it, without asking the registry for what is there already.
+// Installs the packed package without the registry: its dependencies are those of the checkout.
 before(() => {
   const packed = JSON.parse(execFileSync("npm", ["pack", "--json", "--ignore-scripts", "--pack-destination", folder], { cwd: source }));
   const [{ filename }] = Object.values(packed);

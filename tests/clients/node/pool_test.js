@@ -1,4 +1,4 @@
-// Pools over a real server: batches, slices, requests sent ahead, errors, and giving up.
+// Pools on a real server: batches, slices, pipelined requests, errors, aborted waits.
 
 import assert from "node:assert/strict";
 import { test } from "node:test";
@@ -70,7 +70,7 @@ test("responses of more than 4 MiB are joined", () =>
     assert.deepEqual(batch.observations, (await pool.observe()).observations);
   }));
 
-test("formats, ends, resets, levels and samplers are the contract's", () => {
+test("formats, ends, resets, levels and samplers follow the protocol", () => {
   const observationFormat = { color: Color.GRAYSCALE, layout: Layout.CHW, sizePx: 32, frameStack: 2 };
   const spec = easy(["maze"], 2, { observationFormat, autoresetMode: AutoresetMode.DISABLED });
   return withPool(spec, async (pool) => {

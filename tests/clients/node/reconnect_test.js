@@ -4,7 +4,7 @@ import assert from "node:assert/strict";
 import { createHash } from "node:crypto";
 import { test } from "node:test";
 import { connect, Encoding, ServerProcess, UnavailableError } from "../../../clients/node/dist/index.js";
-import { actionsOf, BadNetwork, easy, withServer } from "./server.js";
+import { actionsOf, FaultProxy, easy, withServer } from "./server.js";
 
 const it = withServer();
 const envCount = 12;
@@ -18,7 +18,7 @@ function digest(batch) {
   return hash.digest("hex");
 }
 
-// Connecting and attaching are not tried again by themselves.
+// The client does not retry connect and attach.
 async function persistently(attempt) {
   for (;;) {
     try {
@@ -31,7 +31,7 @@ async function persistently(attempt) {
   }
 }
 
-// Steps one half of the pool and the other in turn, with requests sent ahead.
+// Steps the two halves of the pool in turn, with pipelined requests.
 async function traceOf(pool, stepCount) {
   await persistently(() => pool.attach({ takeOver: true, responseBytesMax: 65536 }));
   const sent = [];
@@ -50,14 +50,14 @@ for (const [name, encoding, stepCount, bytesBetweenFaults, leastBreakCount] of [
   ["zstd", Encoding.DELTA_ZSTD, 150, 20_000, 5],
 ]) {
   test(`a faulty network loses nothing: ${name}`, { skip: !process.env.PROCGEN_FAULT_PROXY }, async () => {
-    const undisturbedPool = await it.client.createPool(easy(["maze", "bigfish"], envCount));
-    const undisturbed = await traceOf(undisturbedPool, stepCount);
-    await undisturbedPool.close();
-    const network = await BadNetwork.start(it.server.address, 11, bytesBetweenFaults);
+    const referencePool = await it.client.createPool(easy(["maze", "bigfish"], envCount));
+    const expected = await traceOf(referencePool, stepCount);
+    await referencePool.close();
+    const network = await FaultProxy.start(it.server.address, 11, bytesBetweenFaults);
     const { name } = await it.client.createPool(easy(["maze", "bigfish"], envCount, { encoding }));
     const learner = await persistently(() => connect(network.address));
     const pool = await persistently(() => learner.getPool(name, { requestsInFlightMax: 3 }));
-    assert.deepEqual(await traceOf(pool, stepCount), undisturbed);
+    assert.deepEqual(await traceOf(pool, stepCount), expected);
     learner.close();
     assert((await network.stop()) >= leastBreakCount);
     await it.client.deletePool(name);

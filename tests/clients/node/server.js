@@ -1,4 +1,4 @@
-// What the tests share: a real server for the tests of a file, and connections to it.
+// A server for the tests of a file, and connections to it.
 
 import { spawn } from "node:child_process";
 import { once } from "node:events";
@@ -7,7 +7,7 @@ import assert from "node:assert/strict";
 import { after, before } from "node:test";
 import { connect, DistributionMode, ServerProcess } from "../../../clients/node/dist/index.js";
 
-// A server that is stopped after the last test, and must then have ended well; `it.client` is connected to it.
+// A server that stops after the last test and must exit with status 0; `it.client` is connected to it.
 export function withServer(...flags) {
   const it = {};
   before(async () => {
@@ -21,26 +21,26 @@ export function withServer(...flags) {
   return it;
 }
 
-// The same levels each time.
+// Fixed levels.
 export function easy(games, envCount, more = {}) {
   return { games, envCount, options: { distributionMode: DistributionMode.EASY, randSeed: 5n }, ...more };
 }
 
-// Actions that differ from step to step and from environment to environment.
+// Actions that differ by step and environment.
 export function actionsOf(step, count) {
   return Int32Array.from({ length: count }, (_, i) => ((step * 31 + i * 17) % 16) - 1);
 }
 
-// The program fault-proxy: a bad network (tests/service/fault_proxy.h).
-export class BadNetwork {
+// The program fault-proxy: a faulty network (tests/service/robustness/fault_proxy.h).
+export class FaultProxy {
   static async start(target, seed, bytesBetweenFaults) {
     const process_ = spawn(process.env.PROCGEN_FAULT_PROXY, [target, `${seed}`, `${bytesBetweenFaults}`]);
     const lines = createInterface(process_.stdout);
     const [line] = await once(lines, "line");
-    return Object.assign(new BadNetwork(), { process: process_, lines, address: line.replace("listening on ", "") });
+    return Object.assign(new FaultProxy(), { process: process_, lines, address: line.replace("listening on ", "") });
   }
 
-  // Ends it and gives how many connections it broke.
+  // Stops it; returns the number of broken connections.
   async stop() {
     const line = once(this.lines, "line");
     this.process.stdin.end();

@@ -1,4 +1,4 @@
-// Snapshots, clones and pictures for people, over a real server.
+// Snapshots, clones and rendered frames, on a real server.
 
 import assert from "node:assert/strict";
 import { test } from "node:test";
@@ -7,7 +7,7 @@ import {
 } from "../../../clients/node/dist/index.js";
 import { actionsOf, easy, withServer } from "./server.js";
 
-// Requests so small that not all snapshots of the test fit one.
+// A request limit that not all snapshots fit into.
 const it = withServer("--request_bytes_max=65536");
 
 test("restored states continue as the originals", async () => {

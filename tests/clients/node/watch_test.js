@@ -1,4 +1,4 @@
-// Pools are watched while they are stepped, and what happened in their episodes is read, over a real server.
+// Watching pools, and reading their episodes, on a real server.
 
 import assert from "node:assert/strict";
 import { test } from "node:test";
@@ -85,11 +85,11 @@ test("frames beyond the default message size are received", async () => {
 
 test("a watch ends with an error", async () => {
   const pool = await it.client.createPool(easy(["maze"], 1));
-  const refuses = (moments, pattern) =>
+  const assertRejects = (moments, pattern) =>
     assert.rejects(moments.next(), (error) => error instanceof InvalidArgumentError && pattern.test(error.message));
-  await refuses(pool.watch([1]), /environments/);
-  await refuses(pool.watch([0], { framesPerSecondMax: 61 }), /frames_per_second_max/);
-  await refuses(pool.watch([0], { sizePx: 8 }), /sizePx is 8, allowed: 16 to 2048/);
+  await assertRejects(pool.watch([1]), /environments/);
+  await assertRejects(pool.watch([0], { framesPerSecondMax: 61 }), /frames_per_second_max/);
+  await assertRejects(pool.watch([0], { sizePx: 8 }), /sizePx is 8, allowed: 16 to 2048/);
   const moments = pool.watch();
   await moments.next();
   await pool.close();

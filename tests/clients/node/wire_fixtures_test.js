@@ -1,4 +1,4 @@
-// This client asks and understands as the wire fixtures have it (clients/wire_fixtures).
+// The client's requests and its parsing of responses match the wire fixtures (clients/wire_fixtures).
 
 import assert from "node:assert/strict";
 import { spawn } from "node:child_process";

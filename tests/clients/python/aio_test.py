@@ -1,4 +1,4 @@
-"""The client for asyncio gives what the other gives, and lets other coroutines run."""
+"""The asyncio client: batches equal those of the synchronous client; other coroutines run."""
 
 from __future__ import annotations
 
@@ -10,8 +10,8 @@ from collections.abc import Awaitable, Callable
 
 import numpy as np
 import pytest
-from bad_network import Proxy
 from conftest import ENCODINGS, native_only
+from fault_proxy import Proxy
 
 from procgen_client import Batch, Client, LevelSampler, ServerProcess, aio, errors
 
@@ -33,7 +33,7 @@ def _assert_equal(left: Batch, right: Batch) -> None:
 
 
 @pytest.mark.parametrize("encoding", ENCODINGS)
-def test_batches_are_those_of_the_other_client(
+def test_batches_equal_those_of_the_synchronous_client(
     server: ServerProcess, client: Client, encoding: str
 ) -> None:
     async def play(other: aio.AsyncClient) -> None:
@@ -60,7 +60,7 @@ def test_batches_are_those_of_the_other_client(
     _run(server, play)
 
 
-def test_large_answers_come_in_pieces(server: ServerProcess) -> None:
+def test_large_batches_are_assembled_from_several_responses(server: ServerProcess) -> None:
     async def play(client: aio.AsyncClient) -> None:
         async with await client.create_pool("maze", 400, **_OPTIONS) as pool:
             assert (await pool.step([4] * 400)).observations.shape == (400, 64, 64, 3)
@@ -68,7 +68,7 @@ def test_large_answers_come_in_pieces(server: ServerProcess) -> None:
     _run(server, play)
 
 
-def test_requests_are_sent_ahead_in_order(server: ServerProcess) -> None:
+def test_pipelined_requests_are_answered_in_order(server: ServerProcess) -> None:
     async def play(client: aio.AsyncClient) -> None:
         async with await client.create_pool("maze", _N, requests_in_flight_max=3) as pool:
             for _ in range(3):
@@ -85,7 +85,7 @@ def test_requests_are_sent_ahead_in_order(server: ServerProcess) -> None:
     _run(server, play)
 
 
-def test_pools_are_stepped_beside_one_another(server: ServerProcess) -> None:
+def test_pools_are_stepped_concurrently(server: ServerProcess) -> None:
     async def play(client: aio.AsyncClient) -> None:
         async def rollout(seed: int) -> np.ndarray:
             async with await client.create_pool("bigfish", _N, rand_seed=seed) as pool:
@@ -114,7 +114,7 @@ def test_states_are_saved_restored_and_cloned(server: ServerProcess) -> None:
     _run(server, play)
 
 
-def test_errors_are_the_same_and_the_pool_goes_on(server: ServerProcess) -> None:
+def test_errors_are_the_same_and_the_pool_continues(server: ServerProcess) -> None:
     async def play(client: aio.AsyncClient) -> None:
         with pytest.raises(errors.NotFoundError, match="pong"):
             await client.create_pool("pong", 1)
@@ -124,13 +124,13 @@ def test_errors_are_the_same_and_the_pool_goes_on(server: ServerProcess) -> None
             with pytest.raises(errors.InvalidArgumentError, match="3 actions from environment 0"):
                 await pool.step([4, 4, 4])
             with pytest.raises(errors.InvalidArgumentError, match="next_levels"):
-                await pool.step([4, 4], next_levels={9: 1})  # The server's to find.
+                await pool.step([4, 4], next_levels={9: 1})  # Detected by the server.
             await pool.step([4, 4])
 
     _run(server, play)
 
 
-def test_a_task_that_is_cancelled_leaves_the_pool_usable(server: ServerProcess) -> None:
+def test_cancelled_task_leaves_the_pool_usable(server: ServerProcess) -> None:
     async def play(client: aio.AsyncClient) -> None:
         async with await client.create_pool("maze", 2) as pool:
             await pool.send_step([4, 4])
@@ -153,7 +153,7 @@ def test_levels_can_be_sampled(server: ServerProcess) -> None:
     _run(server, play)
 
 
-def test_nobody_there_is_told(server: ServerProcess) -> None:
+def test_missing_server_and_closed_client_are_errors(server: ServerProcess) -> None:
     async def play() -> None:
         with pytest.raises(errors.UnavailableError, match="no server answers at 127.0.0.1:1 "):
             await aio.connect("127.0.0.1:1", timeout=0.3)
@@ -167,10 +167,10 @@ def test_nobody_there_is_told(server: ServerProcess) -> None:
 
 @native_only
 @pytest.mark.parametrize("encoding", ["raw", "delta_zstd"])
-def test_nothing_is_lost_on_a_bad_network(server: ServerProcess, encoding: str) -> None:
+def test_faulty_network_loses_nothing(server: ServerProcess, encoding: str) -> None:
     async def trace(pool: aio.AsyncPool) -> list[Batch]:
         while True:
-            try:  # Attaching is not tried again by itself.
+            try:  # The client does not retry attach.
                 await pool.attach(take_over=True, response_bytes_max=65536)
                 break
             except errors.ProcgenError:
@@ -187,7 +187,7 @@ def test_nothing_is_lost_on_a_bad_network(server: ServerProcess, encoding: str) 
     async def play(client: aio.AsyncClient) -> None:
         games = ["maze", "bigfish"]
         async with await client.create_pool(games, 12, **_OPTIONS) as pool:
-            undisturbed = await trace(pool)
+            expected = await trace(pool)
         proxy = Proxy(server.address, 11, 120_000 if encoding == "raw" else 20_000)
         async with await client.create_pool(games, 12, encoding=encoding, **_OPTIONS) as pool:
             learner = None
@@ -197,19 +197,19 @@ def test_nothing_is_lost_on_a_bad_network(server: ServerProcess, encoding: str) 
                     twin = await learner.get_pool(pool.name, requests_in_flight_max=3)
                 except errors.ProcgenError:
                     pass
-            disturbed = await trace(twin)
+            actual = await trace(twin)
             await twin.close()
             assert twin.name in [message.name for message in await client.list_pools()]
             await learner.close()
         assert proxy.stop() >= 5
-        for left, right in zip(undisturbed, disturbed, strict=True):
+        for left, right in zip(expected, actual, strict=True):
             _assert_equal(left, right)
 
     _run(server, play)
 
 
 @native_only
-def test_a_server_that_is_gone_is_given_up_in_time() -> None:
+def test_reconnecting_to_a_lost_server_times_out() -> None:
     async def play(server: ServerProcess, timeout: float, words: str) -> None:
         async with await aio.connect(server.address, reconnect_timeout=timeout) as client:
             pool = await client.create_pool("maze", 2)
@@ -226,7 +226,7 @@ def test_a_server_that_is_gone_is_given_up_in_time() -> None:
             asyncio.run(play(server, timeout, words))
 
 
-def test_a_server_that_drains_is_not_asked_again() -> None:
+def test_draining_server_is_not_contacted_again() -> None:
     async def play(server: ServerProcess) -> None:
         async with await aio.connect(server.address, reconnect_timeout=600) as client:
             pool = await client.create_pool("maze", 2)
@@ -240,7 +240,7 @@ def test_a_server_that_drains_is_not_asked_again() -> None:
         asyncio.run(play(server))
 
 
-def test_another_stream_is_not_ended_unasked(server: ServerProcess, client: Client) -> None:
+def test_other_streams_are_ended_only_by_take_over(server: ServerProcess, client: Client) -> None:
     async def play(other: aio.AsyncClient) -> None:
         with client.create_pool("maze", 2) as pool:
             pool.step([4, 4])

@@ -1,4 +1,4 @@
-"""Connecting, the catalog, and the life of pools."""
+"""Connections, the catalog, nodes, and creating and deleting pools."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from conftest import server_binary
 from procgen_client import Client, ServerProcess, connect, errors
 
 
-def test_catalog_names_the_sixteen_games(client: Client) -> None:
+def test_catalog_lists_the_sixteen_games(client: Client) -> None:
     games = {game.name: game for game in client.catalog().games}
     assert len(games) == 16
     assert list(games) == sorted(games)
@@ -37,26 +37,26 @@ def test_load_counts_pools_and_environments(client: Client) -> None:
     )
 
 
-def test_a_server_without_a_cluster_tells_of_itself(client: Client) -> None:
-    told = client.list_nodes()
-    assert told.cluster == ""
-    assert [node.name for node in told.nodes] == [told.local_node]
-    assert told.nodes[0].address == client.address
-    assert told.nodes[0].healthy
+def test_server_without_a_cluster_lists_itself(client: Client) -> None:
+    listed = client.list_nodes()
+    assert listed.cluster == ""
+    assert [node.name for node in listed.nodes] == [listed.local_node]
+    assert listed.nodes[0].address == client.address
+    assert listed.nodes[0].healthy
 
 
-def test_nodes_are_watched_as_they_change(client: Client) -> None:
+def test_watchers_receive_each_change(client: Client) -> None:
     watch = client.watch_nodes()
     assert next(watch).nodes[0].environment_capacity > 0
     with client.create_pool("maze", 5, pool_id="watched"):
-        assert any(told.nodes[0].env_count >= 5 for told in watch)
-    # The loop over it was broken off by any(); it can go on, until it is closed.
+        assert any(message.nodes[0].env_count >= 5 for message in watch)
+    # any() ended the loop; the watch can be read until it is closed.
     watch.close()
     with pytest.raises(StopIteration):
         next(watch)
 
 
-def test_watching_ends_when_the_server_does() -> None:
+def test_watchers_are_notified_when_the_server_stops() -> None:
     with ServerProcess(server_binary()) as own:
         watch = connect(own.address).watch_nodes()
         next(watch)
@@ -65,8 +65,8 @@ def test_watching_ends_when_the_server_does() -> None:
             list(watch)
 
 
-def test_where_nobody_listens_is_unavailable() -> None:
-    # Bound but not listening: nobody else can have that port, and nobody answers.
+def test_connect_without_a_listener_is_unavailable() -> None:
+    # Bound but not listening: the port is taken, and connections are refused.
     with socket.socket() as bound:
         bound.bind(("127.0.0.1", 0))
         address = f"127.0.0.1:{bound.getsockname()[1]}"
@@ -75,12 +75,12 @@ def test_where_nobody_listens_is_unavailable() -> None:
             connect(address, timeout=0.3)
 
 
-def test_an_address_without_meaning_is_unavailable() -> None:
+def test_unresolvable_address_is_unavailable() -> None:
     with pytest.raises(errors.UnavailableError, match="no server answers at nowhere.invalid:1"):
         connect("nowhere.invalid:1", timeout=0.3)
 
 
-def test_a_server_that_never_answers_is_given_up_in_time() -> None:
+def test_connect_to_a_silent_server_times_out() -> None:
     with socket.create_server(("127.0.0.1", 0)) as silent:
         begun = time.monotonic()
         with pytest.raises(errors.UnavailableError, match=r"within (300ms|0.3 s): "):
@@ -88,7 +88,7 @@ def test_a_server_that_never_answers_is_given_up_in_time() -> None:
         assert time.monotonic() - begun < 10
 
 
-def test_a_server_that_is_just_starting_is_waited_for(tmp_path: Path) -> None:
+def test_connect_waits_for_a_starting_server(tmp_path: Path) -> None:
     address = f"unix:{tmp_path}/socket"
     with ThreadPoolExecutor() as others:
         connected = others.submit(connect, address, timeout=60)
@@ -96,7 +96,7 @@ def test_a_server_that_is_just_starting_is_waited_for(tmp_path: Path) -> None:
             assert client.catalog().games
 
 
-def test_a_closed_client_says_so(server: ServerProcess) -> None:
+def test_closed_client_rejects_calls(server: ServerProcess) -> None:
     client = connect(server.address)
     client.close()
     client.close()
@@ -105,7 +105,7 @@ def test_a_closed_client_says_so(server: ServerProcess) -> None:
         client.load()
 
 
-def test_pool_tells_what_it_was_made_with(client: Client) -> None:
+def test_pool_returns_its_spec(client: Client) -> None:
     with client.create_pool(["maze", "coinrun"], 4, distribution_mode="easy", num_levels=7) as pool:
         assert pool.name.startswith("pools/")
         assert pool.env_count == 4
@@ -116,7 +116,7 @@ def test_pool_tells_what_it_was_made_with(client: Client) -> None:
         assert pool.observation_shape == (64, 64, 3)
 
 
-def test_leaving_a_created_pool_deletes_it(client: Client) -> None:
+def test_leaving_the_context_of_a_created_pool_deletes_it(client: Client) -> None:
     with client.create_pool("maze", 1) as pool:
         assert pool.name in [message.name for message in client.list_pools()]
     assert pool.name not in [message.name for message in client.list_pools()]
@@ -127,15 +127,15 @@ def test_leaving_a_created_pool_deletes_it(client: Client) -> None:
         pool.observe()
 
 
-def test_leaving_a_found_pool_lets_it_live(client: Client) -> None:
+def test_leaving_the_context_of_a_found_pool_keeps_it(client: Client) -> None:
     with client.create_pool("maze", 2, pool_id="found") as pool:
         with client.get_pool("pools/found") as same:
             assert same.env_count == 2
             same.observe()
-        pool.observe()  # So the other has let it go.
+        pool.observe()  # The other stream has detached.
 
 
-def test_the_same_spec_makes_the_same_pool(client: Client) -> None:
+def test_equal_specs_create_equal_pools(client: Client) -> None:
     with (
         client.create_pool("coinrun", 4) as pool,
         client.create_pool_from_spec(pool.spec) as twin,
@@ -165,7 +165,7 @@ def test_the_same_spec_makes_the_same_pool(client: Client) -> None:
         (("maze", 10**6), {}, errors.ResourceExhaustedError, "pool_env_count_max"),
     ],
 )
-def test_a_pool_that_cannot_be_made_is_refused_with_a_reason(
+def test_invalid_pool_is_rejected_with_a_reason(
     client: Client,
     arguments: tuple[str, int],
     options: dict[str, object],
@@ -176,18 +176,18 @@ def test_a_pool_that_cannot_be_made_is_refused_with_a_reason(
         client.create_pool(*arguments, **options)
 
 
-def test_a_misspelt_option_is_a_type_error(client: Client) -> None:
+def test_misspelled_option_is_a_type_error(client: Client) -> None:
     with pytest.raises(TypeError, match="num_level"):
         client.create_pool("maze", 1, num_level=3)
 
 
-def test_a_taken_name_is_refused(client: Client) -> None:
+def test_name_in_use_is_rejected(client: Client) -> None:
     with client.create_pool("maze", 1, pool_id="taken"):
         with pytest.raises(errors.AlreadyExistsError, match="taken"):
             client.create_pool("maze", 1, pool_id="taken")
 
 
-def test_errors_bear_code_and_message_and_travel() -> None:
+def test_errors_have_code_and_message_and_can_be_pickled() -> None:
     error = errors.NotFoundError("no such pool")
     copy = pickle.loads(pickle.dumps(error))
     assert (type(copy), copy.code, copy.message) == (
@@ -199,11 +199,11 @@ def test_errors_bear_code_and_message_and_travel() -> None:
     assert issubclass(errors.InvalidArgumentError, ValueError)
 
 
-def test_a_server_that_cannot_start_says_why() -> None:
+def test_failed_server_start_is_reported() -> None:
     with pytest.raises(errors.UnavailableError, match="ended with status"):
         ServerProcess(None, ["--no-such-flag"])
 
 
-def test_a_server_that_is_not_there_is_not_found() -> None:
+def test_missing_server_binary_is_not_found() -> None:
     with pytest.raises(FileNotFoundError, match="no-such-server"):
         ServerProcess("no-such-server")

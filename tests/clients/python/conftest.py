@@ -1,4 +1,4 @@
-"""Fixtures: one real server for all tests of a run, on a port that the system chose."""
+"""Fixtures: one server for all tests of a run, on a port that the system chooses."""
 
 from __future__ import annotations
 
@@ -13,13 +13,13 @@ from procgen_client._transport import is_native
 from procgen_client.tools.server_process import BINARY_VARIABLE
 
 _ROOT = Path(__file__).resolve().parents[3]
-# Marks what grpcio does not carry, where there is no native module.
+# Marks tests that need the native module.
 native_only = pytest.mark.skipif(not is_native(), reason="the native module is missing")
 ENCODINGS = ["raw", pytest.param("delta_zstd", marks=native_only)]
 
 
 def server_binary() -> Path:
-    """What CTest says, else what was built last in this checkout."""
+    """The path in PROCGEN_SERVER_BINARY, else the newest build of this checkout."""
     if BINARY_VARIABLE in os.environ:
         return Path(os.environ[BINARY_VARIABLE])
     built = list(_ROOT.glob("build/*/bin/procgen-server"))
@@ -30,7 +30,7 @@ def server_binary() -> Path:
 
 @pytest.fixture(scope="session")
 def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[ServerProcess]:
-    """A server that is stopped after the last test, and must then have ended well."""
+    """A server that stops after the last test and must exit with status 0."""
     log_path = tmp_path_factory.mktemp("server") / "server.log"
     with ServerProcess(server_binary(), ["--workers=2"], log_path=log_path) as process:
         yield process
@@ -39,6 +39,6 @@ def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[ServerProcess]:
 
 @pytest.fixture
 def client(server: ServerProcess) -> Iterator[Client]:
-    """A connection of the test's own."""
+    """A client of this test."""
     with Client(server.address) as connected:
         yield connected

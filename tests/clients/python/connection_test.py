@@ -1,4 +1,4 @@
-"""Connections: closed, interrupted, over a unix socket, with large messages."""
+"""Connections: closing, interrupted waits, unix sockets, large messages."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from conftest import native_only, server_binary
 
 from procgen_client import Client, Pool, Reset, ServerProcess, connect, errors
 
-# Ctrl-C ends a wait within 0.1 s; the rest is for a machine that is busy.
+# Ctrl-C ends a wait within 0.1 s; the rest is for a busy machine.
 _INTERRUPTED_WITHIN = 1.0
 _TRANSPORTS = ["stream", pytest.param("shared_memory", marks=native_only)]
 
@@ -32,15 +32,15 @@ def test_closing_the_client_ends_streams(server: ServerProcess, client: Client) 
     client.delete_pool(pool.name)
 
 
-def test_large_requests_are_sent_whole(client: Client) -> None:
+def test_requests_beyond_the_first_window_are_sent_whole(client: Client) -> None:
     count = 4096
     with client.create_pool("bigfish", count) as pool:
         resets = [Reset(i, level_seed=2**30 + i, rand_seed=2**50 + i) for i in range(count)]
-        batch = pool.reset(resets, observe=False)  # More than the server's first window.
+        batch = pool.reset(resets, observe=False)  # Larger than the server's initial window.
         assert batch.level_seeds.tolist() == list(range(2**30, 2**30 + count))
 
 
-def test_a_unix_socket_will_do(tmp_path: Path) -> None:
+def test_unix_sockets_are_supported(tmp_path: Path) -> None:
     with ServerProcess(flags=["--workers=1"], address=f"unix:{tmp_path}/socket") as server:
         with Client(server.address) as client, client.create_pool("maze", 2) as pool:
             assert pool.step([4, 4]).observations is not None
@@ -48,9 +48,9 @@ def test_a_unix_socket_will_do(tmp_path: Path) -> None:
 
 @contextmanager
 def stopped(server: ServerProcess) -> Iterator[None]:
-    """Has a server answer nothing for a while."""
+    """Stops the server process (SIGSTOP) during the block."""
     os.kill(server.process_id, signal.SIGSTOP)
-    os.waitpid(server.process_id, os.WUNTRACED)  # Until all its threads have.
+    os.waitpid(server.process_id, os.WUNTRACED)  # Until all threads have stopped.
     try:
         yield
     finally:
@@ -58,7 +58,7 @@ def stopped(server: ServerProcess) -> Iterator[None]:
 
 
 def assert_interrupted(wait: Callable[[], object]) -> None:
-    """Checks that Ctrl-C ends a wait that has no end."""
+    """Expects that Ctrl-C ends `wait`, which would not end otherwise."""
     sent: list[float] = []
 
     def interrupt() -> None:
@@ -75,13 +75,13 @@ def assert_interrupted(wait: Callable[[], object]) -> None:
 
 @pytest.fixture
 def own() -> Iterator[ServerProcess]:
-    """A server of the test's own, which can be stopped."""
+    """A server of this test, which it can stop."""
     with ServerProcess(server_binary(), ["--workers=1"]) as process:
         yield process
 
 
 @pytest.mark.parametrize("transport", _TRANSPORTS)
-def test_a_wait_for_an_answer_is_interrupted(own: ServerProcess, transport: str) -> None:
+def test_wait_for_a_response_can_be_interrupted(own: ServerProcess, transport: str) -> None:
     with Client(own.address) as client, client.create_pool("maze", 2, transport=transport) as pool:
         pool.step([4, 4])
         with stopped(own):
@@ -93,7 +93,7 @@ def test_a_wait_for_an_answer_is_interrupted(own: ServerProcess, transport: str)
 
 
 @native_only
-def test_waits_of_all_kinds_are_interrupted(own: ServerProcess) -> None:
+def test_all_waits_can_be_interrupted(own: ServerProcess) -> None:
     with Client(own.address) as client, client.create_pool("maze", 2) as pool:
         watch = pool.watch()
         next(watch)
@@ -105,7 +105,7 @@ def test_waits_of_all_kinds_are_interrupted(own: ServerProcess) -> None:
 
 
 @native_only
-def test_a_wait_for_a_broken_connection_is_interrupted(own: ServerProcess) -> None:
+def test_wait_for_a_lost_connection_can_be_interrupted(own: ServerProcess) -> None:
     with Client(own.address) as client:
         pool = client.create_pool("maze", 2)
         pool.step([4, 4])
@@ -119,7 +119,7 @@ def test_a_wait_for_a_broken_connection_is_interrupted(own: ServerProcess) -> No
 
 
 @native_only
-def test_memory_of_decoded_observations_is_used_again(client: Client) -> None:
+def test_memory_of_decoded_observations_is_reused(client: Client) -> None:
     def address_of(array: np.ndarray) -> int:
         return array.__array_interface__["data"][0]
 

@@ -1,4 +1,4 @@
-"""Servers that ask who calls, and connections in TLS."""
+"""Tokens, owners, TLS and certificates."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ def _make_certificate(folder: Path, name: str, subject: str, alternative_names: 
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A folder with the certificates of an authority, of a server and of a client, and tokens."""
+    """A folder with certificates of an authority, a server and a client, and a token file."""
     made = tmp_path_factory.mktemp("credentials")
     _make_certificate(made, "server", "/CN=server", "DNS:localhost,IP:127.0.0.1")
     _make_certificate(made, "alice", "/CN=alice", "URI:spiffe://lab/alice")
@@ -44,14 +44,14 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="module")
 def plain(folder: Path) -> Iterator[ServerProcess]:
-    """A server with tokens, in plain text."""
+    """A server with tokens and without TLS."""
     with ServerProcess(server_binary(), ["--workers=1", f"--tokens={folder}/tokens"]) as process:
         yield process
 
 
 @pytest.fixture(scope="module")
 def secure(folder: Path) -> Iterator[ServerProcess]:
-    """A server with TLS that asks for certificates."""
+    """A server with TLS that requires client certificates."""
     flags = [
         "--workers=1",
         f"--tls_certificate={folder}/server.pem",
@@ -62,7 +62,7 @@ def secure(folder: Path) -> Iterator[ServerProcess]:
         yield process
 
 
-def test_a_token_tells_the_owner_of_all_that_is_done(plain: ServerProcess) -> None:
+def test_token_identifies_the_owner_in_every_call(plain: ServerProcess) -> None:
     with connect(plain.address, credentials=Credentials(token=_TOKEN)) as client:
         with client.create_pool("maze", 2) as pool:
             assert client.list_pools()[0].owner == "alice"
@@ -75,14 +75,14 @@ def test_a_token_tells_the_owner_of_all_that_is_done(plain: ServerProcess) -> No
                     other.get_pool(pool.name)
 
 
-def test_a_missing_or_wrong_token_is_unauthenticated(plain: ServerProcess) -> None:
+def test_missing_or_unknown_token_is_unauthenticated(plain: ServerProcess) -> None:
     for token in (None, "stranger-0123456789"):
         with pytest.raises(errors.UnauthenticatedError, match="expected: metadata") as raised:
             connect(plain.address, credentials=Credentials(token=token))
         assert token is None or token not in str(raised.value)
 
 
-def test_the_environment_tells_the_token(
+def test_token_is_read_from_the_environment_variable(
     plain: ServerProcess, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv("PROCGEN_SERVER_TOKEN", _TOKEN)
@@ -90,7 +90,7 @@ def test_the_environment_tells_the_token(
         env.reset()
 
 
-def test_tls_with_a_certificate_from_files_bytes_and_environment(
+def test_certificates_are_read_from_files_bytes_and_environment(
     secure: ServerProcess, folder: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     files = Credentials(
@@ -111,13 +111,15 @@ def test_tls_with_a_certificate_from_files_bytes_and_environment(
                 pool.step([4])
 
 
-def test_no_connection_without_the_certificate(secure: ServerProcess, folder: Path) -> None:
+def test_connect_without_the_certificate_is_unavailable(
+    secure: ServerProcess, folder: Path
+) -> None:
     for credentials in (Credentials(), Credentials(ca=folder / "authority.pem")):
         with pytest.raises(errors.UnavailableError):
             connect(secure.address, timeout=0.5, credentials=credentials)
 
 
-def test_a_token_is_not_sent_to_other_machines_in_plain_text() -> None:
+def test_token_is_not_sent_to_other_machines_in_plain_text() -> None:
     for address in ("example.com:1", "127.0.0.1.example.com:1", "10.0.0.1:1", "localhost.x:1"):
         assert not is_this_machine(address)
         with pytest.raises(errors.InvalidArgumentError, match="in plain text") as raised:
@@ -127,7 +129,7 @@ def test_a_token_is_not_sent_to_other_machines_in_plain_text() -> None:
         assert is_this_machine(address)
 
 
-def test_what_cannot_be_is_refused_and_secrets_are_not_shown(folder: Path) -> None:
+def test_invalid_credentials_are_rejected_and_secrets_are_not_shown(folder: Path) -> None:
     with pytest.raises(errors.InvalidArgumentError, match="alone"):
         connect("localhost:1", credentials=Credentials(ca=b"x", certificate=b"x"))
     with pytest.raises(errors.InvalidArgumentError, match="without the server's CA"):

@@ -1,4 +1,4 @@
-"""Pools whose observations travel encoded give what pools with raw ones give."""
+"""Pools with encoded observations return the same batches as raw pools."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def assert_same(one: Batch, other: Batch) -> None:
 
 
 def send_any(pool: Pool, rng: np.random.Generator) -> None:
-    """Sends one of all kinds of requests, for a slice; some without pictures."""
+    """Sends a random request for a slice; some request no observations."""
     first = int(rng.integers(_ENV_COUNT))
     count = int(rng.integers(1, _ENV_COUNT - first + 1))
     kind = int(rng.integers(6))
@@ -52,7 +52,7 @@ def send_any(pool: Pool, rng: np.random.Generator) -> None:
         )
 
 
-def assert_go_alike(raw: Pool, encoded: Pool, request_count: int, seed: int) -> None:
+def assert_equal_batches(raw: Pool, encoded: Pool, request_count: int, seed: int) -> None:
     rngs = [np.random.default_rng(seed) for _ in range(2)]
     for _ in range(request_count):
         for pool, rng in zip((raw, encoded), rngs, strict=True):
@@ -66,19 +66,19 @@ def assert_go_alike(raw: Pool, encoded: Pool, request_count: int, seed: int) -> 
 @native_only
 @pytest.mark.parametrize("form", _FORMATS)
 @pytest.mark.parametrize("game", ["coinrun", "fruitbot", "maze"])
-def test_answers_are_those_of_a_raw_pool(client: Client, game: str, form: str) -> None:
+def test_encoded_batches_equal_raw_ones(client: Client, game: str, form: str) -> None:
     options = _OPTIONS | _FORMATS[form]
     with (
         client.create_pool(game, _ENV_COUNT, **options) as raw,
         client.create_pool(game, _ENV_COUNT, encoding=_ENCODING, **options) as encoded,
     ):
         for pool in (raw, encoded):
-            pool.attach(response_bytes_max=65536)  # Most answers come in several responses.
-        assert_go_alike(raw, encoded, request_count=200, seed=3)
+            pool.attach(response_bytes_max=65536)  # Most batches take several responses.
+        assert_equal_batches(raw, encoded, request_count=200, seed=3)
 
 
 @native_only
-def test_states_are_restored_and_streams_follow_one_another(
+def test_encoded_batches_equal_raw_ones_after_restore_and_takeover(
     server: ServerProcess, client: Client
 ) -> None:
     with (
@@ -86,25 +86,25 @@ def test_states_are_restored_and_streams_follow_one_another(
         client.create_pool("coinrun", _ENV_COUNT, encoding=_ENCODING, **_OPTIONS) as encoded,
         Client(server.address) as other_client,
     ):
-        assert_go_alike(raw, encoded, request_count=10, seed=1)
+        assert_equal_batches(raw, encoded, request_count=10, seed=1)
         states = raw.save_states()
-        assert_go_alike(raw, encoded, request_count=10, seed=2)
+        assert_equal_batches(raw, encoded, request_count=10, seed=2)
         for pool in (raw, encoded):
             pool.restore_states(states)
         assert_same(raw.observe(), encoded.observe())
-        assert_go_alike(raw, encoded, request_count=10, seed=3)
+        assert_equal_batches(raw, encoded, request_count=10, seed=3)
 
         other = other_client.get_pool(encoded.name)
         other.attach(take_over=True)
-        assert_go_alike(raw, other, request_count=10, seed=4)
+        assert_equal_batches(raw, other, request_count=10, seed=4)
         with pytest.raises(AbortedError, match="took over"):
             encoded.observe()
         other.detach()
-        assert_go_alike(raw, encoded, request_count=10, seed=5)
+        assert_equal_batches(raw, encoded, request_count=10, seed=5)
 
 
 @native_only
-def test_vector_environments_show_the_same(client: Client) -> None:
+def test_encoded_vector_environments_equal_raw_ones(client: Client) -> None:
     arguments: dict[str, Any] = {"num_envs": 4, "server": client, **_OPTIONS}
     with (
         ProcgenVectorEnv("bigfish", **arguments) as raw,
@@ -121,14 +121,14 @@ def test_vector_environments_show_the_same(client: Client) -> None:
 
 
 @pytest.mark.parametrize("encoding", ["gzip", "lz4_difference"])
-def test_unknown_encodings_are_refused(client: Client, encoding: str) -> None:
+def test_unknown_encodings_are_rejected(client: Client, encoding: str) -> None:
     allowed = "it is one of raw, delta_zstd"
     with pytest.raises(InvalidArgumentError, match=f"encoding is '{encoding}'; {allowed}"):
         client.create_pool("maze", 1, encoding=encoding)
 
 
-@pytest.mark.skipif(is_native(), reason="the native module decodes")
-def test_without_the_native_module_no_pool_is_made(client: Client) -> None:
+@pytest.mark.skipif(is_native(), reason="the native module is installed")
+def test_without_the_native_module_no_pool_is_created(client: Client) -> None:
     before = client.load().pool_count
     for options in ({"encoding": _ENCODING}, {"transport": "shared_memory"}):
         with pytest.raises(UnimplementedError, match="need the module procgen_client._native"):

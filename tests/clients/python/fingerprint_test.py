@@ -1,4 +1,4 @@
-"""Fingerprints, computed here as proto/README.md defines them, from what the stream answers."""
+"""Fingerprints equal those computed here from the batches, as proto/README.md defines them."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ def step(action: int, reward: float, *, complete: bool, terminated: bool, trunca
     return b"S" + struct.pack("<ifB", action, reward, ends)
 
 
-def test_the_example_of_the_readme_is_right(client: Client) -> None:
+def test_readme_example_is_correct(client: Client) -> None:
     readme = _README.read_text()
     written = "".join(re.search(r"gives the bytes\n\n((?:    [0-9a-f ]+\n)+)", readme)[1].split())
     fingerprint = int(re.search(r"and the fingerprint (\d+)\.", readme)[1])
@@ -64,9 +64,9 @@ def test_the_example_of_the_readme_is_right(client: Client) -> None:
 
 
 def check_episodes(pool: Pool, beginning: bytes, step_count: int) -> tuple[int, int]:
-    """Compares every episode that ends with its own computation.
+    """Compares the fingerprint of every ended episode with a computed one.
 
-    Gives how many there were, and how many levels began in the midst of one.
+    Returns the number of ended episodes, and of levels that started within an episode.
     """
     batch = pool.observe()
     episodes = [beginning + level(seed) for seed in batch.level_seeds]
@@ -87,17 +87,17 @@ def check_episodes(pool: Pool, beginning: bytes, step_count: int) -> tuple[int, 
             if batch.ended[row]:
                 expected.append(fnv1a(episodes[row]))
                 episodes[row] = beginning
-            goes_on = not batch.ended[row] and batch.prev_level_complete[row]
-            if batch.ended[row] or goes_on:
+            continues = not batch.ended[row] and batch.prev_level_complete[row]
+            if batch.ended[row] or continues:
                 episodes[row] += level(batch.level_seeds[row])
-            level_count += goes_on
+            level_count += continues
         assert batch.fingerprints.tolist() == expected
         ended_count += len(expected)
     return ended_count, level_count
 
 
 @pytest.mark.parametrize("game", ["bigfish", "starpilot", "fruitbot"])
-def test_fingerprints_of_whole_episodes_are_as_defined(client: Client, game: str) -> None:
+def test_episode_fingerprints_follow_their_definition(client: Client, game: str) -> None:
     with client.create_pool(game, 4, distribution_mode="hard", rand_seed=1) as pool:
         assert check_episodes(pool, begin(game, "hard"), 400)[0] > 4
 
@@ -124,6 +124,6 @@ def test_all_options_are_in_the_fingerprint(client: Client) -> None:
         assert level_count > 0
 
 
-def test_exploration_counts_as_hard(client: Client) -> None:
+def test_exploration_mode_is_hashed_as_hard(client: Client) -> None:
     with client.create_pool("coinrun", 2, distribution_mode="exploration") as pool:
         assert check_episodes(pool, begin("coinrun", "exploration"), 1001)[0] > 0

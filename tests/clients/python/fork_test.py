@@ -1,4 +1,4 @@
-"""A process that forks keeps its environments, and its children can make their own."""
+"""A process that forks keeps its environments; its children can create their own."""
 
 from __future__ import annotations
 
@@ -102,21 +102,21 @@ class AsyncVectorEnv:
             assert pipe.poll(60), "a worker hangs"
         return [pipe.recv() for pipe in self.pipes]
 
-beside = ProcgenEnv(4, "coinrun", num_levels=200)
-beside.reset()
+other = ProcgenEnv(4, "coinrun", num_levels=200)
+other.reset()
 for _ in range(2):
     env = AsyncVectorEnv([lambda: ProcgenGymEnv("maze")] * 3)
-    beside.step(np.full(4, 7))
+    other.step(np.full(4, 7))
     env.ask("reset", range(3))
     for _ in range(5):
         assert [len(result) for result in env.ask("step", [3] * 3)] == [4] * 3
-        beside.step(np.full(4, 7))
+        other.step(np.full(4, 7))
     assert np.frombuffer(env.memory.get_obj(), np.uint8).any()
     env.ask("close", [None] * 3)
     for process in env.processes:
         process.join(60)
         assert process.exitcode == 0
-beside.step(np.full(4, 7))
+other.step(np.full(4, 7))
 """
 
 _THE_PARENTS_OWN = """
@@ -124,7 +124,7 @@ import os
 import sys
 from procgen_client import Client, ProcgenVectorEnv, errors
 
-def refused(call, *arguments):
+def is_rejected(call, *arguments):
     try:
         call(*arguments)
     except errors.FailedPreconditionError as error:
@@ -133,7 +133,7 @@ def refused(call, *arguments):
 
 def in_child(env):
     asked = [env.reset, env.save_states, env.pool._client.list_pools]
-    verdict = [*(refused(each) for each in asked), refused(env.step, [4, 4])]
+    verdict = [*(is_rejected(each) for each in asked), is_rejected(env.step, [4, 4])]
     env.close()
     return 0 if all(verdict) else 1
 
@@ -237,43 +237,45 @@ def _environment() -> dict[str, str]:
 
 @native_only
 @pytest.mark.parametrize("how", ["fork", "spawn"])
-def test_children_make_environments_while_their_parent_has_some(how: str, tmp_path: Path) -> None:
+def test_children_create_environments_while_the_parent_has_some(how: str, tmp_path: Path) -> None:
     _run(_CHILDREN_MAKE_THEIR_OWN, how, "{}", folder=tmp_path)
 
 
 @native_only
-def test_children_do_so_beside_a_stream(server: ServerProcess, tmp_path: Path) -> None:
+def test_children_create_environments_while_the_parent_has_a_stream(
+    server: ServerProcess, tmp_path: Path
+) -> None:
     where = repr({"server": server.address})
     _run(_CHILDREN_MAKE_THEIR_OWN, "fork", where, folder=tmp_path)
 
 
 @native_only
-def test_environments_run_in_worker_processes_beside_an_open_one(tmp_path: Path) -> None:
+def test_worker_processes_run_environments_while_the_parent_steps(tmp_path: Path) -> None:
     _run(_ASYNC_VECTOR_ENV, folder=tmp_path)
 
 
-@native_only  # grpcio ends the parent's calls when such a child ends by sys.exit.
+@native_only  # With grpcio, sys.exit in the child ends the parent's calls.
 @pytest.mark.parametrize("where", ["private", "stream"])
-def test_a_child_cannot_use_its_parents_environment_nor_end_it(
+def test_child_can_neither_use_nor_close_its_parents_environment(
     where: str, server: ServerProcess, tmp_path: Path
 ) -> None:
     arguments = {} if where == "private" else {"server": server.address}
     _run(_THE_PARENTS_OWN, repr(arguments), folder=tmp_path)
 
 
-@pytest.mark.skipif(is_native(), reason="of grpcio")
-def test_connections_by_grpcio_are_refused_in_children(
+@pytest.mark.skipif(is_native(), reason="tests grpcio")
+def test_grpcio_connections_are_rejected_in_children(
     server: ServerProcess, tmp_path: Path
 ) -> None:
     _run(_BY_GRPCIO, server.address, folder=tmp_path)
 
 
 @native_only
-def test_children_of_children_connect(server: ServerProcess, tmp_path: Path) -> None:
+def test_grandchildren_can_connect(server: ServerProcess, tmp_path: Path) -> None:
     _run(_GENERATIONS, server.address, folder=tmp_path)
 
 
-def test_a_local_server_ends_with_its_program_whose_children_live() -> None:
+def test_local_server_ends_with_its_program_despite_running_children() -> None:
     with subprocess.Popen(
         [sys.executable, "-c", _CHILD_OUTLIVES_IT],
         env=_environment(),
@@ -288,8 +290,8 @@ def test_a_local_server_ends_with_its_program_whose_children_live() -> None:
         listening = str(folder / "socket")
         deadline = time.monotonic() + 60
         while listening in Path("/proc/net/unix").read_text():
-            assert time.monotonic() < deadline, "the server lives"
-        # The child still lives, since its standard input has not ended yet.
+            assert time.monotonic() < deadline, "the server is still running"
+        # The child is still running: its standard input is open.
         assert program.stdin is not None
         assert not program.stdin.closed
     for file in folder.iterdir():

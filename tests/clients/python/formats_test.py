@@ -1,6 +1,6 @@
-"""Observations in other colours, layouts, sizes and stacks.
+"""Observation formats: colors, layouts, sizes and stacks.
 
-The measure is a pool with the same seeds and the default observations: numpy converts those.
+The expected values are default observations of a pool with the same seeds, converted by numpy.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ def _grey(rgb: np.ndarray) -> np.ndarray:
     return ((luma + 128) // 256).astype(np.uint8)[..., np.newaxis]
 
 
-def test_colours_and_layouts_are_those_of_the_default_observation(client: Client) -> None:
+def test_colors_and_layouts_are_converted_from_the_default_observation(client: Client) -> None:
     with (
         client.create_pool("coinrun", 3, **_OPTIONS) as rgb,
         client.create_pool("coinrun", 3, layout="chw", **_OPTIONS) as planes,
@@ -38,7 +38,7 @@ def test_colours_and_layouts_are_those_of_the_default_observation(client: Client
 
 
 @pytest.mark.parametrize("screen_size", [16, 84, 512])
-def test_sizes_are_those_asked_for(client: Client, screen_size: int) -> None:
+def test_observations_have_the_requested_size(client: Client, screen_size: int) -> None:
     with client.create_pool("maze", 2, screen_size=screen_size, **_OPTIONS) as pool:
         observations = pool.observe().observations
         assert observations.shape == (2, screen_size, screen_size, 3)
@@ -65,14 +65,14 @@ def test_stacks_are_the_last_frames_of_the_episode(client: Client) -> None:
             np.testing.assert_array_equal(seen.observations, np.stack(frames, axis=1))
 
 
-def test_observations_above_the_default_limit_of_responses_arrive(client: Client) -> None:
+def test_observations_beyond_the_default_response_limit_are_received(client: Client) -> None:
     with client.create_pool("maze", 2, screen_size=512, frame_stack=16, **_OPTIONS) as pool:
         batch = pool.step([4, -1], final_observations=True)
         assert batch.observations.shape == (2, 16, 512, 512, 3)
         assert batch.final_observations.shape == (1, 16, 512, 512, 3)
 
 
-def test_vector_environment_has_the_shape_asked_for(server: ServerProcess) -> None:
+def test_vector_environment_has_the_requested_shape(server: ServerProcess) -> None:
     with ProcgenVectorEnv(
         "starpilot",
         2,
@@ -109,7 +109,7 @@ def test_vector_environment_has_the_shape_asked_for(server: ServerProcess) -> No
         ({"screen_size": 84.5}, "ObservationFormat has a wrong value"),
     ],
 )
-def test_formats_out_of_range_are_refused(
+def test_formats_out_of_range_are_rejected(
     client: Client, argument: dict[str, Any], message: str
 ) -> None:
     with pytest.raises(InvalidArgumentError) as raised:
@@ -117,7 +117,7 @@ def test_formats_out_of_range_are_refused(
     assert message in raised.value.message
 
 
-def test_observations_beyond_the_servers_limit_are_refused(client: Client) -> None:
+def test_observations_beyond_the_servers_limit_are_rejected(client: Client) -> None:
     with pytest.raises(ResourceExhaustedError) as raised:
         client.create_pool("maze", 400, screen_size=512, frame_stack=16)
     assert "limit observation_bytes_max is 4294967296" in raised.value.message

@@ -1,4 +1,4 @@
-"""The choice of levels: told one by one, by a sampler, and by the example of a curriculum."""
+"""The choice of levels: requested one by one, by a sampler, and by the curriculum example."""
 
 from __future__ import annotations
 
@@ -26,17 +26,17 @@ _END = -1
 
 
 def end_episodes(pool: Pool) -> list[int]:
-    """Gives the levels that begin."""
+    """Ends all episodes; returns the seeds of the new levels."""
     return pool.step([_END] * pool.env_count).level_seeds.tolist()
 
 
-def test_a_sampler_chooses_from_the_first_level_on(client: Client) -> None:
+def test_sampler_chooses_the_first_level_too(client: Client) -> None:
     with client.create_pool("maze", 4, level_sampler=LevelSampler([70, -71])) as pool:
         levels = [pool.observe().level_seeds.tolist()] + [end_episodes(pool) for _ in range(9)]
         assert {level for row in levels for level in row} == {70, -71}
 
 
-def test_a_replaced_sampler_takes_effect_at_the_next_episode(client: Client) -> None:
+def test_replaced_sampler_takes_effect_at_the_next_episode(client: Client) -> None:
     with client.create_pool("maze", 4) as pool:
         before = pool.observe().level_seeds.tolist()
         pool.set_level_sampler(LevelSampler(np.array([70, 80]), [0.0, 2.5]))
@@ -44,13 +44,13 @@ def test_a_replaced_sampler_takes_effect_at_the_next_episode(client: Client) -> 
         assert end_episodes(pool) == [80] * 4
 
 
-def test_levels_that_are_told_come_first(client: Client) -> None:
+def test_requested_levels_override_the_sampler(client: Client) -> None:
     with client.create_pool("maze", 3, level_sampler=LevelSampler([70])) as pool:
         batch = pool.step([_END] * 3, next_levels={1: -8}, resets=[Reset(2, level_seed=9)])
         assert batch.level_seeds.tolist() == [70, -8, 9]
 
 
-def test_equal_samplers_choose_alike(client: Client) -> None:
+def test_equal_samplers_choose_equal_levels(client: Client) -> None:
     sampler = LevelSampler(range(100), rand_seed=4)
     levels = []
     for _ in range(2):
@@ -59,7 +59,7 @@ def test_equal_samplers_choose_alike(client: Client) -> None:
     assert levels[0] == levels[1]
 
 
-def test_vector_environments_take_one(server: ServerProcess) -> None:
+def test_vector_environment_accepts_a_sampler(server: ServerProcess) -> None:
     with ProcgenVectorEnv(
         "maze", 3, server=server.address, level_sampler=LevelSampler([70])
     ) as environment:
@@ -78,7 +78,7 @@ def test_vector_environments_take_one(server: ServerProcess) -> None:
         (LevelSampler([1, 2], [1, float("nan")]), "weights[1] is nan"),
     ],
 )
-def test_bad_samplers_are_refused(client: Client, sampler: LevelSampler, message: str) -> None:
+def test_invalid_samplers_are_rejected(client: Client, sampler: LevelSampler, message: str) -> None:
     with pytest.raises(errors.InvalidArgumentError) as raised:
         client.create_pool("maze", 2, level_sampler=sampler)
     assert message in str(raised.value)
@@ -86,10 +86,10 @@ def test_bad_samplers_are_refused(client: Client, sampler: LevelSampler, message
         with pytest.raises(errors.InvalidArgumentError) as raised:
             pool.set_level_sampler(sampler)
         assert message in str(raised.value)
-        assert pool.observe().first.all(), "the pool goes on"
+        assert pool.observe().first.all(), "the pool continues"
 
 
-def test_requests_in_flight_are_received_first(client: Client) -> None:
+def test_sampler_cannot_be_set_while_requests_are_in_flight(client: Client) -> None:
     with client.create_pool("maze", 2) as pool:
         pool.send_observe()
         with pytest.raises(errors.FailedPreconditionError):
@@ -97,7 +97,7 @@ def test_requests_in_flight_are_received_first(client: Client) -> None:
         pool.receive()
 
 
-def test_the_example_prefers_some_levels(server: ServerProcess) -> None:
+def test_example_prefers_some_levels(server: ServerProcess) -> None:
     command = [sys.executable, str(_EXAMPLE), server.address, "--levels=20", "--environments=16"]
     run = subprocess.run(
         [*command, "--steps=400", "--steps-per-sampler=100"],

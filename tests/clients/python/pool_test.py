@@ -1,4 +1,4 @@
-"""Stepping: batches, requests sent ahead, slices, resets, errors on the stream."""
+"""Stepping: batches, pipelined requests, slices, resets, errors on the stream."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ def pool(client: Client) -> Iterator[Pool]:
         yield made
 
 
-def test_first_observation_is_the_beginning_of_episodes(pool: Pool) -> None:
+def test_first_observation_starts_every_episode(pool: Pool) -> None:
     batch = pool.observe()
     assert batch.first_env == 0
     assert batch.env_count == 6
@@ -56,7 +56,7 @@ def test_observe_changes_nothing(pool: Pool) -> None:
     assert_same(first, pool.observe())
 
 
-def test_arrays_have_the_shapes_and_types_that_are_told(pool: Pool) -> None:
+def test_arrays_have_the_documented_shapes_and_types(pool: Pool) -> None:
     batch = pool.step([_NOTHING] * 6)
     types = {name: (getattr(batch, name).dtype.name, getattr(batch, name).shape) for name in _ROWS}
     assert types == {
@@ -74,7 +74,7 @@ def test_arrays_have_the_shapes_and_types_that_are_told(pool: Pool) -> None:
     assert batch.final_observations.shape == (0, 64, 64, 3)
 
 
-def test_arrays_are_ones_own_and_stay(pool: Pool) -> None:
+def test_returned_arrays_are_writable_and_do_not_change(pool: Pool) -> None:
     batch = pool.observe()
     before = batch.observations.copy()
     assert all(getattr(batch, name).flags.writeable for name in _ROWS)
@@ -89,7 +89,7 @@ def test_equal_seeds_give_equal_steps(client: Client, pool: Pool) -> None:
             assert_same(pool.step(actions), twin.step(actions))
 
 
-def test_requests_sent_ahead_give_the_same_answers(client: Client, pool: Pool) -> None:
+def test_pipelined_requests_return_equal_batches(client: Client, pool: Pool) -> None:
     steps = random_actions(30, 6)
     expected = [pool.step(actions) for actions in steps]
     with client.create_pool_from_spec(pool.spec) as ahead:
@@ -103,7 +103,7 @@ def test_requests_sent_ahead_give_the_same_answers(client: Client, pool: Pool) -
         assert_same(one, other)
 
 
-def test_two_halves_sent_in_turn_equal_the_whole(client: Client, pool: Pool) -> None:
+def test_two_slices_equal_the_whole_pool(client: Client, pool: Pool) -> None:
     with client.create_pool_from_spec(pool.spec) as halves:
         for actions in random_actions(20, 6):
             whole = pool.step(actions)
@@ -116,8 +116,8 @@ def test_two_halves_sent_in_turn_equal_the_whole(client: Client, pool: Pool) -> 
                 np.testing.assert_array_equal(joined, getattr(whole, name), err_msg=name)
 
 
-def test_an_answer_in_several_responses_equals_one_in_one(client: Client) -> None:
-    # The smallest response that may be asked for holds five observations: seven responses.
+def test_batch_in_several_responses_equals_one_in_a_single_response(client: Client) -> None:
+    # The smallest response limit has room for five observations: seven responses.
     with (
         client.create_pool("maze", 33, rand_seed=1) as whole,
         client.create_pool("maze", 33, rand_seed=1) as pieces,
@@ -135,7 +135,7 @@ def test_an_answer_in_several_responses_equals_one_in_one(client: Client) -> Non
 
 @pytest.mark.parametrize("game", ["bigfish", "maze"])
 @pytest.mark.parametrize("env_count", [1, 3, 20])
-def test_a_step_in_chunks_equals_one_of_the_whole(
+def test_chunked_steps_equal_whole_ones(
     client: Client, game: str, env_count: int
 ) -> None:
     options = {"distribution_mode": "easy", "rand_seed": 3}
@@ -159,7 +159,7 @@ def test_a_step_in_chunks_equals_one_of_the_whole(
             assert one.sequence_number == other.sequence_number
 
 
-def test_only_large_pools_are_chunked_unless_told_to(client: Client) -> None:
+def test_only_large_pools_are_chunked_by_default(client: Client) -> None:
     with client.create_pool("maze", 16) as small, client.create_pool("maze", 400) as large:
         assert small.chunk_count == 1
         assert large.chunk_count > 1
@@ -169,21 +169,21 @@ def test_only_large_pools_are_chunked_unless_told_to(client: Client) -> None:
             client.create_pool("maze", 2, chunk_count=chunk_count)
 
 
-def test_a_mistake_in_the_last_chunk_moves_nothing_in_the_first(client: Client) -> None:
+def test_error_in_the_last_chunk_steps_nothing(client: Client) -> None:
     with client.create_pool("maze", 4, chunk_count=2) as pool:
         with pytest.raises(errors.InvalidArgumentError, match="is 9, the slice is 0 to 3"):
             pool.step([4, 4, 4, 4], resets=[9])
         assert pool.step([4, 4, 4, 4]).episode_lengths.tolist() == [1, 1, 1, 1]
 
 
-def test_a_pool_larger_than_a_response_works_without_asking(client: Client) -> None:
+def test_pools_larger_than_a_response_need_no_option(client: Client) -> None:
     with client.create_pool("maze", 700) as pool:
         batch = pool.step(np.full(700, _NOTHING))
     assert batch.observations.shape == (700, 64, 64, 3)
     assert batch.observations.reshape(700, -1).any(axis=1).all()
 
 
-def test_without_pictures_everything_else_is_the_same(client: Client, pool: Pool) -> None:
+def test_omitting_observations_changes_no_other_array(client: Client, pool: Pool) -> None:
     with client.create_pool_from_spec(pool.spec) as unseen:
         for actions in random_actions(30, 6):
             seen, other = pool.step(actions), unseen.step(actions, observe=False)
@@ -193,11 +193,11 @@ def test_without_pictures_everything_else_is_the_same(client: Client, pool: Pool
         assert_same(pool.observe(), unseen.observe())
 
 
-def test_a_repeated_action_equals_many_steps(client: Client, pool: Pool) -> None:
+def test_repeated_action_equals_single_steps(client: Client, pool: Pool) -> None:
     with client.create_pool_from_spec(pool.spec) as repeated:
         singles = [pool.step([7] * 6) for _ in range(5)]
         batch = repeated.step([7] * 6, repeat_count=5)
-        # Where an episode ends early, the repetition stops.
+        # The repetition stops where an episode ends.
         whole = ~np.any([single.ended for single in singles], axis=0)
         assert whole.any()
         rewards = np.sum([single.rewards for single in singles], axis=0)
@@ -218,7 +218,7 @@ def test_action_minus_one_ends_the_episode(pool: Pool) -> None:
     assert batch.final_observations.shape == (1, 64, 64, 3)
 
 
-def test_a_time_limit_truncates(client: Client) -> None:
+def test_time_limit_truncates(client: Client) -> None:
     with client.create_pool("maze", 2) as pool:
         batch = pool.step([_NOTHING] * 2, repeat_count=1000, observe=False)
     assert batch.truncated.all()
@@ -226,12 +226,12 @@ def test_a_time_limit_truncates(client: Client) -> None:
     assert batch.episode_lengths.tolist() == [500, 500]
 
 
-def test_next_levels_are_played_next(pool: Pool) -> None:
+def test_next_levels_are_played_after_the_episode(pool: Pool) -> None:
     batch = pool.step([_END] * 6, next_levels={2: 1234, 5: -7})
     assert batch.level_seeds[[2, 5]].tolist() == [1234, -7]
 
 
-def test_reset_begins_the_levels_asked_for_and_leaves_the_others(pool: Pool) -> None:
+def test_reset_affects_only_its_environments(pool: Pool) -> None:
     before = pool.step([7] * 6)
     batch = pool.reset([1, Reset(3, level_seed=77)])
     assert batch.first.tolist() == [False, True, False, True, False, False]
@@ -241,7 +241,7 @@ def test_reset_begins_the_levels_asked_for_and_leaves_the_others(pool: Pool) -> 
     assert pool.reset().first.all()
 
 
-def test_reset_with_a_seed_begins_the_choice_of_levels_anew(pool: Pool) -> None:
+def test_reset_with_rand_seed_repeats_the_levels(pool: Pool) -> None:
     first = pool.reset([Reset(i, rand_seed=9 + i) for i in range(6)])
     pool.step([_END] * 6)
     again = pool.reset([Reset(i, rand_seed=9 + i) for i in range(6)])
@@ -249,14 +249,14 @@ def test_reset_with_a_seed_begins_the_choice_of_levels_anew(pool: Pool) -> None:
     np.testing.assert_array_equal(first.observations, again.observations)
 
 
-def test_resets_within_a_step_take_the_place_of_stepping(pool: Pool) -> None:
+def test_environments_reset_in_a_step_are_not_stepped(pool: Pool) -> None:
     batch = pool.step([7] * 6, resets=[Reset(4, level_seed=5)])
     assert batch.first.tolist() == [False] * 4 + [True, False]
     assert batch.level_seeds[4] == 5
     assert batch.episode_lengths.tolist() == [1, 1, 1, 1, 0, 1]
 
 
-def test_more_requests_than_allowed_are_refused_before_they_are_sent(pool: Pool) -> None:
+def test_excess_requests_are_rejected_locally(pool: Pool) -> None:
     for _ in range(pool.requests_in_flight_max):
         pool.send_observe()
     with pytest.raises(errors.FailedPreconditionError, match="receive first"):
@@ -280,7 +280,7 @@ def test_more_requests_than_allowed_are_refused_before_they_are_sent(pool: Pool)
         ([0, -2, 0, 0, 0, 0], "actions\\[1\\] is -2"),
     ],
 )
-def test_wrong_actions_are_refused_and_cost_nothing(
+def test_invalid_actions_are_rejected_and_change_nothing(
     pool: Pool, actions: list[object], message: str
 ) -> None:
     before = pool.observe()
@@ -290,15 +290,15 @@ def test_wrong_actions_are_refused_and_cost_nothing(
     assert_same(before, pool.observe())
 
 
-def test_after_a_refused_request_the_pool_goes_on(pool: Pool) -> None:
+def test_pool_continues_after_a_rejected_request(pool: Pool) -> None:
     before = pool.step([7] * 6)
     with pytest.raises(errors.InvalidArgumentError):
-        pool.reset([2, 2])  # Twice the same: only the server looks at that.
+        pool.reset([2, 2])  # Only the server detects the duplicate.
     assert not pool.attached
     assert_same(before, pool.observe())
 
 
-def test_what_was_sent_before_a_refused_request_is_answered(pool: Pool) -> None:
+def test_requests_before_a_rejected_one_are_answered(pool: Pool) -> None:
     pool.send_step([7] * 6)
     pool.send_reset([2, 2])
     answered = pool.receive()
@@ -307,7 +307,7 @@ def test_what_was_sent_before_a_refused_request_is_answered(pool: Pool) -> None:
     assert_same(answered, pool.observe())
 
 
-def test_a_pool_has_one_stream_at_a_time(server: ServerProcess, pool: Pool) -> None:
+def test_pool_has_one_stream_at_a_time(server: ServerProcess, pool: Pool) -> None:
     pool.observe()
     with Client(server.address) as other_client, other_client.get_pool(pool.name) as other:
         with pytest.raises(errors.FailedPreconditionError):
@@ -318,7 +318,7 @@ def test_a_pool_has_one_stream_at_a_time(server: ServerProcess, pool: Pool) -> N
             pool.observe()
 
 
-def test_a_pool_that_is_deleted_aborts_its_stream(client: Client, pool: Pool) -> None:
+def test_deleting_a_pool_aborts_its_stream(client: Client, pool: Pool) -> None:
     pool.observe()
     client.delete_pool(pool.name)
     with pytest.raises((errors.AbortedError, errors.NotFoundError)):
@@ -327,14 +327,14 @@ def test_a_pool_that_is_deleted_aborts_its_stream(client: Client, pool: Pool) ->
         pool.observe()
 
 
-def test_an_interrupted_wait_leaves_a_pool_that_can_be_closed(client: Client) -> None:
+def test_pool_can_be_closed_after_an_interrupted_wait(client: Client) -> None:
     def interrupt(number: int, frame: object) -> None:
         raise KeyboardInterrupt
 
     before = signal.signal(signal.SIGALRM, interrupt)
     try:
         with client.create_pool("caveflyer", 512) as pool:
-            for _ in range(2):  # Half a million steps in each, which take as many microseconds.
+            for _ in range(2):  # 512,000 steps each, about 0.5 s.
                 pool.send_step([_NOTHING] * 512, repeat_count=1000, observe=False)
             with pytest.raises(KeyboardInterrupt):
                 signal.setitimer(signal.ITIMER_REAL, 0.02)
@@ -348,9 +348,9 @@ def test_an_interrupted_wait_leaves_a_pool_that_can_be_closed(client: Client) ->
 
 def test_render_draws_at_any_size_and_changes_nothing(client: Client, pool: Pool) -> None:
     if not client.catalog().features.render:
-        pytest.skip("this server does not draw for people yet")
+        pytest.skip("this server has no rendering")
     before = pool.observe()
-    frames = pool.render(size_px=512)  # Six of them take more than one message.
+    frames = pool.render(size_px=512)  # Six frames take several messages.
     assert [frame.shape for frame in frames] == [(512, 512, 3)] * 6
     assert [frame.shape for frame in pool.render([5, 0], size_px=100)] == [(100, 100, 3)] * 2
     assert_same(before, pool.observe())

@@ -1,4 +1,4 @@
-"""The random agents play against a real server, and are as short as is said of them."""
+"""The random agents run with a real server, and are as short as documented."""
 
 from __future__ import annotations
 
@@ -20,14 +20,14 @@ _AGENTS = {
     "python": "python/examples/random_agent.py",
 }
 _LINES_MAX = 15
-# What every program of its language begins and ends with.
+# Lines that every program of the language needs.
 _FRAME = re.compile(
     r"#!|\s*(//|#include|\}?$|import |package |\"[\w/]+\"$|\)$)|\"\"\"|(func|int) main|import \($"
 )
 
 
 @pytest.mark.parametrize("language", ["python", "cpp"])
-def test_it_plays(server: ServerProcess, language: str) -> None:
+def test_random_agent_plays(server: ServerProcess, language: str) -> None:
     if language == "cpp":
         program = [os.environ["PROCGEN_CPP_RANDOM_AGENT"]]
     else:
@@ -39,7 +39,7 @@ def test_it_plays(server: ServerProcess, language: str) -> None:
 
 
 @pytest.mark.parametrize("language", _AGENTS)
-def test_it_has_as_many_lines_as_is_said(language: str) -> None:
+def test_random_agent_is_as_short_as_documented(language: str) -> None:
     lines = (_CLIENTS / _AGENTS[language]).read_text().splitlines()
     own = [line for line in lines if not _FRAME.match(line)]
     assert 5 < len(own) <= _LINES_MAX, own

@@ -1,4 +1,4 @@
-"""Streams that outlive their connections, and pools that outlive their learners for a while."""
+"""Reconnecting streams, and leases of pools."""
 
 from __future__ import annotations
 
@@ -11,8 +11,8 @@ import zlib
 
 import numpy as np
 import pytest
-from bad_network import Proxy, connected
 from conftest import native_only
+from fault_proxy import Proxy, connected
 
 from procgen_client import Batch, Client, Pool, ServerProcess, errors
 
@@ -22,7 +22,7 @@ _OPTIONS = {"distribution_mode": "easy", "rand_seed": 5}
 
 
 def _attach(pool: Pool) -> None:
-    """Attaching is not tried again by itself: whose stream it is that is there, nobody knows."""
+    """Repeats attach, which the client does not retry: it could end another learner's stream."""
     while not pool.attached:
         try:
             pool.attach(take_over=True, response_bytes_max=65536)
@@ -50,7 +50,7 @@ def _fingerprint(batch: Batch) -> int:
 
 
 def _trace(pool: Pool, count: int) -> list[int]:
-    """Steps one half of the pool and the other in turn, with requests sent ahead."""
+    """Steps the two halves of the pool in turn, with pipelined requests."""
     rng = np.random.default_rng(3)
     actions = rng.integers(-1, 15, (count, _HALF))
     _attach(pool)
@@ -72,7 +72,7 @@ def _trace(pool: Pool, count: int) -> list[int]:
         ("delta_zstd", 300, 40_000, 5),
     ],
 )
-def test_nothing_is_lost_on_a_bad_network(
+def test_faulty_network_loses_nothing(
     server: ServerProcess,
     client: Client,
     encoding: str,
@@ -81,22 +81,22 @@ def test_nothing_is_lost_on_a_bad_network(
     least_break_count: int,
 ) -> None:
     with client.create_pool(["maze", "bigfish"], _ENV_COUNT, **_OPTIONS) as pool:
-        undisturbed = _trace(pool, count)
+        expected = _trace(pool, count)
     proxy = Proxy(server.address, 11, bytes_between_faults)
     with client.create_pool(
         ["maze", "bigfish"], _ENV_COUNT, encoding=encoding, **_OPTIONS
     ) as pool:
         with connected(proxy.address) as learner:
-            disturbed = _trace(
+            actual = _trace(
                 learner.get_pool(pool.name, requests_in_flight_max=3), count
             )
         assert client.get_pool(pool.name) is not None
     assert proxy.stop() >= least_break_count
-    assert disturbed == undisturbed
+    assert actual == expected
 
 
 @native_only
-def test_a_server_that_is_gone_is_given_up_in_time() -> None:
+def test_reconnecting_to_a_lost_server_times_out() -> None:
     with ServerProcess(flags=["--workers=1"]) as server:
         with Client(server.address, reconnect_timeout=0.5) as client:
             pool = client.create_pool("maze", 2)
@@ -110,7 +110,7 @@ def test_a_server_that_is_gone_is_given_up_in_time() -> None:
             assert not pool.attached
 
 
-def test_without_a_time_to_reconnect_the_first_loss_is_an_error() -> None:
+def test_without_reconnect_timeout_the_first_loss_is_an_error() -> None:
     with ServerProcess(flags=["--workers=1"]) as server:
         with Client(server.address, reconnect_timeout=0) as client:
             pool = client.create_pool("maze", 2)
@@ -122,7 +122,7 @@ def test_without_a_time_to_reconnect_the_first_loss_is_an_error() -> None:
             assert "made again" not in caught.value.message
 
 
-def test_a_server_that_drains_is_not_asked_again() -> None:
+def test_draining_server_is_not_contacted_again() -> None:
     with ServerProcess(flags=["--workers=1", "--drain_timeout=1s"]) as server:
         with Client(server.address, reconnect_timeout=600) as client:
             pool = client.create_pool("maze", 2)
@@ -133,7 +133,7 @@ def test_a_server_that_drains_is_not_asked_again() -> None:
                     pool.step([4, 4])
 
 
-def test_who_stepped_the_pool_meanwhile_is_not_overlooked(client: Client) -> None:
+def test_step_after_a_takeover_is_aborted(client: Client) -> None:
     with client.create_pool("maze", 2) as pool:
         pool.step([4, 4])
         with client.get_pool(pool.name) as other:
@@ -143,7 +143,7 @@ def test_who_stepped_the_pool_meanwhile_is_not_overlooked(client: Client) -> Non
             pool.step([4, 4])
 
 
-def test_a_lease_is_told_and_renewed(client: Client) -> None:
+def test_lease_is_returned_and_renewed(client: Client) -> None:
     with client.create_pool("maze", 1, lease_duration=90.5) as pool:
         assert pool.spec.lease_duration.ToTimedelta().total_seconds() == 90.5
         pool.renew()
@@ -156,7 +156,7 @@ def test_a_lease_is_told_and_renewed(client: Client) -> None:
             pool.renew(25 * 3600)
 
 
-def test_the_pool_of_a_killed_learner_is_freed_when_its_lease_runs_out(
+def test_pool_of_a_killed_learner_is_deleted_when_its_lease_expires(
     server: ServerProcess, client: Client
 ) -> None:
     learner = f"""
@@ -178,5 +178,5 @@ while True:
     process.wait()
     process.stdout.close()
     with pytest.raises(errors.NotFoundError):
-        while True:  # For the second that the lease has.
+        while True:  # Until the lease of one second expires.
             client.get_pool("pools/of-the-killed")

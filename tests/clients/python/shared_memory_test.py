@@ -1,4 +1,4 @@
-"""Pools that share memory: views without a copy, and nothing left, whatever dies."""
+"""Pools in shared memory: views without a copy, and no leaks after any process is killed."""
 
 from __future__ import annotations
 
@@ -13,8 +13,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from bad_network import Proxy, connected
 from conftest import native_only, server_binary
+from fault_proxy import Proxy, connected
 
 from procgen_client import Batch, Client, Pool, ProcgenVectorEnv, ServerProcess, errors
 
@@ -26,7 +26,7 @@ _OPTIONS = {"distribution_mode": "easy", "rand_seed": 5}
 
 @pytest.fixture
 def folder(tmp_path: Path) -> Path:
-    """Where the server's files are; nothing may be left there."""
+    """The server's shared memory folder, which must be empty at the end."""
     path = tmp_path / "shared"
     path.mkdir()
     return path
@@ -34,7 +34,7 @@ def folder(tmp_path: Path) -> Path:
 
 @pytest.fixture
 def server(folder: Path) -> Iterator[ServerProcess]:
-    """A server of the test's own."""
+    """A server of this test."""
     with ServerProcess(
         server_binary(), ["--workers=2", f"--shared_memory_dir={folder}"]
     ) as process:
@@ -62,7 +62,7 @@ def _assert_equal(left: Batch, right: Batch) -> None:
 
 
 def _mappings(folder: Path) -> int:
-    """How often this process has files of the folder mapped."""
+    """The number of mappings of files in the folder in this process."""
     return Path("/proc/self/maps").read_text().count(str(folder))
 
 
@@ -86,7 +86,9 @@ def test_batches_equal_those_of_the_stream(client: Client) -> None:
             _assert_equal(stream.step(actions, **arguments), shared.step(actions, **arguments))
 
 
-def test_pictures_are_read_only_views_and_numbers_are_copies(client: Client, folder: Path) -> None:
+def test_observations_are_read_only_views_and_other_arrays_are_copies(
+    client: Client, folder: Path
+) -> None:
     with _create(client) as pool:
         batch = pool.step([4] * _ENV_COUNT, final_observations=True)
         assert batch.observations is not None
@@ -94,7 +96,7 @@ def test_pictures_are_read_only_views_and_numbers_are_copies(client: Client, fol
         assert not batch.observations.flags.owndata
         with pytest.raises(ValueError, match="read-only"):
             batch.observations[0] = 0
-        batch.rewards[0] = 1  # Of one's own.
+        batch.rewards[0] = 1  # A copy.
         observations = batch.observations
         content = observations.copy()
         del batch
@@ -106,7 +108,7 @@ def test_pictures_are_read_only_views_and_numbers_are_copies(client: Client, fol
         assert file.stat().st_mode & 0o777 == 0o600
 
 
-def test_batches_come_back_when_no_array_refers_to_them(client: Client) -> None:
+def test_batches_are_released_when_no_array_refers_to_them(client: Client) -> None:
     with _create(client, held_batches_max=3) as pool:
         kept = [pool.step([4] * _ENV_COUNT).observations[1:, ::2] for _ in range(5)]
         with pytest.raises(errors.FailedPreconditionError, match="refer to 5 batches .* of 5 bat"):
@@ -122,12 +124,12 @@ def test_batches_come_back_when_no_array_refers_to_them(client: Client) -> None:
         del cycle
         gc.disable()
         try:
-            pool.step([4] * _ENV_COUNT)  # Whatever is in cycles is looked for before giving up.
+            pool.step([4] * _ENV_COUNT)  # The client runs the garbage collector.
         finally:
             gc.enable()
 
 
-def test_requests_are_sent_ahead(client: Client) -> None:
+def test_pipelined_requests_return_equal_batches(client: Client) -> None:
     with (
         client.create_pool(
             ["maze", "bigfish"], _ENV_COUNT, requests_in_flight_max=4, **_OPTIONS
@@ -143,7 +145,7 @@ def test_requests_are_sent_ahead(client: Client) -> None:
             _assert_equal(left, right)
 
 
-def test_vector_environments_give_views_or_copies(server: ServerProcess) -> None:
+def test_vector_environments_return_views_or_copies(server: ServerProcess) -> None:
     for copy in (True, False):
         with (
             ProcgenVectorEnv("maze", 2, server=server.address, copy=copy, **_OPTIONS) as stream,
@@ -176,7 +178,7 @@ def test_arrays_outlive_pool_client_and_server(folder: Path) -> None:
     assert _mappings(folder) == 0
 
 
-def test_a_thousand_attaches_leave_nothing(client: Client, folder: Path) -> None:
+def test_thousand_attaches_leave_no_files_or_mappings(client: Client, folder: Path) -> None:
     before = len(os.listdir("/proc/self/fd"))
     with _create(client, env_count=2) as pool:
         for _ in range(1000):
@@ -191,13 +193,13 @@ def test_a_thousand_attaches_leave_nothing(client: Client, folder: Path) -> None
             pool.observe()
     del pool
     gc.collect()
-    while list(folder.iterdir()):  # A pool that was deleted is freed soon.
+    while list(folder.iterdir()):  # A deleted pool is freed a little later.
         pass
     assert _mappings(folder) == 0
     assert len(os.listdir("/proc/self/fd")) <= before + 2
 
 
-def test_what_is_held_stays_over_streams_of_a_pool(server: ServerProcess) -> None:
+def test_held_batches_survive_detach_and_reattach(server: ServerProcess) -> None:
     for reconnect_timeout in (0, 60):
         with (
             Client(server.address, reconnect_timeout=reconnect_timeout) as client,
@@ -209,20 +211,20 @@ def test_what_is_held_stays_over_streams_of_a_pool(server: ServerProcess) -> Non
             for step in range(10):
                 pool.step(_actions(step))
             with pytest.raises(errors.InvalidArgumentError):
-                pool.step([4] * _ENV_COUNT, next_levels={99: 1})  # Of the server: ends the stream.
+                pool.step([4] * _ENV_COUNT, next_levels={99: 1})  # Ends the stream.
             assert not pool.attached
             for step in range(10):
                 pool.step(_actions(step))
             np.testing.assert_array_equal(held, content)
 
 
-def test_what_is_held_stays_on_a_bad_network(server: ServerProcess, client: Client) -> None:
-    # Messages go past the network, by pipes, which end with the connection beside them.
+def test_held_batches_survive_a_faulty_network(server: ServerProcess, client: Client) -> None:
+    # Messages bypass the network through pipes, which end with the connection.
     proxy = Proxy(server.address, 7, 3000, silence_max_ms=10)
-    with client.create_pool(["maze", "bigfish"], _ENV_COUNT, **_OPTIONS) as undisturbed:
+    with client.create_pool(["maze", "bigfish"], _ENV_COUNT, **_OPTIONS) as reference:
         with _create(client) as pool, connected(proxy.address) as learner:
             other = None
-            while other is None or not other.attached:  # Only streams are tried again.
+            while other is None or not other.attached:  # The client retries streams only.
                 try:
                     other = learner.get_pool(pool.name, held_batches_max=4)
                     other.attach(take_over=True)
@@ -231,7 +233,7 @@ def test_what_is_held_stays_on_a_bad_network(server: ServerProcess, client: Clie
             held = []
             for step in range(500):
                 batch = other.step(_actions(step))
-                _assert_equal(undisturbed.step(_actions(step)), batch)
+                _assert_equal(reference.step(_actions(step)), batch)
                 held.append((batch.observations, batch.observations.copy()))
                 if len(held) > 4:
                     observations, content = held.pop(step % 4)
@@ -248,7 +250,7 @@ def test_errors_end_the_stream_and_its_pipes(client: Client) -> None:
         pool.step([4] * _ENV_COUNT)
 
 
-def test_who_takes_over_has_all_batches(client: Client) -> None:
+def test_takeover_makes_all_batches_available(client: Client) -> None:
     with _create(client) as pool:
         held = [pool.observe().observations for _ in range(3)]
         with client.get_pool(pool.name) as other:
@@ -260,7 +262,7 @@ def test_who_takes_over_has_all_batches(client: Client) -> None:
         del held
 
 
-def test_killed_servers_leave_files_to_the_next(folder: Path) -> None:
+def test_next_server_removes_files_of_killed_servers(folder: Path) -> None:
     flags = [f"--shared_memory_dir={folder}"]
     with ServerProcess(server_binary(), flags) as living:
         with Client(living.address) as client, _create(client) as pool:
@@ -277,12 +279,12 @@ def test_killed_servers_leave_files_to_the_next(folder: Path) -> None:
                             its_pool.step([4] * _ENV_COUNT)
             assert len(list(folder.iterdir())) == 2
             with ServerProcess(server_binary(), flags):
-                assert list(folder.iterdir()) == [kept], "that of the living one"
+                assert list(folder.iterdir()) == [kept], "the file of the running server"
             np.testing.assert_array_equal(observations, content)
             pool.step([4] * _ENV_COUNT)
 
 
-def test_killed_learners_leave_nothing_and_hold_nothing(
+def test_killed_learner_holds_no_batches_and_leaves_no_files(
     server: ServerProcess, client: Client, folder: Path
 ) -> None:
     learner = f"""
@@ -309,7 +311,7 @@ time.sleep(600)
         assert len(list(folder.iterdir())) == 1
 
 
-def test_without_room_attach_says_where_and_how_much(folder: Path) -> None:
+def test_full_disk_error_names_path_and_size(folder: Path) -> None:
     limit = resource.getrlimit(resource.RLIMIT_FSIZE)
     resource.setrlimit(resource.RLIMIT_FSIZE, (1 << 20, limit[1]))
     try:
@@ -324,8 +326,10 @@ def test_without_room_attach_says_where_and_how_much(folder: Path) -> None:
             small.observe()
 
 
-@pytest.mark.skipif(os.geteuid() != 0, reason="only root can be somebody else")
-def test_other_users_are_told_of_the_stream(server: ServerProcess, client: Client) -> None:
+@pytest.mark.skipif(os.geteuid() != 0, reason="only root can change its user id")
+def test_error_for_other_users_names_the_stream_transport(
+    server: ServerProcess, client: Client
+) -> None:
     learner = f"""
 import os
 from procgen_client import connect, errors
@@ -344,7 +348,7 @@ except errors.FailedPreconditionError as error:
     assert "TRANSPORT_STREAM" in said.stdout
 
 
-def test_wrong_folders_are_refused(tmp_path: Path) -> None:
+def test_invalid_shared_memory_dirs_are_rejected(tmp_path: Path) -> None:
     with pytest.raises(errors.UnavailableError):
         ServerProcess(server_binary(), [f"--shared_memory_dir={tmp_path}/none"])
     with ServerProcess(server_binary(), ["--shared_memory_dir="]) as server:
@@ -353,11 +357,11 @@ def test_wrong_folders_are_refused(tmp_path: Path) -> None:
                 _create(client)
 
 
-def test_transports_have_names(client: Client) -> None:
+def test_unknown_transport_error_lists_the_names(client: Client) -> None:
     with pytest.raises(errors.InvalidArgumentError, match="stream, shared_memory"):
         client.create_pool("maze", 1, transport="pigeon")
 
 
-def test_what_is_shared_is_raw(client: Client) -> None:
+def test_shared_memory_rejects_encodings(client: Client) -> None:
     with pytest.raises(errors.InvalidArgumentError, match="SHARED_MEMORY: ENCODING_RAW"):
         _create(client, encoding="delta_zstd")

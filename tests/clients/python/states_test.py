@@ -37,7 +37,7 @@ def env(client: Client) -> Iterator[ProcgenVectorEnv]:
     made.close()
 
 
-def test_a_restored_pool_goes_on_as_the_saved_one_did(pool: Pool) -> None:
+def test_restored_pool_continues_as_the_saved_one(pool: Pool) -> None:
     states = pool.save_states()
     before = [pool.observe()] + [pool.step(actions) for actions in random_actions(40)]
     pool.restore_states(states)
@@ -47,7 +47,7 @@ def test_a_restored_pool_goes_on_as_the_saved_one_did(pool: Pool) -> None:
     assert sum(len(batch.fingerprints) for batch in after) > 0
 
 
-def test_states_go_to_a_pool_of_another_server(pool: Pool) -> None:
+def test_states_can_be_restored_on_another_server(pool: Pool) -> None:
     with (
         ServerProcess(server_binary(), ["--workers=1"]) as server,
         connect(server.address) as client,
@@ -56,10 +56,10 @@ def test_states_go_to_a_pool_of_another_server(pool: Pool) -> None:
         other.restore_states(dict(enumerate(pool.save_states())))
         for actions in random_actions(20):
             whole = pool.step(actions)
-            assert_same(whole, other.step(actions))  # A slice: the first four of five.
+            assert_same(whole, other.step(actions))  # A slice of the first four environments.
 
 
-def test_single_environments_are_restored_and_the_others_go_on(pool: Pool) -> None:
+def test_restore_affects_only_the_given_environments(pool: Pool) -> None:
     states = pool.save_states([2, 0])
     assert states == [pool.save_states()[2], pool.save_states()[0]]
     assert pool.save_states([]) == []
@@ -72,7 +72,9 @@ def test_single_environments_are_restored_and_the_others_go_on(pool: Pool) -> No
     np.testing.assert_array_equal(mixed.observations[others], after.observations[others])
 
 
-def test_clones_within_and_between_pools(client: Client, server: ServerProcess, pool: Pool) -> None:
+def test_states_are_cloned_within_and_between_pools(
+    client: Client, server: ServerProcess, pool: Pool
+) -> None:
     states = pool.save_states()
     pool.clone_states([(0, 1), (1, 0)])
     assert pool.save_states() == [states[1], states[0], *states[2:]]
@@ -82,7 +84,7 @@ def test_clones_within_and_between_pools(client: Client, server: ServerProcess, 
         assert other.save_states() == [states[2], states[2], states[3]]
 
 
-def test_more_states_than_fit_a_message_take_several(client: Client) -> None:
+def test_large_states_are_split_into_several_messages(client: Client) -> None:
     with (
         ServerProcess(server_binary(), ["--request_bytes_max=65536", "--response_bytes_max=65536"])
         as server,
@@ -96,7 +98,7 @@ def test_more_states_than_fit_a_message_take_several(client: Client) -> None:
         assert pool.save_states() == states
 
 
-def test_wrong_states_are_refused_and_change_nothing(client: Client, pool: Pool) -> None:
+def test_invalid_states_are_rejected_and_change_nothing(client: Client, pool: Pool) -> None:
     before = pool.save_states()
     with pytest.raises(errors.InvalidArgumentError, match="states has 3 entries; there are 4"):
         pool.restore_states(before[:3])
@@ -118,7 +120,7 @@ def test_wrong_states_are_refused_and_change_nothing(client: Client, pool: Pool)
     assert pool.save_states() == before
 
 
-def test_answers_that_are_owed_are_received_first(pool: Pool) -> None:
+def test_state_calls_are_rejected_while_requests_are_in_flight(pool: Pool) -> None:
     states = pool.save_states()
     pool.send_step([7] * _N)
     for call in (pool.save_states, lambda: pool.restore_states(states)):
@@ -130,7 +132,7 @@ def test_answers_that_are_owed_are_received_first(pool: Pool) -> None:
     pool.restore_states(states)
 
 
-def test_a_vector_environment_answers_what_it_was_restored_to(env: ProcgenVectorEnv) -> None:
+def test_vector_environment_returns_restored_observations_and_infos(env: ProcgenVectorEnv) -> None:
     saved_observations, *_, saved_infos = env.step([7] * _N)
     states = env.save_states()
     env.step([2] * _N)
@@ -143,7 +145,7 @@ def test_a_vector_environment_answers_what_it_was_restored_to(env: ProcgenVector
         np.testing.assert_array_equal(observation, saved_observations[0])
 
 
-def test_whose_episode_is_over_comes_with_the_state(env: ProcgenVectorEnv) -> None:
+def test_restored_state_includes_whether_the_episode_is_over(env: ProcgenVectorEnv) -> None:
     running = env.save_states()
     env.step([4, -1, 4, 4])
     ended = env.save_states()
@@ -156,7 +158,7 @@ def test_whose_episode_is_over_comes_with_the_state(env: ProcgenVectorEnv) -> No
     env.step([4] * _N)
 
 
-def test_an_episode_begun_with_the_end_of_the_last_is_not_over(
+def test_autoreset_episode_is_not_over(
     client: Client, env: ProcgenVectorEnv
 ) -> None:
     with client.create_pool("coinrun", 1) as same_step:
@@ -165,7 +167,7 @@ def test_an_episode_begun_with_the_end_of_the_last_is_not_over(
     env.step([4] * _N)
 
 
-def test_the_next_reset_after_restoring_begins_anew(client: Client) -> None:
+def test_reset_after_a_restore_starts_another_level(client: Client) -> None:
     env = ProcgenVectorEnv("coinrun", 1, server=client)
     env.restore_states(env.save_states())
     _, before = env.restore_states(env.save_states())

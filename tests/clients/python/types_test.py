@@ -1,4 +1,4 @@
-"""The package's types hold by mypy, and programs that use it are checked with them."""
+"""mypy accepts the package, and uses its types to check programs."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ pytestmark = pytest.mark.skipif(shutil.which("mypy") is None, reason="mypy is mi
 
 @pytest.fixture(scope="module")
 def cache(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """What the first run has found, for the next."""
+    """mypy's cache, shared by the tests."""
     return tmp_path_factory.mktemp("cache")
 
 
@@ -35,14 +35,14 @@ def _mypy(cache: Path, *arguments: str) -> subprocess.CompletedProcess[str]:
     )
 
 
-def test_the_package_and_its_examples_are_typed(cache: Path) -> None:
+def test_package_and_examples_pass_mypy(cache: Path) -> None:
     examples = [str(file) for file in sorted((_PACKAGE / "examples").glob("*.py"))]
     assert examples
     run = _mypy(cache, "procgen_client", *examples)
     assert run.returncode == 0, run.stdout
 
 
-def test_programs_are_checked_with_them(cache: Path, tmp_path: Path) -> None:
+def test_mypy_reports_wrong_use_of_the_package(cache: Path, tmp_path: Path) -> None:
     program = tmp_path / "program.py"
     program.write_text(_USES_IT_WRONGLY)
     run = _mypy(cache, str(program))

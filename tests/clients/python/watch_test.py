@@ -1,4 +1,4 @@
-"""Watching pools, and reading what happened in their episodes."""
+"""Watching pools, and reading their episodes."""
 
 from __future__ import annotations
 
@@ -15,20 +15,20 @@ from procgen_client.errors import (
 )
 
 
-def test_a_pool_is_watched_while_it_is_stepped(client: Client) -> None:
+def test_pool_is_watched_while_it_is_stepped(client: Client) -> None:
     with client.create_pool("maze", 4, rand_seed=3, distribution_mode="easy") as pool:
-        moments = pool.watch([3, 0], size_px=64, frames_per_second_max=60)
-        assert [frame.shape for frame in next(moments)] == [(64, 64, 3)] * 2
+        frame_sets = pool.watch([3, 0], size_px=64, frames_per_second_max=60)
+        assert [frame.shape for frame in next(frame_sets)] == [(64, 64, 3)] * 2
         batch = pool.step([7, 4, 5, 1])
-        frames = next(moments)
+        frames = next(frame_sets)
         assert np.array_equal(frames[0], batch.observations[3])
         assert np.array_equal(frames[1], batch.observations[0])
-        moments.close()
+        frame_sets.close()
         assert next(pool.watch())[0].shape == (256, 256, 3)
 
 
 @native_only
-def test_who_takes_long_between_two_moments_misses_those_in_between(client: Client) -> None:
+def test_slow_watcher_skips_frame_sets(client: Client) -> None:
     with client.create_pool("bigfish", 1) as pool:
         slow, quick = (pool.watch([0], size_px=64, frames_per_second_max=60) for _ in range(2))
         next(slow)
@@ -36,13 +36,13 @@ def test_who_takes_long_between_two_moments_misses_those_in_between(client: Clie
         for _ in range(20):
             last = pool.step([4])
             next(quick)
-        moments = 1
+        frame_sets = 1
         while not np.array_equal(next(slow)[0], last.observations[0]):
-            moments += 1
-        assert moments < 10, f"{moments} moments of 20 waited to be read"
+            frame_sets += 1
+        assert frame_sets < 10, f"{frame_sets} frame sets of 20 were queued"
 
 
-def test_frames_are_of_the_size_that_the_server_allows() -> None:
+def test_frame_sizes_are_limited_by_the_server() -> None:
     flags = ["--workers=1", "--response_bytes_max=1048576"]
     with ServerProcess(server_binary(), flags) as server, connect(server.address) as client:
         with client.create_pool("maze", 7) as pool:
@@ -52,12 +52,12 @@ def test_frames_are_of_the_size_that_the_server_allows() -> None:
                 next(pool.watch())
 
 
-def test_more_than_a_server_sends_by_default_is_watched(client: Client) -> None:
+def test_frames_beyond_the_default_message_size_are_received(client: Client) -> None:
     with client.create_pool("maze", 16) as pool:
         assert len(next(pool.watch(size_px=512))) == 16
 
 
-def test_a_watch_ends_with_an_error(client: Client) -> None:
+def test_watch_ends_with_an_error(client: Client) -> None:
     with client.create_pool("maze", 1) as pool:
         with pytest.raises(InvalidArgumentError, match="environments"):
             next(pool.watch([1]))
@@ -67,7 +67,7 @@ def test_a_watch_ends_with_an_error(client: Client) -> None:
         next(pool.watch())
 
 
-def test_an_episode_is_played_again(client: Client) -> None:
+def test_episode_is_replayed(client: Client) -> None:
     with client.create_pool("coinrun", 2, rand_seed=1) as pool:
         with pytest.raises(FailedPreconditionError, match="ended no episode"):
             pool.get_episode(1)
@@ -87,11 +87,11 @@ def test_an_episode_is_played_again(client: Client) -> None:
         assert batch.fingerprints[0] == np.uint64(episode.fingerprint & (2**64 - 1))
 
 
-def test_pools_tell_how_they_go(client: Client) -> None:
+def test_pools_report_statistics(client: Client) -> None:
     with client.create_pool("maze", 2) as pool:
         pool.step([7, -1])
-        told = next(each for each in client.list_pools() if each.name == pool.name)
-        assert told.episode_count == 1
-        assert told.mean_episode_length == 1
-        assert told.request_count == 1
-        assert told.request_duration_p99.ToTimedelta() == told.request_duration.ToTimedelta()
+        message = next(each for each in client.list_pools() if each.name == pool.name)
+        assert message.episode_count == 1
+        assert message.mean_episode_length == 1
+        assert message.request_count == 1
+        assert message.request_duration_p99.ToTimedelta() == message.request_duration.ToTimedelta()

@@ -1,4 +1,4 @@
-"""A wheel is built without a network, holds all that is needed, and works where it is installed."""
+"""The wheel is built without a network, contains all modules, and works after installation."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ def _run(*command: str | Path) -> str:
 
 @pytest.fixture(scope="module")
 def wheel(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Built from a copy, as building leaves files in the tree."""
+    """Built from a copy, because the build leaves files in the tree."""
     checkout = tmp_path_factory.mktemp("checkout")
     generated = shutil.ignore_patterns("_proto", "__pycache__", "build", "*.egg-info")
     for folder in ("proto", "clients/python"):
@@ -50,7 +50,7 @@ def wheel(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return file
 
 
-def test_the_wheel_holds_all_modules_and_nothing_else(wheel: Path) -> None:
+def test_wheel_contains_exactly_the_modules(wheel: Path) -> None:
     names = set(zipfile.ZipFile(wheel).namelist())
     sources = {
         str(path.relative_to(_ROOT / "clients/python"))
@@ -62,10 +62,10 @@ def test_the_wheel_holds_all_modules_and_nothing_else(wheel: Path) -> None:
     }
 
 
-def test_what_is_installed_of_it_works(
+def test_installed_wheel_works(
     server: ServerProcess, wheel: Path, tmp_path: Path
 ) -> None:
-    # With the system's grpcio, protobuf and numpy.
+    # Uses the system's grpcio, protobuf and numpy.
     venv.create(tmp_path, with_pip=False, system_site_packages=True)
     python = tmp_path / "bin/python"
     _run(python, "-m", "pip", "install", *_OFFLINE, wheel)

@@ -1,4 +1,4 @@
-// The program procgen-top, beside a server process that is stepped.
+// procgen-top, next to a server process whose pool is stepped.
 
 #include <pty.h>
 #include <sys/wait.h>
@@ -35,7 +35,7 @@ struct Result {
   std::string output;  // standard output and error
 };
 
-// Runs procgen-top; `environment`: "NAME=VALUE " or nothing.
+// Runs procgen-top. `environment`: "NAME=VALUE " or empty.
 Result RunTop(const std::string& flags, const std::string& environment = "") {
   Result result;
   const std::string command = environment + PROCGEN_TOP_BINARY + " " + flags + " 2>&1";
@@ -49,7 +49,7 @@ Result RunTop(const std::string& flags, const std::string& environment = "") {
   return result;
 }
 
-// Steps a pool of 4 environments as long as there is one.
+// Steps a pool of 4 environments until it is stopped.
 class Learner {
  public:
   Learner(procgen_client::Client* client, const std::string& pool_id) {
@@ -118,9 +118,9 @@ TEST(TopTest, CredentialsAreThoseOfTheClient) {
   const Result let_in = RunTop(flags, std::string("PROCGEN_SERVER_TOKEN=") + kToken + " ");
   EXPECT_EQ(let_in.exit_status, 0);
   EXPECT_THAT(let_in.output, HasSubstr("pools/hers  alice"));
-  const Result refused = RunTop(flags);
-  EXPECT_EQ(refused.exit_status, 1);
-  EXPECT_THAT(refused.output, HasSubstr("procgen-top: the call bears no token"));
+  const Result rejected = RunTop(flags);
+  EXPECT_EQ(rejected.exit_status, 1);
+  EXPECT_THAT(rejected.output, HasSubstr("procgen-top: the call bears no token"));
 }
 
 TEST(TopTest, InvalidFlagsAreReported) {
@@ -132,7 +132,7 @@ TEST(TopTest, InvalidFlagsAreReported) {
   EXPECT_THAT(argument.output, HasSubstr("'127.0.0.1:1' is not a flag"));
 }
 
-// What is written to a terminal from here on, until `text` came; all, where it is empty.
+// Reads the terminal's output until `text` appears; with an empty `text`, until the end.
 std::string ReadTerminal(int terminal, const std::string& text) {
   std::string all;
   char buffer[4096];

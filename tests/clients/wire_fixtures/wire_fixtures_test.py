@@ -30,7 +30,7 @@ def test_the_current_server_sends_the_fixtures(tmp_path: Path) -> None:
     assert recorded == {path.relative_to(tmp_path) for path in tmp_path.glob("*/*.bin")}
     for path in [*recorded, EXPECTED]:
         same = (tmp_path / path).read_bytes() == (_FOLDER / path).read_bytes()
-        assert same, f"{path} is another: clients/wire_fixtures/record.py records anew"
+        assert same, f"{path} differs: update it with clients/wire_fixtures/record.py"
 
 
 def test_the_fixtures_contain_the_expected_messages() -> None:

@@ -84,7 +84,7 @@ TEST(EnvironmentTest, StartsAtTheFirstStepOfADrawnLevel) {
   EXPECT_EQ(environment.result().episode_length, 0);
 }
 
-TEST(EnvironmentTest, AStepThatEndsNothingKeepsTheLevel) {
+TEST(EnvironmentTest, AStepWithinAnEpisodeKeepsTheLevel) {
   LivingEnvironment environment;
   const int32_t level_seed = environment.result().level_seed;
   const StepResult& result = environment.Step(kRewardAction);
@@ -189,7 +189,7 @@ TEST(EnvironmentTest, InASequenceACompletedLevelIsFollowedByItsSeedPlus997) {
   EXPECT_EQ(environment.last_picture_count(), 0);
 }
 
-TEST(EnvironmentTest, ASequencesEpisodeSumsOverItsLevels) {
+TEST(EnvironmentTest, AnEpisodeOfASequenceSumsRewardsOverItsLevels) {
   LivingEnvironment environment(Sequential());
   environment.Step(kCompleteAction);
   environment.Step(kRewardAction);
@@ -224,7 +224,7 @@ TEST(EnvironmentTest, ACompleteLevelThatIsNotOverContinues) {
   EXPECT_EQ(result.level_seed, old_seed);
 }
 
-TEST(EnvironmentTest, AfterAFailureASequenceDrawsAgain) {
+TEST(EnvironmentTest, AFailedSequenceDrawsANewLevel) {
   LivingEnvironment environment(Sequential());
   DrawnSeeds seeds;
   seeds.Next();
@@ -396,7 +396,7 @@ TEST(EnvironmentTest, AResetWithARandSeedReseedsTheChoiceOfLevels) {
   EXPECT_EQ(environment.Step(kEndAction).level_seed, seeds.Next());
 }
 
-TEST(EnvironmentTest, AResetWithBothPlaysTheLevelAndThenDraws) {
+TEST(EnvironmentTest, AResetWithLevelAndRandSeedPlaysTheLevelThenDraws) {
   LivingEnvironment environment;
   DrawnSeeds seeds(8);
   EXPECT_EQ(environment.Reset(5, 8).level_seed, 5);

@@ -62,7 +62,7 @@ TEST(BigFishTest, AWiderFishEndsTheEpisodeAndStays) {
   EXPECT_EQ(FishInTheMiddle(*game), 1);
 }
 
-TEST(BigFishTest, OnlyWidthsCount) {
+TEST(BigFishTest, OnlyWidthsAreCompared) {
   const auto game = QuietTank();
   AddFish(*game, 0.5F);
   Stage(*game).entities.back().ry = 3;
@@ -79,7 +79,7 @@ TEST(BigFishTest, GrowthCountsForFishThatAreMetLaterInTheSameStep) {
   EXPECT_FALSE(game->outcome().done);
 }
 
-TEST(BigFishTest, FishAreStillEatenAfterAWiderOne) {
+TEST(BigFishTest, FishAreEatenAfterAWiderOneInTheSameStep) {
   const auto game = QuietTank();
   AddFish(*game, 0.5F);
   AddFish(*game, 0.52F);  // met first

@@ -66,7 +66,7 @@ int CountCells(const Game& game, int kind) {
 
 // --- Running and jumping.
 
-TEST(CoinRunTest, OneStepFromRestWithSupportGivesATenth) {
+TEST(CoinRunTest, SpeedAfterOneStepFromRestIsATenth) {
   const auto game = StagedFloor();
   game->Play(kRight);
   EXPECT_EQ(game->world().agent().vx, 0.1F);
@@ -90,7 +90,7 @@ TEST(CoinRunTest, AJumpLandsWhereItStarted) {
 
 // --- Crates.
 
-TEST(CoinRunTest, StandsOnACrateItFellOnAndJumpsFromIt) {
+TEST(CoinRunTest, StandsOnACrateAfterAFallAndJumpsFromIt) {
   const auto game = StagedFloor(4);
   AddAt(*game, kCrateKind, 5.5F, 1.5F);
   PlayFor(*game, 20, kNoAction);

@@ -46,7 +46,7 @@ TEST(FruitBotTest, DrivesUpwardWithEveryAction) {
   }
 }
 
-TEST(FruitBotTest, TheSidesStopIt) {
+TEST(FruitBotTest, TheSidesStopTheRobot) {
   const auto game = StagedField();
   Stage(*game).agent().x = 0.5F;
   for (int i = 0; i < 5; ++i) {
@@ -77,7 +77,7 @@ TEST(FruitBotTest, WallsAndDoorsEndTheEpisodeAndLocksDoNot) {
   }
 }
 
-TEST(FruitBotTest, EachPresentThatItTouchesPaysTen) {
+TEST(FruitBotTest, EachTouchedPresentPaysTen) {
   const auto game = StagedField();
   AddAt(*game, kPresentKind, 9.5F, 10);
   AddAt(*game, kPresentKind, 10.5F, 10);

@@ -46,7 +46,7 @@ TEST(MazeGameTest, ActionsMoveOneCellAndDiagonalsGoSideways) {
   }
 }
 
-TEST(MazeGameTest, WallsAndTheEdgeStopItAndADiagonalDoesNotSlide) {
+TEST(MazeGameTest, WallsAndTheEdgeStopTheMouseAndDiagonalsDoNotSlide) {
   const auto game = StagedMaze({".#", ".."}, 0, 1);
   for (const int32_t action : {8, 2, 5}) {
     game->Play(action);
@@ -54,7 +54,7 @@ TEST(MazeGameTest, WallsAndTheEdgeStopItAndADiagonalDoesNotSlide) {
   }
 }
 
-TEST(MazeGameTest, ItFacesWhereItSteersEvenWhenBlocked) {
+TEST(MazeGameTest, TheMouseFacesWhereItSteersEvenWhenBlocked) {
   const auto game = StagedMaze({"#.#"}, 1, 0);
   std::vector<bool> mirrored;
   for (const int32_t action : {7, 4, 1, 5}) {

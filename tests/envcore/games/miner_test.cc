@@ -110,7 +110,7 @@ TEST(MinerTest, ABoulderThatRollsRightFallsInTheSamePass) {
               ElementsAre("....@", ".%...", ".%oO."));
 }
 
-TEST(MinerTest, RollsOnlyIfTheCellBesideAndTheOneBelowThatAreFree) {
+TEST(MinerTest, RollsOnlyIfTheNextCellAndTheOneBelowItAreFree) {
   EXPECT_THAT(After({"....@",  //
                      "..o..",  //
                      ".%o%."},
@@ -276,7 +276,7 @@ TEST(MinerTest, TheExitPaysNothingWhileADiamondIsLeft) {
   EXPECT_FALSE(game->outcome().done);
 }
 
-TEST(MinerTest, InTheFirstStepEverNoDiamondHasBeenCounted) {
+TEST(MinerTest, InTheFirstStepTheDiamondCountIsZero) {
   const auto game = StagedMine({"@E*"});
   game->Play(kRight);
   EXPECT_EQ(game->outcome().reward, 10);

@@ -46,7 +46,7 @@ Rows Drawn(const Grid& grid, const std::vector<int32_t>& cells = {}) {
 
 // clang-format off: drawings stay drawings
 
-TEST(SmoothCaveTest, MajorityOfTheBlockDecidesAllAtOnce) {
+TEST(SmoothCaveTest, EveryCellTakesTheMajorityOfItsOldBlock) {
   Grid grid =
       MakeGrid({".......", ".......", "..###..", "..###..", "..###..", ".......", "......."});
   SmoothCave(grid);
@@ -68,7 +68,7 @@ TEST(BestRoomTest, IsTheLargest) {
   EXPECT_THAT(Drawn(grid, BestRoom(grid)), ElementsAre("..#x#", "#.#xx", "###xx", ".#xxx"));
 }
 
-TEST(BestRoomTest, AmongEqualsTheOneWithTheSmallestIndexWins) {
+TEST(BestRoomTest, TiesGoToTheSmallestIndex) {
   const Grid grid = MakeGrid({"..#..", "..#.."});
   EXPECT_THAT(Drawn(grid, BestRoom(grid)), ElementsAre("xx#..", "xx#.."));
 }
@@ -80,11 +80,13 @@ TEST(FindPathTest, SearchesLeftBelowAboveRight) {
   EXPECT_THAT(FindPath(grid, 2, 6), ElementsAre(2, 1, 0, 3, 6));
 }
 
-TEST(FindPathTest, ToTheSameCellIsThatCell) {
+TEST(FindPathTest, PathToTheSameCellIsThatCell) {
   EXPECT_THAT(FindPath(MakeGrid({".."}), 1, 1), ElementsAre(1));
 }
 
-TEST(FindPathTest, FromAWallIsEmpty) { EXPECT_THAT(FindPath(MakeGrid({"#."}), 0, 1), IsEmpty()); }
+TEST(FindPathTest, PathFromAWallIsEmpty) {
+  EXPECT_THAT(FindPath(MakeGrid({"#."}), 0, 1), IsEmpty());
+}
 
 TEST(WidenedTest, ExtendsOverOpenCellsInAllEightDirections) {
   const Grid grid = MakeGrid({".....", ".....", "#####", "....."});

@@ -171,7 +171,7 @@ TEST_P(MazeSizesTest, WithoutDeadEndsTakesOneMoreDrawForEachCellItOpens) {
 INSTANTIATE_TEST_SUITE_P(Sizes, MazeSizesTest, testing::Values(3, 5, 7, 11, 15, 25, 31),
                          [](const auto& info) { return std::to_string(info.param); });
 
-TEST(MazeTest, OfOneCellHasNoPartitionAndKeepsItsKind) {
+TEST(MazeTest, MazeOfOneCellHasNoPartitionAndKeepsItsKind) {
   RandomStream random(0);
   Maze maze(1);
   maze.MakePlain(random);
@@ -179,7 +179,7 @@ TEST(MazeTest, OfOneCellHasNoPartitionAndKeepsItsKind) {
   EXPECT_EQ(random.draws(), 0U);
 }
 
-TEST(MazeTest, OfEvenSizeKeepsItsLastColumnAndRowAsWall) {
+TEST(MazeTest, MazeOfEvenSizeKeepsItsLastColumnAndRowAsWall) {
   RandomStream random(0);
   Maze maze(6);
   maze.MakePlain(random);
@@ -279,7 +279,7 @@ TEST(MazeTest, DoorsAreInForksAndNotBesideTheStart) {
 }
 
 // The maze of level 1000 of chaser's easy mode, from a recording of Procgen 0.10.7.
-TEST(MazeTest, WithoutDeadEndsIsAsRecorded) {
+TEST(MazeTest, MazeWithoutDeadEndsMatchesTheRecording) {
   RandomStream random = StreamOfLevel(1000, 4);
   Maze maze(11);
   maze.MakeWithoutDeadEnds(random);
@@ -297,7 +297,7 @@ TEST(MazeTest, WithoutDeadEndsIsAsRecorded) {
 }
 
 // The maze of level 1001 of heist's hard mode, from a recording of Procgen 0.10.7.
-TEST(MazeTest, WithDoorsIsAsRecorded) {
+TEST(MazeTest, MazeWithDoorsMatchesTheRecording) {
   RandomStream random = StreamOfLevel(1001, 6);
   Maze maze(7);
   EXPECT_EQ(maze.MakeWithDoors(random, 2), 2);

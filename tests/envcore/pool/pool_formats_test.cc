@@ -147,7 +147,7 @@ TEST(PoolFormatErrorTest, ABatchOfAnotherSizeIsRejected) {
             "the batch's observations have 49152 values, must have 98304 or none");
 }
 
-TEST(PoolFormatErrorTest, AFormatOutOfRangeMakesNoPool) {
+TEST(PoolFormatErrorTest, AFormatOutOfRangeIsRejected) {
   PoolOptions options = OptionsOf({"maze"});
   options.observation_format.frame.size_px = 15;
   const absl::Status status = Pool::Create(options, std::make_shared<WorkerPool>(0)).status();

@@ -62,7 +62,7 @@ TEST_P(BadStepTest, IsRejectedBeforeStepAsyncReturns) {
   Batch batch = buffers.Whole();
   GetParam().spoil(&input, &batch);
   absl::Status status;
-  pool->StepAsync(input, batch, [&status](const absl::Status& refused) { status = refused; });
+  pool->StepAsync(input, batch, [&status](const absl::Status& rejected) { status = rejected; });
   EXPECT_EQ(status.message(), GetParam().message);
 }
 

@@ -102,7 +102,7 @@ std::vector<BatchBuffers> Continued(Pool& pool, int64_t seed) {
 
 class PoolStatesTest : public ::testing::TestWithParam<Played> {};
 
-TEST_P(PoolStatesTest, RestoredEnvironmentsContinueLikeTheSavedOnes) {
+TEST_P(PoolStatesTest, RestoredEnvironmentsContinueAsTheSavedOnes) {
   const std::unique_ptr<Pool> pool = MadePool(GetParam().options);
   PoolOptions other_options = OptionsOf(GetParam().options.games, kOtherCount);
   other_options.environment.rand_seed = 12345;

@@ -29,7 +29,7 @@ void ExpectNoPool(const PoolOptions& options, absl::StatusCode code, const std::
   EXPECT_EQ(status.message(), message);
 }
 
-TEST(PoolCreateTest, RejectsOptionsOutOfRangeAndSaysWhatIsAllowed) {
+TEST(PoolCreateTest, RejectsOptionsOutOfRangeAndNamesTheRange) {
   const auto invalid = absl::StatusCode::kInvalidArgument;
   ExpectNoPool(OptionsOf({}), invalid, "games is empty, must name at least one game");
   ExpectNoPool(OptionsOf({"maze"}, 0), invalid, "env_count is 0, must be at least 1");
@@ -60,7 +60,7 @@ TEST(PoolCreateTest, ReturnsErrorsOfEnvironmentOptions) {
             absl::StatusCode::kNotFound);
 }
 
-TEST(PoolCreateTest, AShardNeedNotBeAMultipleOfTheGames) {
+TEST(PoolCreateTest, AShardsSizeNeedNotBeAMultipleOfTheGameCount) {
   PoolOptions options = OptionsOf({"maze", "miner"}, 1);
   options.first_env = 1;
   options.total_env_count = 4;
@@ -227,9 +227,9 @@ TEST(PoolStepTest, EndedEpisodesAwaitAResetWithDisabled) {
   Stepped(*pool, {kNoAction, kEndEpisodeAction, kNoAction, kNoAction});
   const BatchBuffers before = Observed(*pool);
   const std::vector<int32_t> actions = AllTake(kNoAction);
-  const absl::Status refused = pool->Step({.count = kEnvCount, .actions = actions}, {});
-  EXPECT_EQ(refused.code(), absl::StatusCode::kFailedPrecondition);
-  EXPECT_EQ(refused.message(),
+  const absl::Status rejected = pool->Step({.count = kEnvCount, .actions = actions}, {});
+  EXPECT_EQ(rejected.code(), absl::StatusCode::kFailedPrecondition);
+  EXPECT_EQ(rejected.message(),
             "the episode of environment 1 has ended: reset it before it is stepped");
   EXPECT_TRUE(Observed(*pool) == before) << "nothing has moved";
   const std::vector<Reset> resets = {
@@ -288,10 +288,11 @@ TEST(PoolBusyTest, ASecondCallIsAbortedAndChangesNothing) {
   EXPECT_EQ(pool->SaveStates({0}).status().code(), absl::StatusCode::kAborted);
   EXPECT_EQ(pool->RestoreStates({}).code(), absl::StatusCode::kAborted);
   EXPECT_EQ(pool->CloneStates({}).code(), absl::StatusCode::kAborted);
-  absl::Status refused;
+  absl::Status rejected;
   pool->StepAsync({.count = kEnvCount, .actions = actions}, other.Whole(),
-                  [&refused](const absl::Status& status) { refused = status; });
-  EXPECT_EQ(refused.message(), "another call steps or reads this pool; retry when it has returned");
+                  [&rejected](const absl::Status& status) { rejected = status; });
+  EXPECT_EQ(rejected.message(),
+            "another call steps or reads this pool; retry when it has returned");
   EXPECT_TRUE(other == blank);
   gate.Open();
   done.WaitForNotification();

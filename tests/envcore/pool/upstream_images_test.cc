@@ -44,7 +44,7 @@ TEST(UpstreamImagesTest, EveryBackgroundIsRequiredInAnySize) {
   }
 }
 
-TEST(UpstreamImagesTest, ThereAreAsManyAsTheSpecificationNames) {
+TEST(UpstreamImagesTest, TheirNumberIsThatOfTheSpecification) {
   EXPECT_EQ(UpstreamImages().size(), 329U);
 }
 

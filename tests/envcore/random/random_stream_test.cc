@@ -39,7 +39,7 @@ TEST(RandomStreamTest, IntBetweenWrapsIn32Bits) {
   EXPECT_EQ(stream.Int(low, high), static_cast<int32_t>(2147483600U + 2357136044U % 96U));
 }
 
-TEST(RandomStreamTest, NOfMoreThanThereAreTakesNoDraw) {
+TEST(RandomStreamTest, NOfReturnsAllWithoutADrawIfNExceedsTheirCount) {
   RandomStream stream(3);
   EXPECT_THAT(stream.NOf(std::vector<int>{4, 5}, 3), ElementsAre(4, 5));
   EXPECT_EQ(stream.draws(), 0U);

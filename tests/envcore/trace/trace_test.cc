@@ -49,7 +49,7 @@ void ExpectDataLoss(const std::string& contents, const std::string& message) {
   EXPECT_THAT(std::string(status.message()), HasSubstr(message));
 }
 
-TEST(TraceTest, ReadsWhatTheHeaderSays) {
+TEST(TraceTest, ReadsTheFieldsOfTheHeader) {
   const absl::StatusOr<Trace> trace = ReadTrace(kGolden);
   ASSERT_TRUE(trace.ok()) << trace.status();
   EXPECT_THAT(trace->games, testing::ElementsAre("maze"));
@@ -79,7 +79,7 @@ TEST(TraceTest, AMissingFileIsNotFound) {
   EXPECT_EQ(ReadTrace("/nowhere/at.all").status().code(), absl::StatusCode::kNotFound);
 }
 
-TEST(TraceTest, ATruncatedFileSaysInWhichArrayItEnds) {
+TEST(TraceTest, ATruncatedFileErrorNamesTheArray) {
   const std::string contents = Contents(kGolden);
   ExpectDataLoss(contents.substr(0, contents.size() - 1),
                  "the file ends within array prev_level_complete");

@@ -45,7 +45,7 @@ TEST(GridTest, FillOfNoColumnsOrRowsChangesNothing) {
   EXPECT_THAT(Drawn(grid, WallLegend()), ElementsAre("..", ".."));
 }
 
-TEST(GridTest, ResetForgetsSizeAndCells) {
+TEST(GridTest, ResetReplacesSizeAndCells) {
   Grid grid;
   grid.Reset(4, 4, kWallKind);
   grid.Reset(2, 1, kEmptyKind);

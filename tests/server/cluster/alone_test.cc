@@ -21,19 +21,19 @@ TEST(AloneTest, SoleNodeListsItself) {
 
 TEST(AloneTest, SubscribersAreNotifiedUntilTheSubscriptionEnds) {
   const auto alone = Cluster::Alone("a");
-  int told = 0;
+  int notification_count = 0;
   {
-    const Subscription subscription = alone->Subscribe([&] { ++told; });
+    const Subscription subscription = alone->Subscribe([&] { ++notification_count; });
     alone->Publish(NodeStatus());
-    alone->Publish(NodeStatus());  // nothing has changed
-    EXPECT_EQ(told, 1);
+    alone->Publish(NodeStatus());  // unchanged
+    EXPECT_EQ(notification_count, 1);
     NodeStatus draining;
     draining.draining = true;
     alone->Publish(draining);
-    EXPECT_EQ(told, 2);
+    EXPECT_EQ(notification_count, 2);
   }
   alone->Publish(NodeStatus());
-  EXPECT_EQ(told, 2);
+  EXPECT_EQ(notification_count, 2);
 }
 
 }  // namespace

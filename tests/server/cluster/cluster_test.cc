@@ -1,5 +1,5 @@
-// Nodes of clusters, several in this process: each is a participant of its own, and they talk over
-// the loopback interface as processes do.
+// Clusters of nodes in this process. Each node is a DDS participant, and they communicate over
+// loopback as processes do.
 
 #include "server/cluster/cluster.h"
 
@@ -26,7 +26,7 @@ namespace {
 using ::testing::ElementsAre;
 using ::testing::IsEmpty;
 
-// A cluster that no other test has, and ports that few have.
+// A cluster name that no other test uses, and ports that few use.
 ClusterOptions Options(const std::string& node_id) {
   ClusterOptions options;
   const std::string test = ::testing::UnitTest::GetInstance()->current_test_info()->name();
@@ -121,7 +121,7 @@ TEST(ClusterTest, LeavingNodeDisappearsAtOnce) {
   b->Publish(SomeStatus("127.0.0.1:2"));
   EXPECT_TRUE(AwaitIds(a.get(), {"b"}));
   b = nullptr;
-  // Far within its lease and its status' lifespan.
+  // Well within the lease and the lifespan of the status.
   EXPECT_TRUE(AwaitIds(a.get(), {}, kNodeLease / 2));
 }
 
@@ -161,25 +161,25 @@ TEST(ClusterTest, ReplacementNodeStaysWhenTheOldOneLeaves) {
   after->Publish(SomeStatus("127.0.0.1:3"));
   EXPECT_TRUE(await_address("127.0.0.1:3"));
   before = nullptr;
-  after->Publish(SomeStatus("127.0.0.1:4"));  // after the other has gone
+  after->Publish(SomeStatus("127.0.0.1:4"));  // after the other node left
   EXPECT_TRUE(await_address("127.0.0.1:4"));
 }
 
 TEST(ClusterTest, EndedSubscriptionIsNotNotified) {
   const auto a = Join(Options("a"));
-  std::atomic<int> told = 0;
+  std::atomic<int> notification_count = 0;
   {
-    const Subscription subscription = a->Subscribe([&] { ++told; });
+    const Subscription subscription = a->Subscribe([&] { ++notification_count; });
     ClusterWatch watch(a.get());
     a->Publish(SomeStatus("127.0.0.1:1"));
-    EXPECT_TRUE(watch.Await([&] { return told > 0; }));
+    EXPECT_TRUE(watch.Await([&] { return notification_count > 0; }));
   }
-  const int before = told;
+  const int before = notification_count;
   ClusterWatch watch(a.get());
   bool asked = false;
   a->Publish(SomeStatus("127.0.0.1:2"));
   EXPECT_TRUE(watch.Await([&] { return std::exchange(asked, true); }));
-  EXPECT_EQ(told, before);
+  EXPECT_EQ(notification_count, before);
 }
 
 TEST(ClusterTest, PeersWithNewAddressesStayListed) {
@@ -190,7 +190,7 @@ TEST(ClusterTest, PeersWithNewAddressesStayListed) {
   std::atomic<int> asked = 0;
   const auto a = *Cluster::Join(options, [&](const std::string& host) {
     EXPECT_EQ(host, "nodes");
-    // More than there are nodes, so some might be there that are not known.
+    // One address more than there are nodes, so the node keeps resolving.
     return ++asked == 1 ? Ids() : Ids{"127.0.0.1", "127.0.0.2", "127.0.0.3"};
   });
   a->Publish(SomeStatus("127.0.0.1:1"));
@@ -202,7 +202,7 @@ TEST(ClusterTest, PeersWithNewAddressesStayListed) {
   };
   const Subscription of_a = a->Subscribe([&] { check(*a); });
   const Subscription of_b = b->Subscribe([&] { check(*b); });
-  // Asked a third time, it has taken the new addresses.
+  // The third resolution shows that the new addresses were used.
   ClusterWatch watch(a.get());
   NodeStatus status = SomeStatus("127.0.0.1:1");
   EXPECT_TRUE(watch.Await([&] {

@@ -11,20 +11,20 @@
 
 namespace procgen {
 
-// Waits for what a node sees of its cluster to be as a test wants it.
+// Waits for a condition on a node's view of its cluster.
 class ClusterWatch {
  public:
-  // `cluster` must outlive this.
+  // `cluster` must outlive this object.
   explicit ClusterWatch(Cluster* cluster)
       : subscription_(cluster->Subscribe([this] {
           absl::MutexLock lock(&mutex_);
           changed_ = true;
         })) {}
 
-  // Whether `is_so()` within `timeout`; asked at first and after each change.
-  bool Await(const std::function<bool()>& is_so, absl::Duration timeout = absl::Seconds(20)) {
+  // Evaluates `is_expected()` at once and after each change. Returns false after `timeout`.
+  bool Await(const std::function<bool()>& is_expected, absl::Duration timeout = absl::Seconds(20)) {
     const absl::Time end = absl::Now() + timeout;
-    while (!is_so()) {
+    while (!is_expected()) {
       absl::MutexLock lock(&mutex_);
       if (!mutex_.AwaitWithDeadline(absl::Condition(&changed_), end)) {
         return false;

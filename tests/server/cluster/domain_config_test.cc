@@ -16,7 +16,7 @@ TEST(DomainConfigTest, LocalNodesUseLoopback) {
   for (const char* address : {"127.0.0.1:1", "localhost:1", "unix:/x.sock", "[::1]:1"}) {
     EXPECT_EQ(InterfaceOf(address), "127.0.0.1") << address;
   }
-  EXPECT_EQ(InterfaceOf("192.0.2.200:1"), "");  // nobody's
+  EXPECT_EQ(InterfaceOf("192.0.2.200:1"), "");  // not an address of this machine
   EXPECT_EQ(InterfaceOf("example.com:1"), "");
 }
 

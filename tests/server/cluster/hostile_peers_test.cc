@@ -29,7 +29,7 @@ namespace {
 using ::testing::Contains;
 using ::testing::Field;
 
-// A cluster that no other test has, and ports that few have.
+// A cluster name that no other test uses, and ports that few use.
 ClusterOptions Options(const std::string& node_id) {
   ClusterOptions options;
   const std::string test = ::testing::UnitTest::GetInstance()->current_test_info()->name();
@@ -143,8 +143,8 @@ TEST(HostilePeersTest, DuplicateNodeIdDoesNotReplaceTheLocalNode) {
   EXPECT_THAT(cluster->Nodes(), Contains(Field(&NodeStatus::address, "127.0.0.1:1")).Times(2));
 }
 
-// A UDP socket on loopback. RTPS numbers its ports: 7400 + 250 * domain + 10 + 2 * participant, and
-// one more for what is no discovery.
+// A UDP socket on loopback. RTPS ports for discovery are 7400 + 250 * domain + 10 + 2 *
+// participant; user data uses the next port.
 class Socket {
  public:
   explicit Socket(uint16_t port) : socket_(socket(AF_INET, SOCK_DGRAM, 0)) {
@@ -208,7 +208,7 @@ TEST(HostilePeersTest, InvalidPacketsDoNotChangeTheCluster) {
   const std::string packet = socket.Receive();  // a discovery packet of a node
   ASSERT_GT(packet.size(), 100U);
   ASSERT_EQ(packet.substr(0, 4), "RTPS");
-  std::minstd_rand random(7);  // NOLINT(cert-msc*): the same each time
+  std::minstd_rand random(7);  // NOLINT(cert-msc*): a fixed seed
   for (int i = 0; i < 20'000; ++i) {
     const std::string header = packet.substr(0, 20);
     const std::string sent = i % 10 == 0   ? Mutated(std::string(200, '\x5a'), &random)

@@ -18,26 +18,26 @@ namespace {
 
 using testing::ElementsAre;
 
-// The order in which one thread carries out what is handed over while it is busy. The owner of an
-// entry is its name without the digit.
-std::vector<std::string> OrderOf(const std::vector<std::string>& handed_over) {
+// The order in which one thread executes tasks that were submitted while it was busy. The owner of
+// a task is its name without the digit.
+std::vector<std::string> OrderOf(const std::vector<std::string>& submitted) {
   std::vector<std::string> order;
   absl::Notification is_busy;
-  absl::Notification all_are_handed_over;
+  absl::Notification all_are_submitted;
   BackgroundExecutor executor(1);
   executor.Run("", [&] {
     is_busy.Notify();
-    all_are_handed_over.WaitForNotification();
+    all_are_submitted.WaitForNotification();
   });
   is_busy.WaitForNotification();
-  absl::BlockingCounter left(static_cast<int>(handed_over.size()));
-  for (const std::string& name : handed_over) {
+  absl::BlockingCounter left(static_cast<int>(submitted.size()));
+  for (const std::string& name : submitted) {
     executor.Run(name.substr(0, name.size() - 1), [&, name] {
       order.push_back(name);
       left.DecrementCount();
     });
   }
-  all_are_handed_over.Notify();
+  all_are_submitted.Notify();
   left.Wait();
   return order;
 }
@@ -67,9 +67,9 @@ TEST(BackgroundExecutorTest, WorkWithoutOwnerHasItsOwnQueue) {
 }
 
 TEST(BackgroundExecutorTest, LongQueueDelaysOthersByOneTask) {
-  std::vector<std::string> handed_over(1000, "alice1");
-  handed_over.insert(handed_over.end(), {"bob1", "bob2"});
-  std::vector<std::string> order = OrderOf(handed_over);
+  std::vector<std::string> submitted(1000, "alice1");
+  submitted.insert(submitted.end(), {"bob1", "bob2"});
+  std::vector<std::string> order = OrderOf(submitted);
   order.resize(4);
   EXPECT_THAT(order, ElementsAre("alice1", "bob1", "alice1", "bob2"));
 }
@@ -81,7 +81,7 @@ TEST(BackgroundExecutorTest, WorkMaySubmitWork) {
   done.WaitForNotification();
 }
 
-// In a process of its own that may have no more threads.
+// A child process that may not start threads.
 TEST(BackgroundExecutorDeathTest, WithoutThreadsItThrowsAndLeavesNone) {
   testing::FLAGS_gtest_death_test_style = "threadsafe";
   EXPECT_EXIT(

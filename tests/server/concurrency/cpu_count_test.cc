@@ -16,7 +16,7 @@ constexpr double kNone = std::numeric_limits<double>::infinity();
 
 class CgroupCpuQuotaTest : public testing::Test {
  protected:
-  // A file below the mount.
+  // Writes a file below the mount point.
   void Write(const std::string& path, const std::string& text) const {
     const std::filesystem::path file = std::filesystem::path(mount()) / path;
     std::filesystem::create_directories(file.parent_path());

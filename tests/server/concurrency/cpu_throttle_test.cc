@@ -10,7 +10,7 @@
 namespace procgen {
 namespace {
 
-// Threads that want all cores, as long as this lives.
+// Threads that keep all cores busy during the object's life.
 class BusyMachine {
  public:
   BusyMachine() {
@@ -33,7 +33,7 @@ class BusyMachine {
   std::vector<std::thread> threads_;
 };
 
-// Until so much time has gone by.
+// Computes for `duration`.
 void Work(absl::Duration duration) {
   for (const absl::Time end = absl::Now() + duration; absl::Now() < end;) {
   }
@@ -42,7 +42,7 @@ void Work(absl::Duration duration) {
 TEST(CpuThrottleTest, RestIsDueUnderContention) {
   const BusyMachine busy;
   absl::Duration rest;
-  while (rest == absl::ZeroDuration()) {  // until another has been given the core
+  while (rest == absl::ZeroDuration()) {  // until another thread has used the core
     const CpuThrottle throttle;
     Work(absl::Milliseconds(20));
     rest = throttle.RestDue();
@@ -58,7 +58,7 @@ TEST(CpuThrottleTest, RestLeavesOneInTwoHundredOfTheMachine) {
   EXPECT_EQ(CpuThrottle::RestAfter(work, 256), absl::ZeroDuration());
   EXPECT_EQ(CpuThrottle::RestAfter(work, 0), CpuThrottle::RestAfter(work, 1))
       << "their count is unknown";
-  EXPECT_EQ(CpuThrottle::RestAfter(absl::Seconds(1), 2), absl::Seconds(2)) << "the most";
+  EXPECT_EQ(CpuThrottle::RestAfter(absl::Seconds(1), 2), absl::Seconds(2)) << "the maximum";
 }
 
 }  // namespace

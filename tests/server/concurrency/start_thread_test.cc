@@ -13,7 +13,7 @@ namespace {
 
 using ::testing::HasSubstr;
 
-// More than any address space has: no thread can be made that has such a stack.
+// Larger than any address space, so a thread with this stack cannot start.
 constexpr size_t kStackBytes = size_t{1} << 47;
 
 TEST(StartThreadTest, RunsTheWork) {
@@ -24,7 +24,7 @@ TEST(StartThreadTest, RunsTheWork) {
   EXPECT_TRUE(has_run);
 }
 
-// No thread can be made while this lives.
+// No thread can start during the object's life.
 class NoThreads {
  public:
   NoThreads() {

@@ -1,4 +1,4 @@
-// The wall clock of this process is moved by tests/wall_clock.
+// tests/wall_clock moves the wall clock of this process.
 
 #include "server/concurrency/steady_time.h"
 
@@ -18,11 +18,11 @@ class SteadyTimeTest : public testing::TestWithParam<absl::Duration> {
  protected:
   ~SteadyTimeTest() override { SetWallClockOffset(0); }
 
-  // Sets the clock, as soon as the other thread waits.
+  // Moves the clock once the other thread waits.
   void Jump() const { SetWallClockOffset(absl::ToInt64Nanoseconds(GetParam())); }
 };
 
-TEST_P(SteadyTimeTest, TheTestMovesTheWallClock) {
+TEST_P(SteadyTimeTest, WallClockCanBeMovedByTheTest) {
   using WallClock = std::chrono::system_clock;  // absl::Now follows it within seconds only
   const WallClock::time_point before = WallClock::now();
   Jump();

@@ -1,5 +1,5 @@
-// The protocol's state machine, without a wire. What clients see of it over one is in
-// tests/clients/dm_env_rpc.
+// The state machine of a dm_env_rpc session, without gRPC. tests/clients/dm_env_rpc tests it
+// through gRPC.
 
 #include "server/dm_env_rpc/dm_env_rpc_session.h"
 
@@ -86,7 +86,7 @@ TEST_F(DmEnvRpcSessionTest, WorldsArePrivateToTheirOwner) {
   EXPECT_TRUE(alice->Join(world).has_join_world());
 }
 
-// A message with half a character would be no message any more.
+// A message with part of a character would be invalid UTF-8.
 TEST_F(DmEnvRpcSessionTest, LongNamesAreTruncatedAtCharacterBoundaries) {
   const auto talk = MakeTalk();
   std::string name = "pools/";
@@ -173,7 +173,7 @@ TEST_F(DmEnvRpcSessionTest, ResetWaitsUntilTheOtherAgentIsNotified) {
   (*reset.request.mutable_reset_world()->mutable_settings())["level_seed"] = IntegerTensor(123);
   other->Send(&reset);
   EXPECT_FALSE(reset.answered.HasBeenNotified());
-  // An invalid step notifies nobody.
+  // An invalid step does not interrupt the agent.
   EXPECT_THAT(player->Step(99), IsError(absl::StatusCode::kInvalidArgument, HasSubstr("99")));
   EXPECT_FALSE(reset.answered.HasBeenNotified());
   EXPECT_EQ(player->Step(4).step().state(), dm::INTERRUPTED);
@@ -212,7 +212,7 @@ TEST_F(DmEnvRpcSessionTest, CancelledResetReturnsAndTheOtherAgentContinues) {
   reset.answered.WaitForNotification();
   EXPECT_THAT(reset.response, IsError(absl::StatusCode::kCancelled, HasSubstr("stream ended")));
   EXPECT_EQ(player->Step(4).step().state(), dm::RUNNING);
-  // Nor does it begin to wait any more.
+  // Later calls do not wait either.
   EXPECT_THAT(other->Ask(Talk::ResetWorldRequest(world)),
               IsError(absl::StatusCode::kCancelled, HasSubstr("stream ended")));
 }
@@ -264,7 +264,7 @@ TEST_F(DmEnvRpcSessionTest, RejoiningMidEpisodeStartsANewEpisode) {
   const int32_t first = level();
   talk->Leave();
   talk->Join(world);
-  EXPECT_EQ(level(), first);  // The episode has not gone on since its first observation.
+  EXPECT_EQ(level(), first);  // No step since the first observation.
   talk->Step(7);
   talk->Leave();
   talk->Join(world);

@@ -82,7 +82,7 @@ TEST(WorldSettingsTest, ShardMustLieWithinThePool) {
                        HasSubstr("total_env_count is 4, allowed: first_env + num_envs = 5")));
 }
 
-TEST(WorldSettingsTest, LongTextIsNotEchoed) {
+TEST(WorldSettingsTest, LongValuesAreNotEchoed) {
   const auto plan = PlanOf({{std::string(1 << 20, 'x'), IntegerTensor(1)}});
   EXPECT_LT(plan.status().message().size(), 600U);
   const auto game = PlanOf({{"env_name", TextTensor(std::string(1 << 20, 'x'))}});

@@ -7,7 +7,7 @@
 namespace procgen {
 namespace {
 
-// One step in so many begins a new episode in an environment.
+// One in this many steps ends an environment's episode.
 constexpr int32_t kStepsBetweenResets = 40;
 
 std::unique_ptr<Pool> PoolOf(const EncodedPlayOptions& options) {

@@ -13,33 +13,32 @@
 
 namespace procgen {
 
-// What is played, and how its observations are encoded.
+// A game, and the format of its observations.
 struct EncodedPlayOptions {
   std::string game;
   DistributionMode mode = DistributionMode::kHard;
   ObservationFormat format = {};
   int32_t env_count = 4;
-  int worker_count = 1;  // the calling thread is one of them
+  int worker_count = 1;  // including the calling thread
 };
 
-// What one answer would bear.
+// The observations of one response.
 struct EncodedAnswer {
   int32_t first = 0;
   int32_t count = 0;
   std::string encoded;
-  std::vector<uint8_t> observations;  // what it must be decoded to  uint8 [count, F]
+  std::vector<uint8_t> observations;  // the raw observations  uint8 [count, F]
 };
 
-// Plays at random, so that episodes end and begin, and asks for slices at random, so that some
-// environments are seen seldom and in changing company. Always the same for the same options.
-// Threads: compatible (one thread at a time).
+// Steps a pool with random actions that also end episodes, and encodes random slices. Equal options
+// give equal results. Threads: one thread at a time.
 class EncodedPlay {
  public:
   explicit EncodedPlay(const EncodedPlayOptions& options);
 
-  // Steps all environments and encodes what a slice of them shows.
+  // Steps all environments and encodes the observations of a random slice.
   EncodedAnswer Next();
-  // The pool as the server would tell it.
+  // The pool's message, as the server returns it.
   procgen::v1::Pool pool() const;
 
  private:

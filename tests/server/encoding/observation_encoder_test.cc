@@ -30,7 +30,7 @@ ObservationDecoder NewDecoder(int32_t env_count = 1) {
   return ObservationDecoder::Make(pool).value();
 }
 
-// A picture in which no two places are alike.
+// `count` frames of random bytes.
 Picture Noise(int64_t seed, size_t count = 1) {
   RandomStream random(seed);
   Picture picture(kShape.bytes() * count);
@@ -40,7 +40,7 @@ Picture Noise(int64_t seed, size_t count = 1) {
   return picture;
 }
 
-// A part of a wide world, `columns` further to the right and `rows` further down.
+// A frame that shows a part of `world`, shifted by `rows` down and `columns` right.
 Picture ViewOf(const Picture& world, int32_t rows, int32_t columns) {
   constexpr int32_t kWorldColumns = 128;
   Picture view;
@@ -85,7 +85,7 @@ TEST(ObservationEncoderTest, MovedViewIsEncodedAsMotionAndNewEdge) {
   for (const auto& [rows, columns] : {std::pair(8, 11), {10, 11}, {5, 7}, {5, 8}}) {
     const Picture view = ViewOf(world, rows, columns);
     const std::string encoded = Encode(encoder, view);
-    // Noise cannot be compressed: at most four rows and four columns are new, and no other pixel.
+    // Noise is incompressible, so this bounds the new pixels: at most four rows and four columns.
     EXPECT_LT(encoded.size(), 8 * kShape.row_bytes() + 512) << rows << ", " << columns;
     const auto decoded = Decode(decoder, encoded);
     ASSERT_THAT(decoded, IsOk());
@@ -168,7 +168,7 @@ TEST(ObservationEncoderTest, DamagedBytesAreRejectedOrChangeNothing) {
       flipped[i] = static_cast<char>(flipped[i] ^ (1 << (i % 8)));
       ObservationDecoder copy = decoder;
       const auto decoded = Decode(copy, flipped, answer.first, answer.count);
-      // A bit of the header that means nothing may differ.
+      // Some header bits have no effect.
       EXPECT_TRUE(!decoded.ok() || *decoded == answer.observations) << "byte " << i;
       const std::string cut = answer.encoded.substr(0, i);
       EXPECT_THAT(Decode(decoder, cut, answer.first, answer.count),
@@ -177,7 +177,7 @@ TEST(ObservationEncoderTest, DamagedBytesAreRejectedOrChangeNothing) {
     }
     EXPECT_THAT(Decode(decoder, answer.encoded + "x", answer.first, answer.count),
                 StatusIs(absl::StatusCode::kDataLoss, HasSubstr("encoded observations")));
-    // All that was refused has changed nothing.
+    // Rejected responses have not changed the decoder.
     ASSERT_THAT(Decode(decoder, answer.encoded, answer.first, answer.count),
                 Shows(answer.observations));
   }

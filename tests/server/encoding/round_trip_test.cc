@@ -1,6 +1,5 @@
-// What the encoder writes is, decoded by the C++ client, what it was given, to the last bit: each
-// game, in each form of observation, over hundreds of steps with ends, resets and new levels, in
-// slices that change from step to step.
+// The C++ client decodes exactly what was encoded: in every game and observation format, over
+// hundreds of steps with ends, resets and new levels, in changing slices.
 
 #include <string>
 #include <tuple>
@@ -69,7 +68,7 @@ INSTANTIATE_TEST_SUITE_P(All, RoundTripTest,
                                                std::get<1>(info.param).name);
                          });
 
-TEST(RoundTripBytesTest, DoNotDependOnTheNumberOfWorkers) {
+TEST(RoundTripBytesTest, BytesDoNotDependOnTheNumberOfWorkers) {
   EncodedPlay alone({.game = "coinrun", .env_count = 8, .worker_count = 1});
   EncodedPlay three({.game = "coinrun", .env_count = 8, .worker_count = 3});
   for (int step = 0; step < kStepCount; ++step) {

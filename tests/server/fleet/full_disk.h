@@ -10,7 +10,7 @@
 
 namespace procgen {
 
-// While this exists no file of the process can grow beyond `bytes`: a write fails, as on a full
+// While this object lives, no file of the process can grow beyond `bytes`; writes fail as on a full
 // disk.
 class FullDisk {
  public:

@@ -11,7 +11,7 @@
 
 namespace procgen {
 
-// The checkpoint of a shard of two environments, whose states say where they come from.
+// A checkpoint of a shard of two environments, with `text` in its states.
 inline std::shared_ptr<const ShardCheckpoint> SomeCheckpoint(int64_t number,
                                                              const std::string& text) {
   ShardCheckpoint checkpoint;
@@ -31,7 +31,7 @@ inline LoggedRequest SomeStep(int64_t sequence_number) {
   return logged;
 }
 
-// States that are put into an environment.
+// Restored states of one environment.
 inline LoggedRequest SomeStates(int32_t environment) {
   LoggedRequest logged;
   logged.states.emplace_back();
@@ -44,7 +44,7 @@ inline RequestLog::Entry EntryOf(LoggedRequest logged) {
   return std::make_shared<const LoggedRequest>(std::move(logged));
 }
 
-// A pool of two shards, after nine requests, of which two are in the log.
+// A pool of two shards after nine requests; the last two are in the log.
 inline JournaledPool SomePool(const std::string& name = "pools/7") {
   JournaledPool pool;
   pool.pool.set_owner("alice");

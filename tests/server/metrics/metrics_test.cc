@@ -51,7 +51,7 @@ TEST(MetricsTest, GaugesAreEvaluatedOnRead) {
   EXPECT_THAT(metrics.Text(), HasSubstr("procgen_pools 2\n"));
 }
 
-TEST(MetricsTest, RequestsBytesStreamsAndErrors) {
+TEST(MetricsTest, CountsRequestsBytesStreamsAndErrors) {
   Metrics metrics("1.2.3");
   metrics.AddRequest(absl::Microseconds(5), absl::Milliseconds(3));
   metrics.AddReceivedBytes(100);
@@ -72,7 +72,7 @@ TEST(MetricsTest, RequestsBytesStreamsAndErrors) {
             HasSubstr("procgen_build_info{version=\"1.2.3\"} 1")));
 }
 
-TEST(MetricsTest, Fleets) {
+TEST(MetricsTest, CountsFleetEvents) {
   Metrics metrics("1");
   metrics.AddFleetShardMigration();
   metrics.AddFleetFailover(absl::Milliseconds(250));

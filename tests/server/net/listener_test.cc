@@ -26,7 +26,7 @@ std::shared_ptr<Connections> FourConnections() {
   return std::make_shared<Connections>(4, absl::Seconds(30));
 }
 
-// A connection to a name that has no file, or -1.
+// Connects to an abstract unix socket; returns -1 on failure.
 int ConnectTo(absl::string_view name) {
   sockaddr_un address = {};
   address.sun_family = AF_UNIX;
@@ -37,7 +37,7 @@ int ConnectTo(absl::string_view name) {
                                                                                      : -1;
 }
 
-// What a process that connects reads first: 1: a byte; 0: the end.
+// The result of a client's first read. 1: a byte; 0: end of stream.
 int FirstReadOf(absl::string_view name) {
   char byte = 0;
   return static_cast<int>(read(ConnectTo(name), &byte, 1));
@@ -51,7 +51,7 @@ TEST(ListenerTest, StopsDespiteConstantConnections) {
   std::atomic<int> taken_count = 0;
   (*listener)->Start([&](int /*listening*/, int connection) {
     close(connection);
-    close(ConnectTo(name));  // the next one
+    close(ConnectTo(name));  // the next connection
     ++taken_count;
   });
   close(ConnectTo(name));

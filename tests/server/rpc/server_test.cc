@@ -20,7 +20,7 @@ namespace {
 
 TEST(ServerTest, InProcessStreamsLeakNothing) {
   constexpr int kStreamCount = 1500;
-  constexpr int64_t kGrowthBytes = 1 << 20;  // 700 a stream, which has some 20,000 while it is open
+  constexpr int64_t kGrowthBytes = 1 << 20;  // 700 per stream; an open one has about 20,000
   ServerOptions options;
   options.address = "127.0.0.1:0";
   const auto server = Server::Start(options);
@@ -28,18 +28,18 @@ TEST(ServerTest, InProcessStreamsLeakNothing) {
   const std::shared_ptr<grpc::Channel> channel = (*server)->MakeChannel();
   v1::StepPoolRequest attach;
   attach.mutable_attach()->set_pool("pools/none");
-  // Refused with the first, while the others come.
+  // Rejected at the first request, while more arrive.
   const std::vector<std::string> requests(4, attach.SerializeAsString());
   int64_t before = 0;
   for (int i = 0; i < 2 * kStreamCount; ++i) {
     before = i == kStreamCount ? AllocatedBytes() : before;
-    const RawResult refused = CallRaw(channel, "/procgen.v1.StepService/StepPool", requests);
-    ASSERT_EQ(refused.status.code(), absl::StatusCode::kNotFound) << refused.status;
+    const RawResult rejected = CallRaw(channel, "/procgen.v1.StepService/StepPool", requests);
+    ASSERT_EQ(rejected.status.code(), absl::StatusCode::kNotFound) << rejected.status;
   }
   EXPECT_LT(AllocatedBytes(), before + kGrowthBytes);
 }
 
-// In a process of its own that may have no more threads.
+// A child process that may not start threads.
 TEST(ServerDeathTest, ServerWithoutThreadsIsAnError) {
   testing::FLAGS_gtest_death_test_style = "threadsafe";
   EXPECT_EXIT(

@@ -9,7 +9,7 @@
 namespace procgen {
 namespace {
 
-// PoolSupervisorTest has pools in it; here are only names.
+// Names only; PoolSupervisorTest covers registered pools.
 class PoolRegistryTest : public testing::Test {
  protected:
   absl::StatusOr<PoolRegistry::Key> Reserve(const std::string& id) {
@@ -21,14 +21,14 @@ class PoolRegistryTest : public testing::Test {
   Limits limits_;
   Quotas quotas_{limits_};
   Capacity capacity_{limits_};
-  PoolRegistry registry_;  // after those that its pools have reservations of
+  PoolRegistry registry_;  // destroyed before the reservations' owners
 };
 
 TEST_F(PoolRegistryTest, NameIsReservedWhileItsPoolIsCreated) {
   ASSERT_THAT(Reserve("a"), IsOk());
   EXPECT_THAT(Reserve("a"), StatusIs(absl::StatusCode::kAlreadyExists,
                                      "pool pools/a exists; choose another pool_id"));
-  EXPECT_EQ(capacity_.env_count(), 1) << "who got no name has no reservation";
+  EXPECT_EQ(capacity_.env_count(), 1) << "without a name there is no reservation";
   EXPECT_THAT(registry_.Find("alice", "pools/a"),
               StatusIs(absl::StatusCode::kNotFound, "there is no pool pools/a"));
   EXPECT_THAT(registry_.Remove("alice", "pools/a"),

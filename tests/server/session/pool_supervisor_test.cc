@@ -171,7 +171,7 @@ TEST_F(PoolSupervisorTest, ObservationBytesOfAllPoolsAreLimitedUntilOneIsDeleted
   ASSERT_THAT(supervisor_.Delete("", "pools/a"), IsOk());
   options.games = {"chess"};
   EXPECT_THAT(Create("b", options), StatusIs(absl::StatusCode::kNotFound, testing::_));
-  EXPECT_THAT(Create("b", MazeOptions(8)), IsOk()) << "the refused pool counts no more";
+  EXPECT_THAT(Create("b", MazeOptions(8)), IsOk()) << "the rejected pool is not counted";
 }
 
 TEST_F(PoolSupervisorTest, PoolRejectedByTheEngineLeavesNothing) {
@@ -230,7 +230,7 @@ TEST_F(PoolSupervisorTest, PoolIsFreedExactlyWhenItsLeaseExpires) {
               StatusIs(absl::StatusCode::kNotFound, testing::_));
   EXPECT_THAT(supervisor_.Find("", "pools/long"), IsOk());
   EXPECT_EQ(supervisor_.load().env_count, 4);
-  EXPECT_THAT(Create("short", MazeOptions(4)), IsOk()) << "its name and its room are free";
+  EXPECT_THAT(Create("short", MazeOptions(4)), IsOk()) << "its name and its capacity are free";
   EXPECT_THAT(metrics_.Text(), HasSubstr("procgen_pools_expired_total 1\n"));
 }
 

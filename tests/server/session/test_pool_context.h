@@ -13,7 +13,7 @@
 
 namespace procgen {
 
-// A clock that stands still until it is set.
+// A manual clock.
 class TestClock {
  public:
   absl::Time Now() const {
@@ -30,7 +30,7 @@ class TestClock {
   absl::Time now_ = absl::UnixEpoch() + absl::Hours(1);
 };
 
-// What a PoolSession needs around it, with a clock of the test's.
+// A PoolContext with a manual clock.
 struct TestPoolContext {
   explicit TestPoolContext(const Limits& limits = {}) : quotas(limits) {}
 
@@ -39,7 +39,7 @@ struct TestPoolContext {
             &episode_bytes, &step_count, &metrics};
   }
 
-  // A pool as a session has it.
+  // The backend of a local pool.
   std::unique_ptr<PoolBackend> Backend(std::unique_ptr<Pool> pool) {
     return std::make_unique<LocalPool>(std::move(pool), "", &executor);
   }
@@ -52,7 +52,7 @@ struct TestPoolContext {
   ByteBudget shared_memory_bytes{int64_t{1} << 30};
   ByteBudget episode_bytes{int64_t{1} << 30};
   BackgroundExecutor executor{1};
-  // Fires for nobody: the test asks the pool itself.
+  // Never fires: tests query the pool.
   DeadlineTimer lease_timer{[this] { return clock.Now(); },
                             [](absl::Time /*now*/) { return absl::InfiniteFuture(); }};
 };

@@ -18,10 +18,10 @@
 
 namespace procgen {
 
-// Notes what a PoolSession makes of a request.
+// Records the results of a request.
 class TestSink final : public ResponseSink {
  public:
-  // The values of parts are written to `batch`, which is for all of the request.
+  // `batch`: the arrays of the whole request, to which all parts are written.
   explicit TestSink(const Batch& batch = {}, std::string response = "response")
       : batch_(batch), response_(std::move(response)) {}
 
@@ -45,7 +45,7 @@ class TestSink final : public ResponseSink {
     return status_;
   }
   const std::vector<Part>& parts() const { return parts_; }
-  // The answer of a request that was executed before.
+  // The kept answer, if the request was executed before.
   const std::optional<Answer>& recalled() const { return recalled_; }
 
  private:
@@ -57,7 +57,7 @@ class TestSink final : public ResponseSink {
   absl::Notification done_;
 };
 
-// A request that arrives now: the times that requests take are added up.
+// A request that arrives now, for the measured request times.
 inline Request RequestOf(int64_t sequence_number) {
   Request request;
   request.sequence_number = sequence_number;
@@ -65,7 +65,7 @@ inline Request RequestOf(int64_t sequence_number) {
   return request;
 }
 
-// Executes a request, and waits for its end.
+// Executes a request and waits until it is done.
 inline absl::Status Execute(PoolSession* session, Request request, const Batch& batch = {}) {
   const auto sink = std::make_shared<TestSink>(batch);
   session->Execute(&request, sink);

@@ -11,12 +11,12 @@
 
 namespace procgen {
 
-// The learner's ends of a PipeConnection, byte by byte.
+// The learner's ends of a PipeConnection, for raw bytes.
 struct LearnerPipeEnds {
   FileDescriptor requests;
   FileDescriptor responses;
 
-  // Those that come by a socket; none: it ended without.
+  // Receives the ends through a socket; nullopt if it was closed without them.
   static std::optional<LearnerPipeEnds> Receive(int socket) {
     std::array<int, 2> ends = {-1, -1};
     alignas(cmsghdr) std::array<char, CMSG_SPACE(sizeof(ends))> control = {};

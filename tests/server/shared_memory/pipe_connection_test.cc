@@ -26,7 +26,7 @@ using testing::HasSubstr;
 
 constexpr size_t kMessageBytesMax = 10'000;
 
-// A PipeConnection and the learner's ends of it.
+// A PipeConnection and the learner's ends.
 class PipeConnectionTest : public testing::Test {
  protected:
   void SetUp() override {
@@ -41,20 +41,20 @@ class PipeConnectionTest : public testing::Test {
     ASSERT_TRUE(other_.has_value());
   }
 
-  void Say(const std::string& bytes) const {
+  void Send(const std::string& bytes) const {
     ASSERT_EQ(write(other_->requests.number(), bytes.data(), bytes.size()), ssize_t(bytes.size()));
   }
-  // All that comes until the pipes end.
-  std::string Heard() const {
-    std::string heard;
+  // Reads until the pipe is closed.
+  std::string ReceiveAll() const {
+    std::string received;
     char byte = 0;
     while (read(other_->responses.number(), &byte, 1) == 1) {
-      heard.push_back(byte);
+      received.push_back(byte);
     }
-    return heard;
+    return received;
   }
-  void Leave() { other_.reset(); }
-  // The next message; none: it is not there.
+  void CloseLearner() { other_.reset(); }
+  // The next message; nullopt if there is none.
   std::optional<absl::string_view> Received() {
     const auto message = pipes_->Receive();
     EXPECT_THAT(message, IsOk());
@@ -75,39 +75,39 @@ TEST_F(PipeConnectionTest, ReceiveOnAnEmptyPipeDoesNotBlock) {
   EXPECT_EQ(Received(), std::nullopt);
   const std::string bytes = Framed("one") + Framed("two");
   for (size_t i = 0; i < Framed("one").size() - 1; ++i) {
-    Say(bytes.substr(i, 1));
+    Send(bytes.substr(i, 1));
     EXPECT_EQ(Received(), std::nullopt) << i;
   }
-  Say(bytes.substr(Framed("one").size() - 1));
+  Send(bytes.substr(Framed("one").size() - 1));
   EXPECT_EQ(Received(), "one");
   EXPECT_EQ(Received(), "two");
   EXPECT_EQ(Received(), std::nullopt);
 }
 
 TEST_F(PipeConnectionTest, WatchReportsEarlierAndLaterMessages) {
-  Say(Framed("before"));
+  Send(Framed("before"));
   pipes_->Watch();
   EXPECT_TRUE(pipes_->AwaitInput());
   EXPECT_EQ(Received(), "before");
   pipes_->Watch();
-  std::thread later([this] { Say(Framed("after")); });
+  std::thread later([this] { Send(Framed("after")); });
   EXPECT_TRUE(pipes_->AwaitInput());
   later.join();
   EXPECT_EQ(Received(), "after");
 }
 
 TEST_F(PipeConnectionTest, PeerCloseIsReported) {
-  Say(Framed("last").substr(0, 6));
+  Send(Framed("last").substr(0, 6));
   EXPECT_EQ(Received(), std::nullopt);
   pipes_->Watch();
-  Leave();
+  CloseLearner();
   EXPECT_TRUE(pipes_->AwaitInput());
   EXPECT_THAT(pipes_->Receive(), StatusIs(absl::StatusCode::kCancelled, HasSubstr("ended")));
 }
 
 TEST_F(PipeConnectionTest, WritingToAClosedPipeRaisesNoSignal) {
-  Leave();
-  EXPECT_TRUE(pipes_->Send({"nobody reads this"}));
+  CloseLearner();
+  EXPECT_TRUE(pipes_->Send({"unread"}));
 }
 
 TEST_F(PipeConnectionTest, SendToALearnerThatDoesNotReadDoesNotBlock) {
@@ -120,7 +120,7 @@ TEST_F(PipeConnectionTest, SendToALearnerThatDoesNotReadDoesNotBlock) {
 }
 
 TEST_F(PipeConnectionTest, CloseEndsAWait) {
-  Say(Framed("unwatched"));
+  Send(Framed("unwatched"));
   bool is_open = true;
   std::thread waiting([&] { is_open = pipes_->AwaitInput(); });
   pipes_->HangUp();
@@ -135,7 +135,7 @@ TEST_F(PipeConnectionTest, CloseEndsAWait) {
 TEST_F(PipeConnectionTest, MessagesBeforeCloseAreReceived) {
   EXPECT_TRUE(pipes_->Send({"la", "st"}));
   pipes_->HangUp();
-  EXPECT_EQ(Heard(), Framed("last"));
+  EXPECT_EQ(ReceiveAll(), Framed("last"));
 }
 
 TEST_F(PipeConnectionTest, VanishedLearnerIsNotAccepted) {

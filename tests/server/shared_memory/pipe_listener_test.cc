@@ -32,10 +32,10 @@ using testing::HasSubstr;
 using testing::IsEmpty;
 
 constexpr size_t kMessageBytesMax = 10'000;
-// More than may come without showing a key.
-constexpr int kCrowd = 100;
+// More than the limit on connections without a key.
+constexpr int kConnectionCount = 100;
 
-// A message as it is sent.
+// A message with its length prefix.
 std::string Framed(const std::string& message) {
   const auto length = static_cast<uint32_t>(message.size());
   std::string bytes(sizeof(length), '\0');
@@ -43,10 +43,10 @@ std::string Framed(const std::string& message) {
   return bytes + message;
 }
 
-// A learner's side, byte by byte.
-class Visitor {
+// A learner that sends and receives raw bytes.
+class RawLearner {
  public:
-  explicit Visitor(const PipeListener& listener)
+  explicit RawLearner(const PipeListener& listener)
       : socket_(socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0)) {
     sockaddr_un address = {};
     address.sun_family = AF_UNIX;
@@ -56,30 +56,30 @@ class Visitor {
     connected_ = connect(socket_.number(), reinterpret_cast<const sockaddr*>(&address), size) == 0;
   }
   bool connected() const { return connected_; }
-  // Shows a key; whether it is let in.
-  bool Enter(const std::string& key) {
+  // Sends a key; returns whether it is accepted.
+  bool SendKey(const std::string& key) {
     // A rejected connection may already be closed here.
     if (send(socket_.number(), key.data(), key.size(), MSG_NOSIGNAL) == ssize_t(key.size())) {
       ends_ = LearnerPipeEnds::Receive(socket_.number());
     }
     return ends_.has_value();
   }
-  // Whether it is sent away before it shows a key.
-  bool IsSentAway() const {
+  // Whether the server closes the connection before a key was sent.
+  bool IsClosedByServer() const {
     char byte = 0;
     return recv(socket_.number(), &byte, 1, 0) == 0;
   }
-  void Say(const std::string& bytes) const {
+  void Send(const std::string& bytes) const {
     ASSERT_EQ(write(ends_->requests.number(), bytes.data(), bytes.size()), ssize_t(bytes.size()));
   }
-  // All that comes until the pipes end or `count` bytes are there.
-  std::string Hear(size_t count = SIZE_MAX) const {
-    std::string heard;
+  // Reads until the pipe is closed or `count` bytes arrived.
+  std::string Receive(size_t count = SIZE_MAX) const {
+    std::string received;
     char byte = 0;
-    while (heard.size() < count && read(ends_->responses.number(), &byte, 1) == 1) {
-      heard.push_back(byte);
+    while (received.size() < count && read(ends_->responses.number(), &byte, 1) == 1) {
+      received.push_back(byte);
     }
-    return heard;
+    return received;
   }
 
  private:
@@ -88,7 +88,7 @@ class Visitor {
   std::optional<LearnerPipeEnds> ends_;
 };
 
-// Notes what comes, and answers it with "re: " before it; hangs up after the tenth.
+// Records messages and answers each with "re: " and its text. Closes the pipes after the tenth.
 class Stream final : public PipeConnectionUser {
  public:
   void OnPipesOpened(std::shared_ptr<PipeConnection> pipes) override {
@@ -107,23 +107,23 @@ class Stream final : public PipeConnectionUser {
         return;
       }
       if (message.ok()) {
-        heard_.emplace_back(**message);
+        received_.emplace_back(**message);
         pipes_->Send({"re: ", **message});
       } else {
         end_ = message.status();
       }
-      if (!message.ok() || heard_.size() == 10) {
+      if (!message.ok() || received_.size() == 10) {
         pipes_->HangUp();
         pipes_ = nullptr;
       }
     }
   }
 
-  std::vector<std::string> heard() {
+  std::vector<std::string> received() {
     absl::MutexLock lock(&mutex_);
-    return heard_;
+    return received_;
   }
-  // Why the pipes ended, once they have.
+  // Waits for the end of the pipes; returns the reason.
   absl::Status WaitForEnd() {
     const auto has_ended = [this]() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_) { return !end_.ok(); };
     absl::MutexLock lock(&mutex_, absl::Condition(&has_ended));
@@ -133,7 +133,7 @@ class Stream final : public PipeConnectionUser {
  private:
   absl::Mutex mutex_;
   std::shared_ptr<PipeConnection> pipes_ ABSL_GUARDED_BY(mutex_);
-  std::vector<std::string> heard_ ABSL_GUARDED_BY(mutex_);
+  std::vector<std::string> received_ ABSL_GUARDED_BY(mutex_);
   absl::Status end_ ABSL_GUARDED_BY(mutex_);
 };
 
@@ -148,119 +148,119 @@ TEST_F(PipeListenerTest, MessagesGoBothWays) {
   EXPECT_EQ(key.size(), PipeListener::kKeyBytes);
   const std::string large(kMessageBytesMax, 'x');
   {
-    Visitor visitor(*listener_);
-    ASSERT_TRUE(visitor.Enter(key));
-    visitor.Say(Framed("one") + Framed("") + Framed("two").substr(0, 5));
+    RawLearner learner(*listener_);
+    ASSERT_TRUE(learner.SendKey(key));
+    learner.Send(Framed("one") + Framed("") + Framed("two").substr(0, 5));
     const std::string first = Framed("re: one") + Framed("re: ");
-    EXPECT_EQ(visitor.Hear(first.size()), first);
-    visitor.Say(Framed("two").substr(5) + Framed(large));
+    EXPECT_EQ(learner.Receive(first.size()), first);
+    learner.Send(Framed("two").substr(5) + Framed(large));
     const std::string second = Framed("re: two") + Framed("re: " + large);
-    EXPECT_EQ(visitor.Hear(second.size()), second);
+    EXPECT_EQ(learner.Receive(second.size()), second);
   }
   EXPECT_THAT(stream_->WaitForEnd(), StatusIs(absl::StatusCode::kCancelled, HasSubstr("ended")));
-  EXPECT_THAT(stream_->heard(), ElementsAre("one", "", "two", large));
+  EXPECT_THAT(stream_->received(), ElementsAre("one", "", "two", large));
 }
 
 TEST_F(PipeListenerTest, ConnectionWithoutKeyIsRejected) {
   const std::string key = listener_->Expect(stream_);
   for (const std::string& wrong :
        {std::string(PipeListener::kKeyBytes, 'x'), key.substr(1) + "x"}) {
-    Visitor visitor(*listener_);
-    EXPECT_FALSE(visitor.Enter(wrong));
+    RawLearner learner(*listener_);
+    EXPECT_FALSE(learner.SendKey(wrong));
   }
-  EXPECT_THAT(stream_->heard(), IsEmpty());
+  EXPECT_THAT(stream_->received(), IsEmpty());
 }
 
 TEST_F(PipeListenerTest, KeyWorksOnce) {
   const std::string key = listener_->Expect(stream_);
-  Visitor first(*listener_);
-  ASSERT_TRUE(first.Enter(key));
-  first.Say(Framed("first"));
-  EXPECT_EQ(first.Hear(8), Framed("re: first").substr(0, 8));
-  Visitor second(*listener_);
-  EXPECT_FALSE(second.Enter(key));
-  EXPECT_THAT(stream_->heard(), ElementsAre("first"));
+  RawLearner first(*listener_);
+  ASSERT_TRUE(first.SendKey(key));
+  first.Send(Framed("first"));
+  EXPECT_EQ(first.Receive(8), Framed("re: first").substr(0, 8));
+  RawLearner second(*listener_);
+  EXPECT_FALSE(second.SendKey(key));
+  EXPECT_THAT(stream_->received(), ElementsAre("first"));
 }
 
 TEST_F(PipeListenerTest, KeysOfEndedStreamsAreRejected) {
   const std::string forgotten = listener_->Expect(stream_);
   listener_->Forget(forgotten);
-  const std::string of_nobody = listener_->Expect(std::weak_ptr<Stream>());
-  for (const std::string& key : {forgotten, of_nobody}) {
-    Visitor visitor(*listener_);
-    EXPECT_FALSE(visitor.Enter(key));
+  const std::string expired = listener_->Expect(std::weak_ptr<Stream>());
+  for (const std::string& key : {forgotten, expired}) {
+    RawLearner learner(*listener_);
+    EXPECT_FALSE(learner.SendKey(key));
   }
 }
 
 TEST_F(PipeListenerTest, OversizedMessagesAreRejectedByTheirLength) {
-  Visitor visitor(*listener_);
-  ASSERT_TRUE(visitor.Enter(listener_->Expect(stream_)));
-  visitor.Say(Framed(std::string(kMessageBytesMax + 1, 'x')).substr(0, 4));
+  RawLearner learner(*listener_);
+  ASSERT_TRUE(learner.SendKey(listener_->Expect(stream_)));
+  learner.Send(Framed(std::string(kMessageBytesMax + 1, 'x')).substr(0, 4));
   EXPECT_THAT(stream_->WaitForEnd(),
               StatusIs(absl::StatusCode::kResourceExhausted,
                        HasSubstr("a request of 10001 bytes, limit request_bytes_max is 10000")));
-  EXPECT_EQ(visitor.Hear(), "");
+  EXPECT_EQ(learner.Receive(), "");
 }
 
 TEST_F(PipeListenerTest, EndedStreamClosesThePipes) {
-  Visitor visitor(*listener_);
-  ASSERT_TRUE(visitor.Enter(listener_->Expect(stream_)));
+  RawLearner learner(*listener_);
+  ASSERT_TRUE(learner.SendKey(listener_->Expect(stream_)));
   for (int i = 0; i < 10; ++i) {
-    visitor.Say(Framed("?"));
+    learner.Send(Framed("?"));
   }
-  EXPECT_EQ(visitor.Hear(90).size(), 90);
-  EXPECT_EQ(stream_->heard().size(), 10);
+  EXPECT_EQ(learner.Receive(90).size(), 90);
+  EXPECT_EQ(stream_->received().size(), 10);
 }
 
 TEST_F(PipeListenerTest, SilentConnectionBlocksOthersOnlyBriefly) {
-  std::vector<std::unique_ptr<Visitor>> silent;
-  silent.reserve(kCrowd);
-  for (int i = 0; i < kCrowd; ++i) {
-    silent.push_back(std::make_unique<Visitor>(*listener_));
+  std::vector<std::unique_ptr<RawLearner>> silent;
+  silent.reserve(kConnectionCount);
+  for (int i = 0; i < kConnectionCount; ++i) {
+    silent.push_back(std::make_unique<RawLearner>(*listener_));
   }
-  // Those beyond the limit were sent away at once; the others go when they like.
-  EXPECT_TRUE(silent.back()->IsSentAway());
+  // Connections beyond the limit are closed at once; the others stay open.
+  EXPECT_TRUE(silent.back()->IsClosedByServer());
   silent.clear();
   const std::string key = listener_->Expect(stream_);
   bool is_in = false;
   while (!is_in) {
-    Visitor visitor(*listener_);
-    is_in = visitor.Enter(key);
+    RawLearner learner(*listener_);
+    is_in = learner.SendKey(key);
     if (is_in) {
-      visitor.Say(Framed("now?"));
-      visitor.Hear(4);
+      learner.Send(Framed("now?"));
+      learner.Receive(4);
     }
   }
-  EXPECT_THAT(stream_->heard(), ElementsAre("now?"));
+  EXPECT_THAT(stream_->received(), ElementsAre("now?"));
 }
 
 TEST_F(PipeListenerTest, AllPipesEndWithIt) {
-  Visitor visitor(*listener_);
-  ASSERT_TRUE(visitor.Enter(listener_->Expect(stream_)));
-  visitor.Say(Framed("?"));
-  EXPECT_EQ(visitor.Hear(9).size(), 9);
-  const Visitor silent(*listener_);
+  RawLearner learner(*listener_);
+  ASSERT_TRUE(learner.SendKey(listener_->Expect(stream_)));
+  learner.Send(Framed("?"));
+  EXPECT_EQ(learner.Receive(9).size(), 9);
+  const RawLearner silent(*listener_);
   listener_ = nullptr;
-  EXPECT_EQ(visitor.Hear(), "");
-  EXPECT_TRUE(silent.IsSentAway());
+  EXPECT_EQ(learner.Receive(), "");
+  EXPECT_TRUE(silent.IsClosedByServer());
   EXPECT_THAT(stream_->WaitForEnd(), StatusIs(absl::StatusCode::kCancelled, HasSubstr("ended")));
 }
 
 TEST_F(PipeListenerTest, OtherUsersAreRejected) {
   if (geteuid() != 0) {
-    GTEST_SKIP() << "only root can try it as another user";
+    GTEST_SKIP() << "only root can connect as another user";
   }
   const pid_t child = fork();
   if (child == 0) {
     if (setuid(65534) != 0) {
       _exit(1);
     }
-    const Visitor visitor(*listener_);
-    _exit(visitor.connected() && visitor.IsSentAway() ? 0 : 2);
+    const RawLearner learner(*listener_);
+    _exit(learner.connected() && learner.IsClosedByServer() ? 0 : 2);
   }
   int status = -1;
   ASSERT_EQ(waitpid(child, &status, 0), child);
-  EXPECT_EQ(status, 0) << "it was not sent away before it showed a key";
+  EXPECT_EQ(status, 0) << "the connection was not closed before a key was sent";
 }
 
 }  // namespace

@@ -23,8 +23,8 @@ TEST(SharedLayoutTest, ArraysAreAlignedAndBatchesWholePages) {
   }
 }
 
-// Writes each row of each array, and checks whether any was written twice.
-TEST(SharedLayoutTest, RowsOfSlicesLieApartAndWithin) {
+// Writes each row of each array; expects that no byte is written twice.
+TEST(SharedLayoutTest, RowsOfSlicesAreDisjointAndInBounds) {
   constexpr int32_t kEnvCount = 5;
   constexpr int64_t kObservationBytes = 48;
   const SharedLayout layout(kEnvCount, kObservationBytes);

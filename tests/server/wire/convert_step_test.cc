@@ -25,7 +25,7 @@ StreamRequest WholeStep(int32_t env_count) {
   return request;
 }
 
-// How observations of that side are sent.
+// The coding of frames of `size_px` pixels.
 ObservationCoding CodingOf(int32_t size_px, Encoding encoding = Encoding::kRaw) {
   ObservationFormat format;
   format.frame.size_px = size_px;

@@ -8,11 +8,11 @@
 
 namespace procgen {
 
-// What nodes of a cluster with DDS Security show to each other, made by openssl out of the files in
-// server/cluster/security as its README says. Gone with this.
+// DDS Security credentials for nodes of a cluster, made by openssl from the files in
+// server/cluster/security, as its README.md describes. The destructor removes them.
 class ClusterCredentials {
  public:
-  // A certificate authority of its own, which vouches for nodes of the cluster `cluster`.
+  // Creates a certificate authority that signs nodes of `cluster`.
   explicit ClusterCredentials(const std::string& cluster);
 
   ClusterSecurity security() const;

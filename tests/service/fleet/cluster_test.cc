@@ -1,4 +1,4 @@
-// Servers of clusters, each a process, as clients see them over gRPC.
+// Cluster discovery: server processes, observed over gRPC.
 
 #include <unistd.h>
 
@@ -28,9 +28,9 @@ using procgen_client::Client;
 using testing::ElementsAre;
 using testing::HasSubstr;
 
-// A node that dies is gone within two seconds; the machine of the tests may be busy.
+// A lost node disappears within 2 s; the rest is for a busy machine.
 constexpr absl::Duration kGoneWithin = absl::Seconds(3);
-// What takes no lease to run out is far quicker.
+// For changes that do not wait for a lease to expire.
 constexpr absl::Duration kGoneAtOnceWithin = absl::Seconds(1);
 constexpr absl::Duration kSeenWithin = absl::Seconds(20);
 
@@ -49,34 +49,35 @@ class Node {
   const std::string& address() const { return address_; }
   Client& client() { return *client_; }
 
-  // The ids of the nodes that it lists.
+  // The ids of the nodes that this node lists.
   std::vector<std::string> Listed() {
     const auto nodes = client_->ListNodes();
     EXPECT_THAT(nodes, IsOk());
     return nodes.ok() ? IdsOf(*nodes) : std::vector<std::string>();
   }
 
-  // Waits for a response for which `is_so` holds; returns false after `timeout`.
-  bool Tells(const std::function<bool(const v1::WatchNodesResponse&)>& is_so,
-             absl::Duration timeout = kSeenWithin) {
+  // Waits for a response that satisfies `is_expected`; returns false after `timeout`.
+  bool WaitForNodes(const std::function<bool(const v1::WatchNodesResponse&)>& is_expected,
+                    absl::Duration timeout = kSeenWithin) {
     const auto watch = client_->WatchNodes();
-    absl::Notification told;
+    absl::Notification done;
     std::thread alarm([&] {
-      if (!told.WaitForNotificationWithTimeout(timeout)) {
+      if (!done.WaitForNotificationWithTimeout(timeout)) {
         watch->Stop();
       }
     });
     absl::StatusOr<v1::WatchNodesResponse> nodes = watch->Next();
-    while (nodes.ok() && !is_so(*nodes)) {
+    while (nodes.ok() && !is_expected(*nodes)) {
       nodes = watch->Next();
     }
-    told.Notify();
+    done.Notify();
     alarm.join();
     return nodes.ok();
   }
 
-  bool TellsIds(const std::vector<std::string>& ids, absl::Duration timeout = kSeenWithin) {
-    return Tells([&](const v1::WatchNodesResponse& nodes) { return IdsOf(nodes) == ids; }, timeout);
+  bool WaitForIds(const std::vector<std::string>& ids, absl::Duration timeout = kSeenWithin) {
+    return WaitForNodes([&](const v1::WatchNodesResponse& nodes) { return IdsOf(nodes) == ids; },
+                        timeout);
   }
 
  private:
@@ -105,7 +106,7 @@ class Node {
 
 class ClusterServiceTest : public testing::Test {
  protected:
-  // That no other test has, nor one of another process.
+  // Unique to this test and process.
   const std::string cluster_ = absl::StrCat(
       "test-", getpid(), "-",
       absl::Hex(absl::HashOf(
@@ -118,7 +119,7 @@ TEST_F(ClusterServiceTest, ThreeServersListEachOther) {
   Node c("c", cluster_);
   ASSERT_THAT(b.client().CreatePool(MazeSpec(7)), IsOk());
   for (Node* node : {&a, &b, &c}) {
-    EXPECT_TRUE(node->TellsIds({"a", "b", "c"}));
+    EXPECT_TRUE(node->WaitForIds({"a", "b", "c"}));
     EXPECT_THAT(node->Listed(), ElementsAre("a", "b", "c"));
     const auto nodes = node->client().ListNodes();
     EXPECT_EQ(nodes->cluster(), cluster_);
@@ -126,9 +127,9 @@ TEST_F(ClusterServiceTest, ThreeServersListEachOther) {
     EXPECT_EQ(nodes->nodes(1).role(), v1::NODE_ROLE_HOST);
     EXPECT_TRUE(nodes->nodes(1).healthy());
     EXPECT_FALSE(nodes->nodes(1).draining());
-    EXPECT_TRUE(node->Tells([](const v1::WatchNodesResponse& told) {
-      return told.nodes_size() == 3 && told.nodes(1).env_count() == 7 &&
-             told.nodes(1).pool_count() == 1;
+    EXPECT_TRUE(node->WaitForNodes([](const v1::WatchNodesResponse& response) {
+      return response.nodes_size() == 3 && response.nodes(1).env_count() == 7 &&
+             response.nodes(1).pool_count() == 1;
     }));
   }
   EXPECT_EQ(a.client().ListNodes()->local_node(), "nodes/a");
@@ -137,22 +138,22 @@ TEST_F(ClusterServiceTest, ThreeServersListEachOther) {
 TEST_F(ClusterServiceTest, StepRatesAreReported) {
   Node a("a", cluster_);
   Node b("b", cluster_);
-  ASSERT_TRUE(a.TellsIds({"a", "b"}));
+  ASSERT_TRUE(a.WaitForIds({"a", "b"}));
   const auto pool = b.client().CreatePool(MazeSpec(4));
   const auto stream = b.client().Attach(pool->name());
   ASSERT_THAT(stream, IsOk());
-  absl::Notification told;
+  absl::Notification done;
   std::thread learner([&] {
     procgen_client::Batch batch;
-    while (!told.HasBeenNotified() && (*stream)->Step({4, 4, 4, 4}, &batch).ok()) {
+    while (!done.HasBeenNotified() && (*stream)->Step({4, 4, 4, 4}, &batch).ok()) {
     }
   });
-  EXPECT_TRUE(a.Tells([](const v1::WatchNodesResponse& nodes) {
+  EXPECT_TRUE(a.WaitForNodes([](const v1::WatchNodesResponse& nodes) {
     return nodes.nodes_size() == 2 && nodes.nodes(1).steps_per_second() > 10;
   }));
-  told.Notify();
+  done.Notify();
   learner.join();
-  EXPECT_TRUE(a.Tells([](const v1::WatchNodesResponse& nodes) {
+  EXPECT_TRUE(a.WaitForNodes([](const v1::WatchNodesResponse& nodes) {
     return nodes.nodes_size() == 2 && nodes.nodes(1).steps_per_second() == 0;
   }));
 }
@@ -160,38 +161,38 @@ TEST_F(ClusterServiceTest, StepRatesAreReported) {
 TEST_F(ClusterServiceTest, KilledServerDisappearsWithinTwoSeconds) {
   Node a("a", cluster_);
   Node b("b", cluster_);
-  ASSERT_TRUE(a.TellsIds({"a", "b"}));
+  ASSERT_TRUE(a.WaitForIds({"a", "b"}));
   b.process().Signal(SIGKILL);
-  EXPECT_TRUE(a.TellsIds({"a"}, kGoneWithin));
+  EXPECT_TRUE(a.WaitForIds({"a"}, kGoneWithin));
   EXPECT_THAT(a.Listed(), ElementsAre("a"));
 }
 
 TEST_F(ClusterServiceTest, PausedServerDisappearsAndReturns) {
   Node a("a", cluster_);
   Node b("b", cluster_);
-  ASSERT_TRUE(a.TellsIds({"a", "b"}));
-  ASSERT_TRUE(b.TellsIds({"a", "b"}));
+  ASSERT_TRUE(a.WaitForIds({"a", "b"}));
+  ASSERT_TRUE(b.WaitForIds({"a", "b"}));
   b.process().Signal(SIGSTOP);
-  EXPECT_TRUE(a.TellsIds({"a"}, kGoneWithin));
+  EXPECT_TRUE(a.WaitForIds({"a"}, kGoneWithin));
   b.process().Signal(SIGCONT);
-  EXPECT_TRUE(a.TellsIds({"a", "b"}));
-  EXPECT_TRUE(b.TellsIds({"a", "b"}));
+  EXPECT_TRUE(a.WaitForIds({"a", "b"}));
+  EXPECT_TRUE(b.WaitForIds({"a", "b"}));
 }
 
 TEST_F(ClusterServiceTest, StoppingServerReportsDrainAndDisappears) {
   Node a("a", cluster_);
   Node b("b", cluster_, {"--drain_timeout=60s"});
-  ASSERT_TRUE(a.TellsIds({"a", "b"}));
+  ASSERT_TRUE(a.WaitForIds({"a", "b"}));
   const auto pool = b.client().CreatePool(MazeSpec(1));
   const auto stream = b.client().Attach(pool->name());
   ASSERT_THAT(stream, IsOk());
-  b.process().Signal(SIGTERM);  // it waits for the learner to save its states
-  EXPECT_TRUE(a.Tells([](const v1::WatchNodesResponse& nodes) {
+  b.process().Signal(SIGTERM);  // the drain waits for the learner
+  EXPECT_TRUE(a.WaitForNodes([](const v1::WatchNodesResponse& nodes) {
     return nodes.nodes_size() == 2 && nodes.nodes(1).draining() && !nodes.nodes(1).healthy();
   }));
   EXPECT_THAT(b.client().DeletePool(pool->name()), IsOk());
   EXPECT_EQ(b.process().Wait(), 0);
-  EXPECT_TRUE(a.TellsIds({"a"}, kGoneAtOnceWithin));
+  EXPECT_TRUE(a.WaitForIds({"a"}, kGoneAtOnceWithin));
 }
 
 TEST_F(ClusterServiceTest, WatchNodesDoesNotDelayShutdown) {
@@ -213,7 +214,7 @@ TEST_F(ClusterServiceTest, ClustersWithDifferentNamesAreSeparate) {
   Node a("a", cluster_);
   Node other("other", cluster_ + ".");
   Node b("b", cluster_);
-  EXPECT_TRUE(a.TellsIds({"a", "b"}));
+  EXPECT_TRUE(a.WaitForIds({"a", "b"}));
   EXPECT_THAT(other.Listed(), ElementsAre("other"));
   EXPECT_THAT(a.Listed(), ElementsAre("a", "b"));
 }
@@ -223,8 +224,8 @@ TEST_F(ClusterServiceTest, PeersDiscoverEachOtherDespiteUnresolvablePeers) {
   Node a("a", cluster_, flags);
   Node b("b", cluster_, flags);
   EXPECT_THAT(a.process().beginning(), HasSubstr("peer node-7.nodes.invalid has no address"));
-  EXPECT_TRUE(a.TellsIds({"a", "b"}));
-  EXPECT_TRUE(b.TellsIds({"a", "b"}));
+  EXPECT_TRUE(a.WaitForIds({"a", "b"}));
+  EXPECT_TRUE(b.WaitForIds({"a", "b"}));
 }
 
 TEST_F(ClusterServiceTest, AdvertisedAddressIsReported) {
@@ -260,7 +261,7 @@ TEST_F(ClusterServiceTest, InvalidFlagsAreReported) {
   }
 }
 
-// The flags of a node with these credentials.
+// The node flags for these credentials.
 std::vector<std::string> SecurityFlags(const ClusterSecurity& security) {
   return {"--cluster_identity_ca=" + security.identity_ca,
           "--cluster_identity_certificate=" + security.identity_certificate,
@@ -276,10 +277,10 @@ TEST_F(ClusterServiceTest, SecureClusterIgnoresNodesWithoutValidCertificates) {
   Node a("a", cluster_, SecurityFlags(ours.security()));
   Node open("open", cluster_);
   Node stranger("stranger", cluster_, SecurityFlags(strangers.security()));
-  // It comes last: where it is seen, the others have had their time.
+  // Started last: once it is visible, the others have had enough time.
   Node b("b", cluster_, SecurityFlags(ours.security()));
-  EXPECT_TRUE(a.TellsIds({"a", "b"}));
-  EXPECT_TRUE(b.TellsIds({"a", "b"}));
+  EXPECT_TRUE(a.WaitForIds({"a", "b"}));
+  EXPECT_TRUE(b.WaitForIds({"a", "b"}));
   EXPECT_THAT(open.Listed(), ElementsAre("open"));
   EXPECT_THAT(stranger.Listed(), ElementsAre("stranger"));
   EXPECT_THAT(a.Listed(), ElementsAre("a", "b"));

@@ -1,5 +1,5 @@
-// A fleet as its operator has it: nodes, fleet server and learner, each a process but the learner,
-// in a real cluster. What the learner sees is what one server would show it.
+// A fleet as in production: nodes and a fleet server, each a process, in a real cluster. The
+// learner's responses equal those of one server.
 
 #include <csignal>
 #include <functional>
@@ -103,7 +103,7 @@ TEST(FleetClusterTest, EpisodesAreReturnedDespiteLostNodes) {
   v1::PoolSpec spec;
   spec.add_games("bigfish");
   spec.set_env_count(kEnvCount);
-  spec.mutable_options()->set_rand_seed(3);  // with which no fish is eaten shortly before the end
+  spec.mutable_options()->set_rand_seed(3);  // no fish is eaten just before the end
   const auto pool = client->CreatePool(spec);
   ASSERT_THAT(pool, IsOk());
   const auto stream = client->Attach(pool->name());
@@ -116,10 +116,10 @@ TEST(FleetClusterTest, EpisodesAreReturnedDespiteLostNodes) {
     for (int32_t i = 0; i < kEnvCount; ++i) {
       const auto episode = client->GetEpisode(pool->name(), i, selector);
       ASSERT_THAT(episode, IsOk());
-      ExpectPlaysTheSame(*episode);
+      ExpectReplayIsEqual(*episode);
     }
   };
-  expect_played_again(v1::EPISODE_SELECTOR_CURRENT);  // whose level nobody has told yet
+  expect_played_again(v1::EPISODE_SELECTOR_CURRENT);  // before the first step
   for (int32_t i = 0; i < 60; ++i) {
     step(i == 20 ? -1 : i % 9);
     if (i == 40) {
@@ -176,7 +176,7 @@ TEST(FleetClusterTest, FleetPoolsCanBeWatched) {
 
 struct Restart {
   v1::Encoding encoding;
-  bool is_killed = true;  // or else stopped
+  bool is_killed = true;  // false: stopped by SIGTERM
 };
 
 class FleetRestartTest : public testing::TestWithParam<Restart> {};
@@ -188,7 +188,7 @@ TEST_P(FleetRestartTest, RestartedFleetServerContinues) {
   fleet.StartNode("b");
   fleet.StartFleet(2);
   LearnerScript script = Script();
-  script.with_states = false;  // those calls are not repeated by the client
+  script.with_states = false;  // the client does not retry those calls
   script.spec.set_encoding(GetParam().encoding);
   std::thread operator_thread;
   ExpectSameTrace(script, fleet, [&](int index) {
@@ -198,14 +198,14 @@ TEST_P(FleetRestartTest, RestartedFleetServerContinues) {
     if (operator_thread.joinable()) {
       operator_thread.join();
     }
-    // While requests are under way.
+    // Restart while requests are running.
     operator_thread = std::thread([&fleet] {
       if (GetParam().is_killed) {
         fleet.KillFleet();
       } else {
         const absl::Time begin = absl::Now();
         fleet.StopFleet();
-        EXPECT_LT(absl::Now() - begin, absl::Seconds(15)) << "it waited for the learner";
+        EXPECT_LT(absl::Now() - begin, absl::Seconds(15)) << "the drain waited for the learner";
       }
       fleet.StartFleet(2);
     });

@@ -23,7 +23,7 @@ namespace procgen {
 
 inline constexpr int32_t kFleetNodeCapacity = 1000;
 
-// The nodes that a cluster would report.
+// The nodes that a cluster would report. Threads: any.
 class NodeList {
  public:
   std::vector<NodeStatus> Nodes() const {
@@ -52,7 +52,7 @@ class NodeList {
   std::vector<NodeStatus> nodes_;
 };
 
-// A fleet server in the test's process, beside a single server that its answers are compared with.
+// A fleet server in the test's process, and a single server for comparison.
 class FleetTest : public testing::Test {
  protected:
   void SetUp() override { single_ = StartServer({}); }
@@ -84,7 +84,7 @@ class FleetTest : public testing::Test {
     list_.Set(status);
   }
 
-  // A node behind a proxy that damages its answers once that is switched on.
+  // Starts a node behind a proxy, which damages its responses while Attack is on.
   HostileNode* StartHostileNode(const std::string& node_id, AnswerDamage damage) {
     StartNode(node_id);
     NodeStatus status = list_.Nodes().back();
@@ -119,7 +119,7 @@ class FleetTest : public testing::Test {
     return *procgen_client::Client::Connect(address);
   }
 
-  // Plays the script on one server and on the fleet, and compares.
+  // Executes the script on one server and on the fleet, and expects equal responses.
   void ExpectSameTrace(const LearnerScript& script, const std::function<void(int)>& faults) {
     const auto expected = PlayScript(script, Connect(*single_).get(), [](int) {});
     ASSERT_THAT(expected, IsOk());

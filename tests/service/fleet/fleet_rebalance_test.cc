@@ -1,4 +1,4 @@
-// When the pools of a fleet are rebalanced among its nodes.
+// Rebalancing of pools over the nodes of a fleet.
 
 #include <atomic>
 #include <functional>
@@ -22,8 +22,7 @@
 namespace procgen {
 namespace {
 
-// The pools on nodes. The name of a shard ends with its number in the life of its pool and its
-// epoch.
+// The names of the shards on `nodes`. A name ends with the shard's number and its epoch.
 std::set<std::string> ShardsOn(const std::vector<NodeStatus>& nodes) {
   std::set<std::string> shards;
   for (const NodeStatus& node : nodes) {
@@ -42,7 +41,7 @@ NodeStatus ForgedNode(int number, const std::string& address) {
   NodeStatus forged;
   forged.node_id = absl::StrCat("forged-", number);
   forged.address = address;
-  forged.environment_capacity = 1'000'000;  // the best of all, as it says
+  forged.environment_capacity = 1'000'000;  // the largest, so it is preferred
   forged.worker_count = 1;
   forged.healthy = true;
   return forged;
@@ -50,15 +49,15 @@ NodeStatus ForgedNode(int number, const std::string& address) {
 
 class FleetRebalanceTest : public FleetTest {};
 
-// The fleet pool alone, so that the test decides when it polls its nodes.
+// Tests the fleet pool without a fleet server, so that the test controls when it polls its nodes.
 TEST_F(FleetRebalanceTest, PoolIsRebalancedOncePerJoin) {
   const std::thread::id test_thread = std::this_thread::get_id();
   std::atomic<bool> others_wait = true;
   std::atomic<int> poll_count = 0;
   FleetOptions options;
   options.nodes = [&] {
-    // The pool polls its nodes several times while anything else asks for them once: while it
-    // is rebalanced, and while a shard leaves its node.
+    // Lets the pool poll its nodes three times for each call from another thread: during a
+    // rebalance, and while a shard leaves its node.
     const int until = poll_count + 3;
     while (std::this_thread::get_id() != test_thread && others_wait && poll_count < until) {
       absl::SleepFor(absl::Milliseconds(1));
@@ -165,7 +164,7 @@ TEST_F(FleetRebalanceTest, ShardThreadsAreLimited) {
                                        testing::HasSubstr("the fleet runs 3 shards, limit 3")));
   EXPECT_THAT(client->DeletePool("pools/wide"), IsOk());
   absl::Status again = create("again");
-  while (absl::IsResourceExhausted(again)) {  // until the shards of the deleted pool have ended
+  while (absl::IsResourceExhausted(again)) {  // until the deleted pool's shards have ended
     again = create("again");
   }
   EXPECT_THAT(again, IsOk());
@@ -173,13 +172,13 @@ TEST_F(FleetRebalanceTest, ShardThreadsAreLimited) {
 
 struct ThreadCase {
   int32_t threads_max;
-  size_t shard_count;  // after another node has joined
+  size_t shard_count;  // after a node joins
 };
 
 class FleetThreadsTest : public FleetRebalanceTest,
                          public testing::WithParamInterface<ThreadCase> {};
 
-// The new shards begin before the old one ends.
+// New shards start before the old one ends.
 TEST_P(FleetThreadsTest, RebalanceNeedsThreadsForNewShards) {
   StartNode("a");
   poll_interval_ = absl::Milliseconds(20);
@@ -201,7 +200,7 @@ TEST_P(FleetThreadsTest, RebalanceNeedsThreadsForNewShards) {
 INSTANTIATE_TEST_SUITE_P(Limits, FleetThreadsTest,
                          testing::Values(ThreadCase{2, 1}, ThreadCase{3, 2}));
 
-// A participant of the cluster announces nodes that nobody can reach.
+// A participant of the cluster announces unreachable nodes.
 TEST_F(FleetRebalanceTest, ForgedNodesCauseNoMigrationAndNoDelay) {
   poll_interval_ = absl::Milliseconds(20);
   StartNode("a");
@@ -234,7 +233,7 @@ TEST_F(FleetRebalanceTest, ForgedNodesCauseNoMigrationAndNoDelay) {
   EXPECT_EQ(before.size(), 2);
   EXPECT_EQ(after, before) << "shards have moved";
   EXPECT_THAT(MetricsText(), testing::HasSubstr("procgen_fleet_shard_migrations_total 1\n"));
-  EXPECT_LT(pause, absl::Seconds(1)) << "it was tried to reach forged nodes before the real one";
+  EXPECT_LT(pause, absl::Seconds(1)) << "forged nodes were tried before the real one";
 }
 
 }  // namespace

@@ -1,6 +1,6 @@
-// A fleet server whose nodes are processes, told of them by the test: what a learner sees is what
-// one server would show it, whatever becomes of the nodes. Here the fleet finds out by its
-// connections alone; fleet_cluster_test.cc has a real cluster.
+// A fleet server whose nodes are processes; the test reports the nodes. The learner's responses
+// equal those of one server, whatever happens to the nodes. The fleet detects faults by its
+// connections only; fleet_cluster_test.cc uses a real cluster.
 
 #include "server/fleet/fleet.h"
 
@@ -52,7 +52,7 @@ INSTANTIATE_TEST_SUITE_P(AutoresetModesAndStacks, FleetFormatTest,
                                          std::pair(v1::AUTORESET_MODE_DISABLED, 1)));
 
 TEST_F(FleetTest, KilledNodesDoNotChangeBatches) {
-  // What moves is what nodes that were killed had: the pool is not rebalanced in between.
+  // No rebalancing: only the shards of killed nodes move.
   poll_interval_ = absl::InfiniteDuration();
   StartNode("a");
   StartNode("b");
@@ -145,7 +145,7 @@ TEST_F(FleetTest, BatchOutlivesItsNode) {
     list_.Set(full);
     nodes_["b"]->Signal(SIGSTOP);
     operator_thread = std::thread([&] {
-      // When the shard on it is done and waits for the others, which are made to wait for "b".
+      // Drains node "a" when its shard has stepped and waits for "b", which is stopped.
       NodeStatus drained = list_.Nodes()[0];
       const auto client = Connect(drained.address);
       while (client->GetLoad()->step_count() < int64_t{8} * kStepCount) {
@@ -174,7 +174,7 @@ TEST_P(FleetJoinTest, NodesThatJoinTakeTheirShare) {
       StartNode("b");
     }
     if (index > 100 && index < 350) {
-      absl::SleepFor(absl::Milliseconds(15));  // a learner that thinks
+      absl::SleepFor(absl::Milliseconds(15));  // time to rebalance
     }
     if (index == 350) {
       load = Connect(list_.Nodes().back().address)->GetLoad().value();
@@ -193,7 +193,7 @@ TEST_F(FleetTest, ConnectionsFollowNodesToNewAddresses) {
   const auto first = nodes.Connect("a");
   ASSERT_THAT(first, IsOk());
   EXPECT_EQ(nodes.Connect("a")->get(), first->get());
-  StartNode("a");  // at another port
+  StartNode("a");  // on another port
   EXPECT_EQ((*nodes.Connect("a"))->address, list_.Nodes().front().address);
   EXPECT_EQ(nodes.known_count(), 1);
   list_.Remove("a");
@@ -203,12 +203,12 @@ TEST_F(FleetTest, ConnectionsFollowNodesToNewAddresses) {
 
 TEST_F(FleetTest, ChunkedStepIsCompleteDuringRebalance) {
   constexpr int32_t kEnvCount = 24;
-  const auto play = [](const Server& server, const std::function<bool(size_t)>& goes_on) {
+  const auto play = [](const Server& server, const std::function<bool(size_t)>& should_continue) {
     const auto client = Connect(server);
     const auto stream = client->Attach(client->CreatePool(Script().spec)->name()).value();
     procgen_client::Batch batch;
     std::vector<BatchCopy> answers;
-    while (goes_on(answers.size())) {
+    while (should_continue(answers.size())) {
       v1::StepPoolRequest request;
       request.mutable_step()->mutable_slice()->set_env_count(kEnvCount);
       request.mutable_step()->mutable_actions()->Resize(kEnvCount, 7);
@@ -224,7 +224,7 @@ TEST_F(FleetTest, ChunkedStepIsCompleteDuringRebalance) {
   StartFleet();
   StartNode("b");
   const NodeStatus joining = list_.Nodes().back();
-  list_.Remove("b");  // until there is a pool
+  list_.Remove("b");  // until the pool exists
   const auto node = Connect(joining.address);
   const auto actual = play(*server_, [&](size_t count) {
     if (count == 10) {
@@ -289,7 +289,7 @@ TEST_F(FleetTest, StreamEndsAfterFailoverTimeoutAndAnotherContinues) {
   const auto stream = client->Attach(pool->name());
   ASSERT_THAT(stream, IsOk());
   ASSERT_THAT((*stream)->Step(actions, &batch), IsOk());
-  EXPECT_TRUE(BatchCopy(batch) == expected) << "the step that failed has left something";
+  EXPECT_TRUE(BatchCopy(batch) == expected) << "the failed step has changed something";
   EXPECT_THAT(MetricsText(), testing::HasSubstr("procgen_fleet_shards_waiting 0\n"));
 }
 
@@ -352,7 +352,7 @@ TEST_F(FleetTest, FleetSendsItsTokenOverTls) {
   ExpectSameTrace(Script(40), [](int) {});
 }
 
-// A pool of stacked frames whose log may take little, and a stream of it.
+// A pool with frame stacks and a small request log, and a stream.
 class FleetLogTest : public FleetTest {
  protected:
   static constexpr int32_t kEnvCount = 4;

@@ -10,7 +10,7 @@
 namespace procgen {
 namespace {
 
-// Calls `method` of `stub` on behalf of a call of a proxy.
+// Forwards a call of the proxy to `method` of `stub`.
 template <typename Stub, typename Request, typename Response>
 grpc::Status Forward(Stub* stub,
                      grpc::Status (Stub::*method)(grpc::ClientContext*, const Request&, Response*),
@@ -82,10 +82,10 @@ class HostileNode::Steps final : public v1::StepService::Service {
     const auto stream = target_->StepPool(call.get());
     v1::StepPoolRequest request;
     v1::StepPoolResponse response;
-    bool goes_on = true;
-    while (goes_on && learner->Read(&request) && stream->Write(request)) {
+    bool is_open = true;
+    while (is_open && learner->Read(&request) && stream->Write(request)) {
       bool is_last = false;
-      while (!is_last && (goes_on = stream->Read(&response))) {
+      while (!is_last && (is_open = stream->Read(&response))) {
         is_last = !response.has_batch() || response.batch().last();
         node_->Apply(request.has_attach() ? node_->damage_.attached : node_->damage_.step,
                      &response);
@@ -163,7 +163,7 @@ HostileNode::HostileNode(const std::string& target, AnswerDamage damage)
            catalogs_.get(), pools_.get(), steps_.get(), states_.get(), renders_.get()}) {
     builder.RegisterService(service);
   }
-  // Clients ask for signs of life more often than gRPC allows by default.
+  // Clients send keepalive pings more often than gRPC's default limit allows.
   builder.AddChannelArgument(GRPC_ARG_HTTP2_MIN_RECV_PING_INTERVAL_WITHOUT_DATA_MS, 100);
   builder.AddChannelArgument(GRPC_ARG_HTTP2_MAX_PING_STRIKES, 0);
   server_ = builder.BuildAndStart();

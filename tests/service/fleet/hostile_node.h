@@ -15,7 +15,7 @@
 
 namespace procgen {
 
-// What a hostile node changes in its answers; null: nothing.
+// Changes that a hostile node makes to its responses. Null: none.
 struct AnswerDamage {
   std::function<void(v1::Catalog*)> catalog;
   std::function<void(v1::Pool*)> pool;                  // of CreatePool
@@ -25,18 +25,17 @@ struct AnswerDamage {
   std::function<void(v1::RenderEnvironmentsResponse*)> frames;
 };
 
-// A gRPC proxy in front of a real node, which damages the answers of that node while it is
-// switched on. It forwards the calls that a fleet server makes. Threads: any method from any
-// thread.
+// A gRPC proxy in front of a real node. It damages the node's responses while Attack is on, and
+// forwards all calls that a fleet server makes. Threads: any method from any thread.
 class HostileNode final {
  public:
   HostileNode(const std::string& target, AnswerDamage damage);
   ~HostileNode();
 
   const std::string& address() const { return address_; }
-  // From now on answers are damaged, or are not.
+  // Turns the damage on or off.
   void Attack(bool attacks) { attacks_ = attacks; }
-  // Answers that have been damaged.
+  // Number of damaged responses.
   int damage_count() const { return damage_count_; }
 
  private:

@@ -1,6 +1,5 @@
-// A fleet server whose nodes answer wrongly: a real node behind a proxy that damages what it
-// answers. The learner of the fleet sees what one server would show it, and nothing of the fleet
-// server's memory.
+// A fleet with a node that returns damaged responses, through a proxy. The learner's responses
+// equal those of one server and contain none of the fleet server's memory.
 
 #include <functional>
 #include <memory>
@@ -18,7 +17,7 @@ namespace {
 struct Attack {
   std::string name;
   AnswerDamage damage;
-  int attacked_request = 60;  // the first one that is answered wrongly; 0: also making the pool
+  int attacked_request = 60;  // the first damaged one; 0: also CreatePool
 };
 
 Attack OnBatch(const std::string& name, std::function<void(v1::Batch*)> damage) {
@@ -62,7 +61,7 @@ std::vector<Attack> AttacksOnBatches() {
                 batch->add_fingerprints(7);
               }),
       OnBatch("EndsWithoutFinalObservations", EndAll),
-      OnBatch("SharedMemoryThatNobodyHas",
+      OnBatch("UnofferedSharedMemory",
               [](v1::Batch* batch) {
                 batch->Clear();
                 batch->set_shared_batch(0);
@@ -107,7 +106,7 @@ std::vector<Attack> AttacksOnMessages() {
 
 class HostileNodeTest : public FleetTest {
  protected:
-  // What moves is what the hostile node had: the pool is not rebalanced in between.
+  // No rebalancing: only the shards of the hostile node move.
   void SetUp() override {
     FleetTest::SetUp();
     poll_interval_ = absl::InfiniteDuration();
@@ -116,7 +115,7 @@ class HostileNodeTest : public FleetTest {
 
 class WrongAnswerTest : public HostileNodeTest, public testing::WithParamInterface<Attack> {};
 
-TEST_P(WrongAnswerTest, ReachesNoLearner) {
+TEST_P(WrongAnswerTest, DoesNotReachTheLearner) {
   StartNode("a");
   HostileNode* const hostile = StartHostileNode("b", GetParam().damage);
   hostile->Attack(GetParam().attacked_request == 0);

@@ -12,8 +12,7 @@
 namespace procgen {
 namespace {
 
-// Tests that run at the same time are in different domains, as far as there are enough; in any case
-// their clusters have different names.
+// Concurrent tests use different domains where possible, and always different cluster names.
 constexpr int32_t kDomainFirst = 100;
 constexpr int32_t kDomainCount = 100;
 

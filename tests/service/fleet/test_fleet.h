@@ -15,32 +15,32 @@
 
 namespace procgen {
 
-// A real cluster on this machine: nodes and a fleet server, each a process, that find each other
-// over Cyclone DDS. Faults are what its owner does to the processes, by their names.
+// A real cluster on this machine: nodes and a fleet server, each a process, that discover each
+// other with Cyclone DDS. The caller injects faults into the processes by name.
 class TestFleet {
  public:
-  // `fleet_flags`: besides those of the cluster.
+  // `fleet_flags`: added to the flags of the cluster.
   explicit TestFleet(std::vector<std::string> fleet_flags = {});
 
   void StartNode(const std::string& name, const std::vector<std::string>& node_flags = {});
-  // SIGKILL, and it is gone.
+  // Sends SIGKILL and removes the node.
   void KillNode(const std::string& name);
   ServerProcess& node(const std::string& name) { return *nodes_.at(name); }
-  // Hands it over, so that its end can be waited for.
+  // Releases the process to the caller, which can wait for its end.
   std::unique_ptr<ServerProcess> TakeNode(const std::string& name);
 
-  // Starts the fleet server, and waits until it sees so many nodes. Again after KillFleet or
-  // StopFleet: at the same address.
+  // Starts the fleet server and waits until it lists `node_count` nodes. A restart after KillFleet
+  // or StopFleet uses the same address.
   void StartFleet(size_t node_count);
   void KillFleet();
-  // SIGTERM, and waits for its end.
+  // Sends SIGTERM and waits for the end.
   void StopFleet();
   const std::string& address() const { return address_; }
-  // REQUIRES: it has been started.
+  // REQUIRES: StartFleet was called.
   pid_t fleet_process_id() const { return fleet_->process_id(); }
   std::unique_ptr<procgen_client::Client> Connect() const;
 
-  // A folder for the test.
+  // The test's folder.
   std::string folder() const { return folder_.path(); }
 
  private:

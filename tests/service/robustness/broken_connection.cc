@@ -17,22 +17,22 @@ namespace {
 
 constexpr int32_t kEnvCount = 12;
 constexpr int32_t kHalf = kEnvCount / 2;
-// Room for five observations: the answer for a half comes in two responses.
+// Room for five observations, so a response for half of the pool takes two messages.
 constexpr int64_t kResponseBytes = 65536;
-// The answers to one or two requests, and to some more where they bear no observations.
+// One or two responses; more if they have no observations.
 constexpr int64_t kBytesBetweenFaults = 120'000;
 constexpr int64_t kSharedBytesBetweenFaults = 1'500;
-// Those to some that are encoded: the first of a stream, and then smaller ones.
+// Several encoded responses: the first of a stream is large, later ones are smaller.
 constexpr int64_t kEncodedBytesBetweenFaults = 40'000;
 constexpr std::chrono::milliseconds kSilenceMax{15};
 
-// Any fixed sequence will do: sticky moves with an end of the episode now and then.
+// A fixed sequence: actions kept for several requests, and some that end the episode.
 int32_t ActionOf(int request, int32_t environment) {
   const uint32_t mixed = static_cast<uint32_t>(request / 6 * 31 + environment * 17) * 2654435761U;
   return static_cast<int32_t>((mixed >> 16) % 16) - 1;
 }
 
-// Steps one half of the pool and then the other; each 13th request resets an environment.
+// Steps the two halves of the pool in turn; each 13th request resets an environment.
 v1::StepPoolRequest RequestAt(int request) {
   const int32_t first = request % 2 * kHalf;
   v1::StepPoolRequest message = SliceStepRequest(first, kHalf, 4);
@@ -55,13 +55,14 @@ size_t HashOf(const procgen_client::Batch& batch) {
                       batch.episode_returns(), batch.episode_lengths(), batch.fingerprints());
 }
 
-// Steps with requests sent ahead while `goes_on(number of answers)`; hashes of all answers.
+// Steps with pipelined requests while `should_continue(response count)`. Returns a hash of each
+// response.
 std::vector<size_t> Play(procgen_client::StepStream* stream,
-                         const std::function<bool(size_t)>& goes_on) {
+                         const std::function<bool(size_t)>& should_continue) {
   std::vector<size_t> trace;
   procgen_client::Batch batch;
   int sent = 0;
-  while (goes_on(trace.size())) {
+  while (should_continue(trace.size())) {
     while (sent < static_cast<int>(trace.size()) + stream->requests_in_flight_max()) {
       EXPECT_THAT(stream->Send(RequestAt(sent++)), IsOk());
     }
@@ -76,24 +77,25 @@ std::vector<size_t> Play(procgen_client::StepStream* stream,
 
 }  // namespace
 
-FaultProxy::Options BadNetwork(const std::string& target, uint32_t seed,
-                               const TransportCase& carriage) {
+FaultProxy::Options FaultyNetwork(const std::string& target, uint32_t seed,
+                                  const TransportCase& transport_case) {
   FaultProxy::Options options = {
       .target = target, .seed = seed, .bytes_between_faults = kBytesBetweenFaults};
-  if (carriage.transport == v1::TRANSPORT_SHARED_MEMORY) {
+  if (transport_case.transport == v1::TRANSPORT_SHARED_MEMORY) {
     options.bytes_between_faults = kSharedBytesBetweenFaults;
-    // What goes past gRPC goes past the network, too.
-    options.silence_max = carriage.pipe_transport ? kSilenceMax : std::chrono::milliseconds::zero();
-  } else if (carriage.encoding != v1::ENCODING_RAW) {
+    // The pipe transport bypasses the proxy.
+    options.silence_max =
+        transport_case.pipe_transport ? kSilenceMax : std::chrono::milliseconds::zero();
+  } else if (transport_case.encoding != v1::ENCODING_RAW) {
     options.bytes_between_faults = kEncodedBytesBetweenFaults;
   }
   return options;
 }
 
-v1::PoolSpec TracedSpec(const TransportCase& carriage) {
+v1::PoolSpec TracedSpec(const TransportCase& transport_case) {
   v1::PoolSpec spec;
-  spec.set_transport(carriage.transport);
-  spec.set_encoding(carriage.encoding);
+  spec.set_transport(transport_case.transport);
+  spec.set_encoding(transport_case.encoding);
   spec.add_games("bigfish");
   spec.add_games("maze");
   spec.set_env_count(kEnvCount);
@@ -103,39 +105,39 @@ v1::PoolSpec TracedSpec(const TransportCase& carriage) {
 }
 
 std::vector<size_t> TraceAt(const std::string& address, const std::string& pool,
-                            const TransportCase& carriage,
-                            const std::function<bool(size_t)>& goes_on,
-                            const std::function<void()>& when_attached) {
+                            const TransportCase& transport_case,
+                            const std::function<bool(size_t)>& should_continue,
+                            const std::function<void()>& on_attached) {
   const auto client = procgen_client::Client::Connect(address);
   EXPECT_THAT(client, IsOk());
   const auto stream = (*client)->Attach(pool, {.requests_in_flight_max = 3,
                                                .response_bytes_max = kResponseBytes,
-                                               .pipe_transport = carriage.pipe_transport});
+                                               .pipe_transport = transport_case.pipe_transport});
   EXPECT_THAT(stream, IsOk());
-  when_attached();
-  return Play(stream->get(), goes_on);
+  on_attached();
+  return Play(stream->get(), should_continue);
 }
 
 void ExpectNothingIsLost(const std::string& address, uint32_t seed, int break_count,
-                         const TransportCase& carriage) {
+                         const TransportCase& transport_case) {
   const auto client = procgen_client::Client::Connect(address);
   ASSERT_THAT(client, IsOk());
-  const auto pool = (*client)->CreatePool(TracedSpec(carriage));
+  const auto pool = (*client)->CreatePool(TracedSpec(transport_case));
   const auto other_pool = (*client)->CreatePool(TracedSpec());
   ASSERT_THAT(pool, IsOk());
   ASSERT_THAT(other_pool, IsOk());
 
-  FaultProxy proxy(BadNetwork(address, seed, carriage));
+  FaultProxy proxy(FaultyNetwork(address, seed, transport_case));
   const std::vector<size_t> trace = TraceAt(
-      proxy.address(), pool->name(), carriage,
+      proxy.address(), pool->name(), transport_case,
       [&](size_t /*answers*/) { return proxy.break_count() < break_count; },
       [&] { proxy.SetFaults(true); });
-  const std::vector<size_t> undisturbed = TraceAt(
+  const std::vector<size_t> expected = TraceAt(
       address, other_pool->name(), {}, [&](size_t answers) { return answers < trace.size(); },
       [] {});
   EXPECT_GE(proxy.break_count(), break_count);
   EXPECT_GT(trace.size(), static_cast<size_t>(break_count) / 2);
-  EXPECT_EQ(trace, undisturbed);
+  EXPECT_EQ(trace, expected);
   EXPECT_THAT((*client)->DeletePool(pool->name()), IsOk());
   EXPECT_THAT((*client)->DeletePool(other_pool->name()), IsOk());
 }

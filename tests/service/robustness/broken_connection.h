@@ -13,15 +13,15 @@
 
 namespace procgen {
 
-// How a pool's observations come to its learner.
+// The transport of a pool's observations.
 struct TransportCase {
   v1::Transport transport = v1::TRANSPORT_STREAM;
   v1::Encoding encoding = v1::ENCODING_RAW;
-  bool pipe_transport = true;  // past gRPC, where that can be
+  bool pipe_transport = true;  // if shared memory is used
 };
 
-// All that there are.
-inline constexpr std::array<TransportCase, 4> kCarriages = {{
+// All transports.
+inline constexpr std::array<TransportCase, 4> kTransportCases = {{
     {v1::TRANSPORT_STREAM, v1::ENCODING_RAW},
     {v1::TRANSPORT_STREAM, v1::ENCODING_DELTA_ZSTD},
     {v1::TRANSPORT_SHARED_MEMORY, v1::ENCODING_RAW},
@@ -29,26 +29,24 @@ inline constexpr std::array<TransportCase, 4> kCarriages = {{
 }};
 
 // Twelve environments of two games.
-v1::PoolSpec TracedSpec(const TransportCase& carriage = {});
+v1::PoolSpec TracedSpec(const TransportCase& transport_case = {});
 
-// A bad network to the server at `target`, on which some answers arrive between faults.
-FaultProxy::Options BadNetwork(const std::string& target, uint32_t seed,
-                               const TransportCase& carriage);
+// Options of a faulty network in front of `target`, on which some responses arrive between faults.
+FaultProxy::Options FaultyNetwork(const std::string& target, uint32_t seed,
+                                  const TransportCase& transport_case);
 
-// Steps a new pool of TracedSpec over a connection of its own to `address`, which may be a proxy's,
-// with requests sent ahead and answers of several responses, while `goes_on(number of answers)`.
-// Returns a hash of each answer: observations, rewards, first, seeds, fingerprints, all of it.
+// Steps `pool` over a new connection to `address`, with pipelined requests and responses of several
+// messages, while `should_continue(response count)`. Returns a hash of all arrays of each response.
 std::vector<size_t> TraceAt(const std::string& address, const std::string& pool,
-                            const TransportCase& carriage,
-                            const std::function<bool(size_t)>& goes_on,
-                            const std::function<void()>& when_attached);
+                            const TransportCase& transport_case,
+                            const std::function<bool(size_t)>& should_continue,
+                            const std::function<void()>& on_attached);
 
 // Steps a pool of the server at `address` through a FaultProxy until it has broken `break_count`
-// connections; then an equal pool as often without one, and expects the same trace. So each request
-// was carried out once, in its turn, and its observations were decoded. The undisturbed pool is
-// always carried as by default.
+// connections. Then steps an equal pool without a proxy, with the default transport, and expects
+// the same trace. So each request was executed once, in order, and its observations were decoded.
 void ExpectNothingIsLost(const std::string& address, uint32_t seed, int break_count,
-                         const TransportCase& carriage = {});
+                         const TransportCase& transport_case = {});
 
 }  // namespace procgen
 

@@ -1,4 +1,4 @@
-// As broken_connection_test.cc, for longer, and however observations are carried.
+// As broken_connection_test.cc, with more faults and every transport.
 
 #include "gtest/gtest.h"
 #include "tests/service/robustness/broken_connection.h"
@@ -14,11 +14,11 @@ TEST_P(BrokenConnectionSlowTest, ThousandBreaksLoseNothing) {
   ExpectNothingIsLost(server.Address(), /*seed=*/1000, /*break_count=*/1000, GetParam());
 }
 
-INSTANTIATE_TEST_SUITE_P(Carriages, BrokenConnectionSlowTest, testing::ValuesIn(kCarriages),
-                         [](const testing::TestParamInfo<TransportCase>& carriage) {
-                           return v1::Transport_Name(carriage.param.transport) + "_" +
-                                  v1::Encoding_Name(carriage.param.encoding) +
-                                  (carriage.param.pipe_transport ? "" : "_BY_GRPC");
+INSTANTIATE_TEST_SUITE_P(Carriages, BrokenConnectionSlowTest, testing::ValuesIn(kTransportCases),
+                         [](const testing::TestParamInfo<TransportCase>& transport_case) {
+                           return v1::Transport_Name(transport_case.param.transport) + "_" +
+                                  v1::Encoding_Name(transport_case.param.encoding) +
+                                  (transport_case.param.pipe_transport ? "" : "_BY_GRPC");
                          });
 
 }  // namespace

@@ -1,4 +1,4 @@
-// A learner whose connections break sees what one sees whose connection does not.
+// A learner on a faulty network receives what one on a good network receives.
 
 #include "tests/service/robustness/broken_connection.h"
 

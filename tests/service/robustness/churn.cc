@@ -20,7 +20,7 @@
 #include "tests/status_matchers.h"
 
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-// Of the sanitizers' allocator; GCC has no header for it.
+// A function of the sanitizers' allocator; GCC has no header for it.
 extern "C" size_t __sanitizer_get_current_allocated_bytes();
 #endif
 
@@ -30,7 +30,7 @@ namespace {
 using procgen_client::Batch;
 using procgen_client::Client;
 
-// A learner, and somebody else to watch and to interfere.
+// A server, the pool of this round, and a second client that interferes.
 struct Scene {
   std::string address;
   Client* other = nullptr;
@@ -69,12 +69,12 @@ void DeletePoolUnderTheStream(const Scene& scene) {
   EXPECT_THAT(scene.other->DeletePool(scene.pool), IsOk());
 }
 
-void SendWhatIsRefused(const Scene& scene) {
+void SendInvalidRequest(const Scene& scene) {
   Batch batch;
   EXPECT_FALSE((*scene.other->Attach(scene.pool))->Step({99}, &batch).ok());
 }
 
-void TakeOverOneAnother(const Scene& scene) {
+void TakeOverTwice(const Scene& scene) {
   const auto client = ConnectTo(scene.address);
   const auto first = client->Attach(scene.pool);
   EXPECT_THAT((*first)->Send(StepRequest({4})), IsOk());
@@ -107,14 +107,14 @@ void ResumeAndLeave(const Scene& scene) {
   proxy.SetFaults(false);
 }
 
-constexpr std::array kWays = {CancelWithoutReading, DeletePoolUnderTheStream, SendWhatIsRefused,
-                              TakeOverOneAnother,   LoseTheConnection,        ResumeAndLeave};
+constexpr std::array kFaults = {CancelWithoutReading, DeletePoolUnderTheStream, SendInvalidRequest,
+                                TakeOverTwice,        LoseTheConnection,        ResumeAndLeave};
 
 }  // namespace
 
-ProcessResources SettledHoldings() {
+ProcessResources ResourcesInUse() {
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-  // What is resident has the sanitizer's notes in it, and what was freed.
+  // Resident memory would include shadow memory and freed memory.
   ProcessResources process_resources = ProcessResources::Of(getpid());
   process_resources.memory_bytes = static_cast<int64_t>(__sanitizer_get_current_allocated_bytes());
   return process_resources;
@@ -135,10 +135,11 @@ void ChurnPools(int rounds) {
   for (int round = 0; round < rounds; ++round) {
     const auto pool = other->CreatePool(MazeSpec(1));
     ASSERT_THAT(pool, IsOk());
-    kWays[static_cast<size_t>(round) % kWays.size()]({address, other.get(), pool->name(), round});
+    kFaults[static_cast<size_t>(round) % kFaults.size()](
+        {address, other.get(), pool->name(), round});
     other->DeletePool(pool->name()).IgnoreError();
   }
-  // The server learns of a lost connection a little later.
+  // The server detects a lost connection a little later.
   while (other->GetLoad()->stream_count() > 0) {
   }
   EXPECT_EQ(other->GetLoad()->pool_count(), 0);

@@ -5,13 +5,12 @@
 
 namespace procgen {
 
-// What this process holds, less what its allocator only keeps.
-ProcessResources SettledHoldings();
+// Memory and files in use by this process, without free memory that the allocator keeps.
+ProcessResources ResourcesInUse();
 
-// Makes and drops `rounds` pools on a server in this process, each in one of the bad ways that a
-// learner has: cancelled streams, pools deleted under them, connections that are dropped or cut,
-// refused requests, streams taken over, answers never read.
-// Expects that the server then has no pool and no stream left.
+// Creates and drops `rounds` pools on a server in this process, each in one abrupt way: cancelled
+// streams, deleted pools, lost connections, invalid requests, takeovers, unread responses. Expects
+// that the server then has no pools and streams.
 void ChurnPools(int rounds);
 
 }  // namespace procgen

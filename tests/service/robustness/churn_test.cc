@@ -1,4 +1,4 @@
-// Learners that leave in every bad way leave nothing behind.
+// Learners that disconnect abruptly leak nothing.
 
 #include "tests/service/robustness/churn.h"
 
@@ -7,14 +7,14 @@
 namespace procgen {
 namespace {
 
-// Growth of a process that leaks nothing: the memory of libraries settles.
+// Growth without a leak: caches of libraries.
 constexpr int64_t kSettlingBytes = 16 << 20;
 
 TEST(ChurnTest, MemoryAndFilesDoNotGrow) {
   ChurnPools(60);
-  const ProcessResources before = SettledHoldings();
+  const ProcessResources before = ResourcesInUse();
   ChurnPools(240);
-  const ProcessResources after = SettledHoldings();
+  const ProcessResources after = ResourcesInUse();
   EXPECT_LT(after.memory_bytes, before.memory_bytes + kSettlingBytes);
   EXPECT_LE(after.file_count, before.file_count);
 }

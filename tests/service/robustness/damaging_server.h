@@ -16,9 +16,9 @@
 
 namespace procgen {
 
-// A server between a learner and the real one, which changes the answer to one request (0: to
-// attach) on its way, and may send a response of its own before it. Each request must be answered
-// by one response, before the next is sent.
+// A proxy between a learner and a real server. It changes the response to one request (0: attach),
+// and may send an additional response before it. REQUIRES: each request has exactly one response,
+// and is sent after the previous response.
 class DamagingServer final : public v1::StepService::Service {
  public:
   using Damage = std::function<void(v1::StepPoolResponse*)>;

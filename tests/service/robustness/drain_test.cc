@@ -1,4 +1,4 @@
-// A server that drains, seen from its clients.
+// A draining server, seen by its clients.
 
 #include <string>
 
@@ -17,7 +17,7 @@ class DrainTest : public ServiceTest {};
 TEST_F(DrainTest, DrainRejectsCallsAndEndsStreams) {
   const std::string name = CreatePool(MazeSpec(1));
   const auto stream = CreateAndAttach(MazeSpec(1));
-  server_goes_on_ = false;
+  server_is_alive_ = false;
   server_->BeginDrain();
   EXPECT_THAT(CallRaw(channel_, "/grpc.health.v1.Health/Check", {""}).responses,
               testing::ElementsAre("\x08\x02"));  // NOT_SERVING
@@ -33,7 +33,7 @@ TEST_F(DrainTest, DrainRejectsCallsAndEndsStreams) {
 }
 
 TEST_F(DrainTest, LearnerThatDoesNotReadIsDisconnectedAtTheTimeout) {
-  // Its answers are not read, so the request that it has under way is never answered.
+  // The responses are not read, so the running request does not complete.
   const auto stub = v1::StepService::NewStub(channel_);
   grpc::ClientContext context;
   const auto stream = stub->StepPool(&context);
@@ -47,7 +47,7 @@ TEST_F(DrainTest, LearnerThatDoesNotReadIsDisconnectedAtTheTimeout) {
     request.set_sequence_number(i);
     stream->Write(request);
   }
-  server_goes_on_ = false;
+  server_is_alive_ = false;
   server_->Stop(absl::Milliseconds(100));
   while (stream->Read(&response)) {
   }

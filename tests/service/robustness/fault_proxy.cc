@@ -37,17 +37,17 @@ sockaddr_in Loopback(int port) {
 
 int NewSocket() { return socket(AF_INET, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0); }
 
-// The bytes that go one way.
+// Bytes in one direction.
 struct Flow {
   int from = -1;
   int to = -1;
   std::string buffer{};
-  bool ended = false;     // no more comes
-  bool shut = false;      // and that was passed on
-  bool discards = false;  // what comes is thrown away
+  bool ended = false;     // the source has closed its side
+  bool shut = false;      // the end was forwarded
+  bool discards = false;  // received bytes are dropped
 };
 
-// A client's connection and the proxy's to the server.
+// A client's connection and its connection to the server.
 class Link {
  public:
   Link(int client, int server, int64_t bytes_left)
@@ -75,18 +75,19 @@ class Link {
 
   bool IsHeld(Steady::time_point now) const { return now < held_until_; }
   Steady::time_point held_until() const { return held_until_; }
-  // It has been held and is to be cut now.
+  // Cut the link after the hold.
   bool IsDoomed() const { return is_doomed_; }
 
-  // Passes on what can be; at most `bytes_left_` bytes if `counts`. False: the connection is over.
+  // Forwards available bytes, at most `bytes_left_` of them if `counts`. Returns false if the
+  // connection ended.
   bool Pump(bool counts) {
     return std::all_of(flows_.begin(), flows_.end(),
                        [&](Flow& flow) { return Receive(&flow) && Send(&flow, counts); }) &&
            !(flows_[0].shut && flows_[1].shut);
   }
-  // A fault is due.
+  // Whether a fault is due.
   bool IsSpent() const { return bytes_left_ == 0; }
-  // When something passed last, or the last fault was.
+  // Time of the last forwarded byte or fault.
   Steady::time_point active_at() const { return active_at_; }
   void NoteActivity(Steady::time_point now) { active_at_ = now; }
   void Allow(int64_t bytes) { bytes_left_ = bytes; }
@@ -159,7 +160,7 @@ class Link {
 
 }  // namespace
 
-// The poll loop; of its thread.
+// The poll loop, on its own thread.
 class FaultProxy::Loop {
  public:
   Loop(FaultProxy* proxy, const Options& options, int wake_fd)
@@ -198,7 +199,7 @@ class FaultProxy::Loop {
   }
 
  private:
-  // Until something can be done; false: the proxy ends.
+  // Waits for an event; returns false if the proxy stops.
   bool Wait() {
     std::vector<pollfd> polled = {{wake_fd_, POLLIN, 0}};
     if (proxy_->frozen_) {
@@ -240,7 +241,7 @@ class FaultProxy::Loop {
       }
       const int server = NewSocket();
       const sockaddr_in address = Loopback(target_port_);
-      // In progress: what is sent before it is there waits, as the socket is not writable.
+      // The connection is in progress: bytes wait until the socket is writable.
       std::ignore = connect(server, reinterpret_cast<const sockaddr*>(&address), sizeof(address));
       for (const int socket : {client, server}) {
         const int on = 1;
@@ -250,7 +251,7 @@ class FaultProxy::Loop {
     }
   }
 
-  // False: the connection is over.
+  // Returns false if the connection ended.
   bool Tend(Link* link, Steady::time_point now) {
     if (link->IsHeld(now)) {
       return true;

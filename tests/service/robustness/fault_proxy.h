@@ -10,21 +10,21 @@
 
 namespace procgen {
 
-// A bad network: a TCP proxy on loopback that harms the connections through it after random numbers
-// of bytes. It
-//  - cuts: resets both ends;
-//  - closes: ends both;
-//  - half-closes: one end receives end of file, its own bytes still arrive;
-//  - stalls: for a while nothing passes, then it cuts;
-//  - delays: for a while nothing passes, then it continues.
-// What it does and when, in bytes, follows from the seed (but not when a connection is silent).
+// A faulty network: a TCP proxy on loopback that injects a fault into each connection after a
+// random number of bytes. Faults:
+//  - cut: resets both ends;
+//  - close: closes both ends;
+//  - half-close: one end receives end of file, its own bytes still arrive;
+//  - stall: forwards nothing for a while, then cuts;
+//  - delay: forwards nothing for a while, then continues.
+// The seed determines the faults and their positions in bytes (except faults after silence).
 class FaultProxy {
  public:
   struct Options {
     std::string target;  // "127.0.0.1:PORT" of the server
     uint32_t seed = 1;
-    int64_t bytes_between_faults = 1000;  // in the mean, of a connection, both ways together
-    // Harms connections that were silent for so long, too; 0: not for that.
+    int64_t bytes_between_faults = 1000;  // mean, of both directions of a connection
+    // Also injects a fault after this silence. 0: never.
     std::chrono::milliseconds silence_max{0};
   };
 
@@ -34,13 +34,13 @@ class FaultProxy {
   FaultProxy(const FaultProxy&) = delete;
   FaultProxy& operator=(const FaultProxy&) = delete;
 
-  // Where it listens, "127.0.0.1:PORT".
+  // The listening address, "127.0.0.1:PORT".
   const std::string& address() const { return address_; }
-  // Until the first call with true, all bytes pass.
+  // Turns faults on or off. Off at first.
   void SetFaults(bool enabled);
-  // Drops everything silently, as a lost network does.
+  // Drops all bytes silently, as a lost network does.
   void Freeze();
-  // Connections that it broke: all faults but delays.
+  // Number of broken connections: all faults except delays.
   int break_count() const { return break_count_; }
 
  private:
@@ -51,7 +51,7 @@ class FaultProxy {
   std::atomic<int> break_count_ = 0;
   std::string address_;
   std::unique_ptr<Loop> loop_;
-  int wake_fd_ = -1;  // readable: look again
+  int wake_fd_ = -1;  // eventfd that wakes the poll loop
   std::atomic<bool> stops_ = false;
   std::thread thread_;
 };

@@ -1,4 +1,4 @@
-// A peer that is gone without a word is found.
+// Keepalive pings detect peers that vanish silently.
 
 #include <memory>
 
@@ -55,7 +55,7 @@ TEST_F(KeepaliveTest, ClientDetectsAVanishedServer) {
 }
 
 TEST_F(KeepaliveTest, IdleLearnerStaysConnected) {
-  // Both ask for signs of life all the while; gRPC's default is to end such a connection.
+  // Client and server send frequent pings; gRPC's default would close such a connection.
   const auto learner = *procgen_client::Client::Connect(
       server_->address(),
       {.keepalive_time = absl::Milliseconds(100), .keepalive_timeout = absl::Seconds(5)});
@@ -63,7 +63,7 @@ TEST_F(KeepaliveTest, IdleLearnerStaysConnected) {
   ASSERT_THAT(stream, IsOk());
   procgen_client::Batch batch;
   ASSERT_THAT((*stream)->Step({4}, &batch), IsOk());
-  absl::SleepFor(absl::Seconds(1));  // the thinking
+  absl::SleepFor(absl::Seconds(1));  // an idle learner
   EXPECT_THAT((*stream)->Step({4}, &batch), IsOk());
 }
 

@@ -10,7 +10,7 @@
 #include <iterator>
 #include <string>
 
-// Sanitizers have allocators of their own, of which malloc.h knows nothing; null without them.
+// Functions of the sanitizers' allocators, which malloc.h does not cover; null without them.
 // NOLINTNEXTLINE(bugprone-reserved-identifier): its name in the runtime of each of them.
 extern "C" size_t __sanitizer_get_current_allocated_bytes() __attribute__((weak));
 

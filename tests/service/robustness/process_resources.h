@@ -7,7 +7,7 @@
 
 namespace procgen {
 
-// What a process holds.
+// Memory and files of a process.
 struct ProcessResources {
   int64_t memory_bytes = 0;  // resident
   int64_t file_count = 0;    // open file descriptors
@@ -15,12 +15,12 @@ struct ProcessResources {
   static ProcessResources Of(pid_t process);
 };
 
-// What this process has allocated and not freed. Unlike resident memory without what allocators and
-// sanitizers hold back of what was freed.
+// Allocated bytes of this process that were not freed. Unlike resident memory, it excludes freed
+// memory that allocators and sanitizers keep.
 int64_t AllocatedBytes();
 
-// Has processes that are started from now on give back at once what they free, under
-// AddressSanitizer, too, which otherwise holds it back for long. For tests that judge their memory.
+// Makes processes that are started later return freed memory at once, also under AddressSanitizer,
+// which otherwise delays it. For tests that limit their memory.
 void ReturnFreedMemoryAtOnce();
 
 }  // namespace procgen

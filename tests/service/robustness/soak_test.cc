@@ -1,6 +1,6 @@
-// Dozens of learners that come and go badly, for long, their observations carried in one way and
-// another: each sees what it would see undisturbed, and the server grows by nothing. Half an hour,
-// or PROCGEN_SOAK_SECONDS in the environment.
+// Two dozen learners that connect and disconnect abruptly, with every transport, for half an hour
+// or PROCGEN_SOAK_SECONDS. Each receives an uninterrupted trace, and the server's memory does not
+// grow.
 
 #include <algorithm>
 #include <atomic>
@@ -29,11 +29,11 @@ namespace {
 using procgen_client::Client;
 
 constexpr int kLearnerCount = 24;
-constexpr size_t kTraceMax = 120;  // answers that a learner stays for
-// Of pools that nobody deletes; longer than a learner takes to come back, also where all is slow.
+constexpr size_t kTraceMax = 120;  // responses per learner
+// For pools that no learner deletes. Longer than a slow learner's reconnect.
 constexpr int64_t kLeaseSeconds = 8;
-// Of a server that leaks nothing: it settles, and the number of its pools varies, each of which
-// takes several times as much under a sanitizer.
+// Growth without a leak: the number of pools varies, and each takes several times as much memory
+// under a sanitizer.
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
 constexpr int64_t kGrowthBytes = 96 << 20;
 #else
@@ -45,26 +45,26 @@ absl::Duration SoakLength() {
   return seconds == nullptr ? absl::Minutes(30) : absl::Seconds(std::atoi(seconds));
 }
 
-v1::PoolSpec Spec(const TransportCase& carriage = {}) {
-  v1::PoolSpec spec = TracedSpec(carriage);
+v1::PoolSpec Spec(const TransportCase& transport_case = {}) {
+  v1::PoolSpec spec = TracedSpec(transport_case);
   spec.mutable_lease_duration()->set_seconds(kLeaseSeconds);
   return spec;
 }
 
-// One learner after the other, until `end`.
+// Runs one learner after another until `end`.
 class Learners {
  public:
-  Learners(std::string address, const std::vector<size_t>& undisturbed, uint32_t seed)
-      : address_(std::move(address)), undisturbed_(undisturbed), random_(seed) {}
+  Learners(std::string address, const std::vector<size_t>& expected, uint32_t seed)
+      : address_(std::move(address)), expected_(expected), random_(seed) {}
 
-  void ComeAndGoUntil(absl::Time end) {
+  void RunUntil(absl::Time end) {
     for (; absl::Now() < end && !testing::Test::HasFailure(); ++count_) {
       const auto client = Client::Connect(address_);
       ASSERT_THAT(client, IsOk());
-      const TransportCase& carriage = kCarriages[random_() % kCarriages.size()];
-      const auto pool = (*client)->CreatePool(Spec(carriage));
+      const TransportCase& transport_case = kTransportCases[random_() % kTransportCases.size()];
+      const auto pool = (*client)->CreatePool(Spec(transport_case));
       ASSERT_THAT(pool, IsOk());
-      PlayOverABadNetwork(pool->name(), carriage);
+      PlayOverAFaultyNetwork(pool->name(), transport_case);
       Leave(client->get(), pool->name());
     }
   }
@@ -73,32 +73,32 @@ class Learners {
   int break_count() const { return break_count_; }
 
  private:
-  void PlayOverABadNetwork(const std::string& pool, const TransportCase& carriage) {
-    FaultProxy::Options options = BadNetwork(address_, uint32_t(random_()), carriage);
+  void PlayOverAFaultyNetwork(const std::string& pool, const TransportCase& transport_case) {
+    FaultProxy::Options options = FaultyNetwork(address_, uint32_t(random_()), transport_case);
     options.bytes_between_faults *= 2;
     FaultProxy proxy(options);
     const size_t length = 1 + random_() % kTraceMax;
     const std::vector<size_t> trace = TraceAt(
-        proxy.address(), pool, carriage, [&](size_t answers) { return answers < length; },
+        proxy.address(), pool, transport_case, [&](size_t answers) { return answers < length; },
         [&] { proxy.SetFaults(true); });
-    EXPECT_THAT(trace, testing::ElementsAreArray(undisturbed_.begin(),
-                                                 undisturbed_.begin() + static_cast<int>(length)));
+    EXPECT_THAT(trace, testing::ElementsAreArray(expected_.begin(),
+                                                 expected_.begin() + static_cast<int>(length)));
     break_count_ += proxy.break_count();
   }
 
   void Leave(Client* client, const std::string& pool) {
     switch (random_() % 4) {
-      case 0:  // as one should
+      case 0:  // regular
         EXPECT_THAT(client->DeletePool(pool), IsOk());
         return;
-      case 1: {  // with requests under way, and the pool deleted under them
+      case 1: {  // deletes the pool during a request
         const auto stream = client->Attach(pool, {.take_over = true});
         ASSERT_THAT(stream, IsOk());
         (*stream)->Send(SliceStepRequest(0, 1, 4)).IgnoreError();
         EXPECT_THAT(client->DeletePool(pool), IsOk());
         return;
       }
-      case 2: {  // over a network that is gone from one moment to the next
+      case 2: {  // loses the network
         auto proxy = std::make_unique<FaultProxy>(FaultProxy::Options{.target = address_});
         const auto lost = Client::Connect(proxy->address());
         ASSERT_THAT(lost, IsOk());
@@ -109,19 +109,19 @@ class Learners {
         proxy = nullptr;
         return;
       }
-      default:  // for the lease to free it
+      default:  // the lease expires
         return;
     }
   }
 
   const std::string address_;
-  const std::vector<size_t>& undisturbed_;
+  const std::vector<size_t>& expected_;
   std::mt19937 random_;
   int count_ = 0;
   int break_count_ = 0;
 };
 
-std::vector<size_t> UndisturbedTrace(const std::string& address, Client* client) {
+std::vector<size_t> ExpectedTrace(const std::string& address, Client* client) {
   const auto pool = client->CreatePool(Spec());
   EXPECT_THAT(pool, IsOk());
   std::vector<size_t> trace = TraceAt(
@@ -130,7 +130,7 @@ std::vector<size_t> UndisturbedTrace(const std::string& address, Client* client)
   return trace;
 }
 
-// The most memory that the process has at any time until `end`.
+// Peak memory of the process until `end`.
 int64_t PeakUntil(absl::Time end, pid_t process) {
   int64_t peak = 0;
   while (absl::Now() < end) {
@@ -140,16 +140,16 @@ int64_t PeakUntil(absl::Time end, pid_t process) {
   return peak;
 }
 
-TEST(SoakTest, AbruptLearnersReceiveTheirTracesAndLeakNothing) {
+TEST(SoakTest, AbruptLearnersReceiveTheirTracesWithoutLeaks) {
   ReturnFreedMemoryAtOnce();
-  // Its log would fill the pipe that nobody reads meanwhile.
-  // On a fast machine there are hundreds of pools whose leases run.
+  // Few log lines, because nothing reads the pipe. On a fast machine, hundreds of pools await the
+  // end of their lease.
   ServerProcess server(
       {"--address=127.0.0.1:0", "--workers=2", "--log_level=error", "--pool_count_max=4096"});
   const std::string address = server.Address();
   const auto client = Client::Connect(address);
   ASSERT_THAT(client, IsOk());
-  const std::vector<size_t> undisturbed = UndisturbedTrace(address, client->get());
+  const std::vector<size_t> expected = ExpectedTrace(address, client->get());
   const int64_t files = ProcessResources::Of(server.process_id()).file_count;
 
   const absl::Time begin = absl::Now();
@@ -158,8 +158,8 @@ TEST(SoakTest, AbruptLearnersReceiveTheirTracesAndLeakNothing) {
   learners.reserve(kLearnerCount);
   std::vector<std::thread> threads;
   for (uint32_t seed = 1; seed <= kLearnerCount; ++seed) {
-    learners.emplace_back(address, undisturbed, seed);
-    threads.emplace_back([&, seed] { learners[seed - 1].ComeAndGoUntil(begin + length); });
+    learners.emplace_back(address, expected, seed);
+    threads.emplace_back([&, seed] { learners[seed - 1].RunUntil(begin + length); });
   }
   const int64_t first_peak = PeakUntil(begin + length / 2, server.process_id());
   const int64_t last_peak = PeakUntil(begin + length, server.process_id());
@@ -167,7 +167,7 @@ TEST(SoakTest, AbruptLearnersReceiveTheirTracesAndLeakNothing) {
     thread.join();
   }
   EXPECT_LT(last_peak, first_peak + kGrowthBytes);
-  // The leases run out, and connections end a little later than their clients.
+  // Leases expire, and connections end a little later than their clients.
   while ((*client)->GetLoad()->pool_count() > 0 ||
          ProcessResources::Of(server.process_id()).file_count > files) {
     absl::SleepFor(absl::Milliseconds(20));

@@ -48,7 +48,7 @@ std::unique_ptr<procgen_client::Client> AccessTest::ConnectAs(const std::string&
 }
 
 std::string AccessTest::StopAndReadLog() {
-  // At once: it would wait for the connections that the test has open.
+  // SIGKILL: a drain would wait for the test's open connections.
   server_->Signal(SIGKILL);
   server_->Wait();
   return server_->rest();

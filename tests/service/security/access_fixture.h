@@ -20,19 +20,19 @@ class AccessTest : public testing::Test {
  protected:
   void SetUp() override;
 
-  // Starts the server with these flags besides, and waits until it listens.
+  // Starts the server with additional `flags` and waits until it listens.
   void Start(const std::vector<std::string>& flags = {});
-  // Flags of a server with the certificate "server" of the authority "authority", made here.
+  // Flags for TLS with the new certificate "server", signed by the new authority "authority".
   std::vector<std::string> TlsFlags();
 
-  // What a client shows; `token` empty: none.
+  // Credentials with a token; empty: none.
   static procgen_client::Credentials Token(const std::string& token);
-  // A connection to the server.
+  // Connects to the server.
   absl::StatusOr<std::unique_ptr<procgen_client::Client>> Connect(
       const procgen_client::Credentials& credentials);
   std::unique_ptr<procgen_client::Client> ConnectAs(const std::string& token);
 
-  // Stops it and returns all that it printed since it listened. Once.
+  // Kills the server and returns its output since it listened. Call it once.
   std::string StopAndReadLog();
 
   Certificates certificates_;

@@ -37,7 +37,7 @@ class TokensTest : public AccessTest {
   }
 };
 
-// All methods of the contract, as they are called.
+// The gRPC paths of all methods.
 std::vector<std::string> AllMethods() {
   std::vector<std::string> methods;
   for (const google::protobuf::FileDescriptor* file :
@@ -90,10 +90,10 @@ TEST_F(TokensTest, TwoTokensAreRejected) {
             grpc::StatusCode::UNAUTHENTICATED);
 }
 
-// What a caller can do with a pool, by its name.
-using Deed = std::function<absl::Status(Client* client, const std::string& pool)>;
+// An operation on a pool that is identified by its name.
+using PoolOperation = std::function<absl::Status(Client* client, const std::string& pool)>;
 
-std::vector<std::pair<std::string, Deed>> Deeds(const std::string& own_pool) {
+std::vector<std::pair<std::string, PoolOperation>> PoolOperations(const std::string& own_pool) {
   return {
       {"Get",
        [](Client* client, const std::string& pool) { return client->GetPool(pool).status(); }},
@@ -147,13 +147,13 @@ TEST_F(TokensTest, ForeignPoolsLookLikeMissingPools) {
   ASSERT_THAT(secret, IsOk());
   EXPECT_EQ(secret->owner(), "alice");
   ASSERT_THAT(bob->CreatePool(MazeSpec(1), "own"), IsOk());
-  for (const auto& [name, deed] : Deeds("pools/own")) {
-    const absl::Status other = deed(bob.get(), "pools/secret");
-    const absl::Status none = deed(bob.get(), "pools/nobody");
+  for (const auto& [name, operation] : PoolOperations("pools/own")) {
+    const absl::Status other = operation(bob.get(), "pools/secret");
+    const absl::Status none = operation(bob.get(), "pools/nobody");
     EXPECT_EQ(other.code(), absl::StatusCode::kNotFound) << name << other;
     EXPECT_EQ(absl::StrReplaceAll(other.message(), {{"secret", "nobody"}}), none.message()) << name;
   }
-  EXPECT_THAT(alice->GetPool("pools/secret"), IsOk()) << "and it is there still";
+  EXPECT_THAT(alice->GetPool("pools/secret"), IsOk()) << "the pool still exists";
   EXPECT_EQ(bob->ListPools()->size(), 1U);
 }
 

@@ -7,28 +7,28 @@
 
 namespace procgen {
 
-// A folder of a test's own, with certificates that the program openssl makes there and whatever
-// else the test writes. Gone with this.
+// A temporary folder with certificates made by openssl and other files of the test. The destructor
+// removes it.
 class Certificates {
  public:
-  // Makes NAME.pem and NAME.key that vouch for others.
+  // Makes NAME.pem and NAME.key of a certificate authority.
   void MakeAuthority(const std::string& name) const;
-  // Makes NAME.pem and NAME.key: `authority` vouches for "/CN=..." with these alternative names,
-  // for `days`; -1: it has expired.
+  // Makes NAME.pem and NAME.key: `authority` signs the subject ("/CN=...") with these alternative
+  // names for `days`. -1: it has expired.
   void Make(const std::string& authority, const std::string& name, const std::string& subject,
             const std::string& alternative_names, int days = 1) const;
-  // As a server on this machine has it: for localhost and 127.0.0.1.
+  // Makes a server certificate for localhost and 127.0.0.1.
   void MakeServer(const std::string& authority, const std::string& name) const;
 
-  // Makes `signed_file` of `file`, which `authority` has signed (S/MIME).
+  // Makes `signed_file`: `file` signed by `authority` (S/MIME).
   void Sign(const std::string& authority, const std::string& file,
             const std::string& signed_file) const;
 
   std::string Path(const std::string& file) const { return folder_.At(file); }
   std::string Read(const std::string& file) const;
-  // Writes a file that only its owner can read; in place.
+  // Writes a file that only its owner can read, in place.
   void Write(const std::string& file, const std::string& text) const;
-  // Puts another file in its place at once.
+  // Replaces a file atomically.
   void Replace(const std::string& file, const std::string& text) const;
 
  private:

@@ -1,5 +1,4 @@
-// TLS: what clients and servers show each other, and what happens when that is missing, wrong, out
-// of date or replaced.
+// TLS and certificates: missing, invalid, expired or replaced ones.
 
 #include <cstdlib>
 #include <string>
@@ -22,7 +21,7 @@ using testing::HasSubstr;
 
 class CredentialsTest : public AccessTest {
  protected:
-  // Vouched for by `authority`; with the certificate `own`, if it is not empty.
+  // Credentials that trust `authority`, with the client certificate `own` unless it is empty.
   Credentials Tls(const std::string& authority, const std::string& own = "",
                   const std::string& token = "") const {
     Credentials credentials = Token(token);
@@ -34,8 +33,8 @@ class CredentialsTest : public AccessTest {
     return credentials;
   }
 
-  // What a server that cannot start says.
-  static std::string RefusalOf(std::vector<std::string> flags) {
+  // The output of a server that cannot start with these flags.
+  static std::string StartupErrorOf(std::vector<std::string> flags) {
     flags.insert(flags.begin(), "--address=127.0.0.1:0");
     ServerProcess server(flags);
     EXPECT_EQ(server.Wait(), 2);
@@ -132,9 +131,9 @@ TEST_F(CredentialsTest, CertificatesAreReplacedWhileAStreamRuns) {
   certificates_.MakeServer("next", "next-server");
 
   certificates_.Replace("server.pem", "nonsense");
-  EXPECT_TRUE(Serves(Tls("authority"))) << "the old one stays";
+  EXPECT_TRUE(Serves(Tls("authority"))) << "the old certificate stays in use";
   certificates_.Replace("server.pem", certificates_.Read("next-server.pem"));
-  EXPECT_TRUE(Serves(Tls("authority"))) << "as long as the key is another's";
+  EXPECT_TRUE(Serves(Tls("authority"))) << "while the key does not match";
   certificates_.Replace("server.key", certificates_.Read("next-server.key"));
   EXPECT_TRUE(Serves(Tls("next")));
   EXPECT_FALSE(Serves(Tls("authority")));
@@ -178,7 +177,7 @@ TEST_F(CredentialsTest, InvalidFilesAreNamedAtStartup) {
          "--tls_client_ca: " + folder + "tokens: has no certificate in PEM"},
         {{"--tokens=" + folder + "none"}, "--tokens: " + folder + "none: No such file"},
         {{"--tokens=" + folder + "server.pem"}, "--tokens: " + folder + "server.pem: line "}}) {
-    EXPECT_THAT(RefusalOf(flags), HasSubstr(message));
+    EXPECT_THAT(StartupErrorOf(flags), HasSubstr(message));
   }
 }
 
@@ -186,10 +185,11 @@ TEST_F(CredentialsTest, RemoteListeningNeedsTlsAndAuthenticationOrAllowInsecure)
   const std::vector<std::string> tls = TlsFlags();
   for (const char* address : {"0.0.0.0:0", "[::]:0"}) {
     const std::string flag = absl::StrCat("--address=", address);
-    EXPECT_THAT(RefusalOf({flag}), AllOf(HasSubstr("--tls_certificate"), HasSubstr("--tokens"),
-                                         HasSubstr("--allow_insecure")));
-    EXPECT_THAT(RefusalOf({flag, tls[0], tls[1]}), HasSubstr("give --tokens or --tls_client_ca"));
-    EXPECT_THAT(RefusalOf({flag, "--tokens=" + certificates_.Path("tokens")}),
+    EXPECT_THAT(StartupErrorOf({flag}), AllOf(HasSubstr("--tls_certificate"), HasSubstr("--tokens"),
+                                              HasSubstr("--allow_insecure")));
+    EXPECT_THAT(StartupErrorOf({flag, tls[0], tls[1]}),
+                HasSubstr("give --tokens or --tls_client_ca"));
+    EXPECT_THAT(StartupErrorOf({flag, "--tokens=" + certificates_.Path("tokens")}),
                 HasSubstr("give --tls_certificate and --tls_key"));
   }
   ServerProcess open({"--address=0.0.0.0:0", "--allow_insecure"});
@@ -208,9 +208,9 @@ TEST_F(CredentialsTest, ClientsSendNoTokenToOtherMachinesInPlainText) {
   for (const char* address : {"localhost:1", "127.0.0.1:1", "[::1]:1", "unix:/x"}) {
     EXPECT_THAT(procgen_client::ChannelCredentialsOf(Token(kAliceToken), address), IsOk());
   }
-  Credentials told = Token(kAliceToken);
-  told.token_in_plain_text = true;
-  EXPECT_THAT(procgen_client::ChannelCredentialsOf(told, "example.com:1"), IsOk());
+  Credentials credentials = Token(kAliceToken);
+  credentials.token_in_plain_text = true;
+  EXPECT_THAT(procgen_client::ChannelCredentialsOf(credentials, "example.com:1"), IsOk());
 }
 
 TEST_F(CredentialsTest, ClientsReadTheirEnvironment) {

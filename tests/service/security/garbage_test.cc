@@ -1,4 +1,4 @@
-// Bytes that are no messages, and bytes that are no gRPC.
+// Invalid messages, and bytes that are not gRPC.
 
 #include <arpa/inet.h>
 #include <netinet/in.h>
@@ -19,7 +19,7 @@ namespace {
 using testing::Contains;
 using testing::HasSubstr;
 
-// Field 1 with a length far beyond the end.
+// Field 1 with a length beyond the end of the message.
 const char kGarbage[] = "\x0a\xff\xff\xff\x7f garbage";
 
 class GarbageTest : public ServiceTest {};
@@ -95,7 +95,7 @@ TEST_F(GarbageTest, ConnectionThatSpeaksNoGrpcIsDropped) {
 }
 
 TEST_F(GarbageTest, HealthReportsServing) {
-  // HealthCheckRequest and HealthCheckResponse have one field each: a service, a status.
+  // HealthCheckRequest and HealthCheckResponse have one field each: service, status.
   const RawResult whole = CallRaw(channel_, "/grpc.health.v1.Health/Check", {""});
   EXPECT_THAT(whole.responses, testing::ElementsAre("\x08\x01"));
   const std::string service = "procgen.v1.StepService";

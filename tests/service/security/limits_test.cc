@@ -13,7 +13,7 @@ using testing::HasSubstr;
 
 class LimitsTest : public ServiceTest {};
 
-TEST_F(LimitsTest, TooManyPools) {
+TEST_F(LimitsTest, TooManyPoolsAreRejected) {
   for (int i = 0; i < 3; ++i) {
     CreatePool(MazeSpec(1));
   }
@@ -22,13 +22,13 @@ TEST_F(LimitsTest, TooManyPools) {
                        "there are 4 pools, limit pool_count_max is 4"));
 }
 
-TEST_F(LimitsTest, TooManyEnvironmentsInOnePool) {
+TEST_F(LimitsTest, TooManyEnvironmentsInOnePoolAreRejected) {
   EXPECT_THAT(client_->CreatePool(MazeSpec(501)),
               StatusIs(absl::StatusCode::kResourceExhausted,
                        "spec.env_count is 501, limit pool_env_count_max is 500"));
 }
 
-TEST_F(LimitsTest, TooManyEnvironmentsTogether) {
+TEST_F(LimitsTest, TooManyEnvironmentsInAllPoolsAreRejected) {
   const std::string name = CreatePool(MazeSpec(400));
   EXPECT_THAT(client_->CreatePool(MazeSpec(199)),
               StatusIs(absl::StatusCode::kResourceExhausted,
@@ -38,7 +38,7 @@ TEST_F(LimitsTest, TooManyEnvironmentsTogether) {
   EXPECT_THAT(client_->CreatePool(MazeSpec(199)), IsOk());
 }
 
-TEST_F(LimitsTest, AttachWithTooManyRequestsInFlight) {
+TEST_F(LimitsTest, AttachWithTooManyRequestsInFlightIsRejected) {
   procgen_client::StreamOptions options;
   options.requests_in_flight_max = 9;
   EXPECT_THAT(client_->Attach(CreatePool(MazeSpec(1)), options),
@@ -50,7 +50,7 @@ TEST_F(LimitsTest, AttachWithTooManyRequestsInFlight) {
                        "attach.requests_in_flight_max is -1, allowed: 0 to 8"));
 }
 
-TEST_F(LimitsTest, AttachWithResponseLimitsOutOfRange) {
+TEST_F(LimitsTest, AttachWithResponseLimitsOutOfRangeIsRejected) {
   procgen_client::StreamOptions options;
   options.response_bytes_max = (16 << 20) + 1;
   EXPECT_THAT(client_->Attach(CreatePool(MazeSpec(1)), options),
@@ -63,13 +63,13 @@ TEST_F(LimitsTest, AttachWithResponseLimitsOutOfRange) {
                        "attach.response_bytes_max is 65535, allowed: 0, or 65536 to 16777216"));
 }
 
-TEST_F(LimitsTest, RequestMessageThatIsTooLarge) {
+TEST_F(LimitsTest, TooLargeRequestIsRejected) {
   const auto stream = CreateAndAttach(MazeSpec(1));
   EXPECT_THAT(CallStatus(stream.get(), StepRequest(std::vector<int32_t>(70000, 4))),
               StatusIs(absl::StatusCode::kResourceExhausted, HasSubstr("65536")));
 }
 
-TEST_F(LimitsTest, FramesBeyondAResponse) {
+TEST_F(LimitsTest, FramesBeyondAResponseAreRejected) {
   EXPECT_THAT(client_->RenderEnvironments(CreatePool(MazeSpec(6)), {0, 1, 2, 3, 4, 5}),
               StatusIs(absl::StatusCode::kResourceExhausted,
                        "environments has 6 entries, limit response_bytes_max = 4194304 has room "

@@ -1,5 +1,4 @@
-// What untrusted clients can do to a server without being let in, or with too much of what they may
-// do.
+// Attacks by clients without credentials, and excessive use by clients with credentials.
 
 #include <arpa/inet.h>
 #include <netinet/in.h>
@@ -33,7 +32,7 @@ using testing::HasSubstr;
 
 class UntrustedClientTest : public AccessTest {
  protected:
-  // Connects, and does nothing else.
+  // Opens a connection and sends nothing.
   int OpenConnection() const {
     int port = 0;
     EXPECT_TRUE(absl::SimpleAtoi(address_.substr(address_.rfind(':') + 1), &port));
@@ -46,13 +45,13 @@ class UntrustedClientTest : public AccessTest {
     return connection;
   }
 
-  // Whether the server has closed the connection: waits for what it says first, or for its end.
+  // Whether the server closed the connection. Waits for its first byte or the close.
   static bool IsClosed(int connection) {
     char byte = 0;
     return recv(connection, &byte, 1, 0) <= 0;
   }
 
-  // The most memory that a process ever had; -1: it is not told.
+  // Peak memory of a process in KiB; -1 if it is not available.
   static int64_t PeakKilobytes(int process_id) {
     std::ifstream facts(absl::StrCat("/proc/", process_id, "/status"));
     int64_t peak_kb = -1;
@@ -70,7 +69,7 @@ class UntrustedClientTest : public AccessTest {
   }
 };
 
-TEST_F(UntrustedClientTest, ServerRecoversFromLackOfFileDescriptors) {
+TEST_F(UntrustedClientTest, ServerRecoversFromExhaustedFileDescriptors) {
   Start();
   const rlimit few = {64, 64};
   ASSERT_EQ(prlimit(server_->process_id(), RLIMIT_NOFILE, &few, nullptr), 0);
@@ -89,28 +88,28 @@ TEST_F(UntrustedClientTest, ConnectionsBeyondTheLimitAreClosedAndOthersContinue)
   Start({"--connection_count_max=8"});
   const auto client = ConnectAs("");
   ASSERT_THAT(client->GetCatalog(), IsOk());
-  // One address has as many as are left: four of eight.
+  // One address may open as many connections as are left: four of eight.
   std::vector<int> connections;
   connections.reserve(3);
   for (int i = 0; i < 3; ++i) {
     connections.push_back(OpenConnection());
   }
   for (int i = 0; i < 20; ++i) {
-    const int refused = OpenConnection();
-    EXPECT_TRUE(IsClosed(refused));
-    close(refused);
+    const int rejected = OpenConnection();
+    EXPECT_TRUE(IsClosed(rejected));
+    close(rejected);
   }
   EXPECT_THAT(client->GetCatalog(), IsOk());
   for (const int connection : connections) {
     close(connection);
   }
-  EXPECT_THAT(ConnectAs("")->GetCatalog(), IsOk()) << "there is room again";
+  EXPECT_THAT(ConnectAs("")->GetCatalog(), IsOk()) << "new connections are accepted again";
   EXPECT_THAT(StopAndReadLog(), HasSubstr("event=connections_refused"));
 }
 
 TEST_F(UntrustedClientTest, CompressedRequestsAreRejected) {
   Start();
-  // A connection that has begun a call before: 200 kB are more than a new one may send.
+  // A connection that has made a call: a new one may not send 200 kB.
   const auto stub = v1::PoolService::NewStub(Channel());
   grpc::ClientContext first;
   v1::ListPoolsResponse pools;
@@ -149,9 +148,8 @@ TEST_F(UntrustedClientTest, UnattachedStreamsCountAsCalls) {
   ASSERT_THAT(attached, IsOk());
   const auto stub = v1::StepService::NewStub(Channel());
   std::vector<grpc::ClientContext> contexts(4);
-  // At least one of the four is beyond the limit. Which one, nobody knows: a server begins the
-  // calls of a connection on several threads. A second one may be, for a call counts until its
-  // answer is on its way, so a moment longer than its caller waits.
+  // At least one of the four exceeds the limit, and any of them: the server starts calls on several
+  // threads. A second one may, too, because a call counts until its response is sent.
   std::vector<std::string> messages(contexts.size());
   absl::Notification first_end;
   std::atomic<int> ends = 0;

@@ -1,5 +1,5 @@
-// Cloning between pools that ask one another at the same time, and from other servers, some of
-// which do not do as they should.
+// Cloning between pools that clone from each other at the same time, and from other servers,
+// including faulty ones.
 
 #include <arpa/inet.h>
 #include <netinet/in.h>
@@ -118,7 +118,7 @@ TEST_F(CloneTest, UnreachableSourceIsNamed) {
                        "source_server has 513 characters, allowed: at most 512"));
 }
 
-// Where nobody listens, and where something else than a server does: one answer.
+// A port without a listener and a listener that is no gRPC server give the same error.
 TEST_F(CloneTest, SourcesThatAreNoServersGiveTheSameError) {
   const std::string name = CreatePool(MazeSpec(1));
   httplib::Server pages;
@@ -129,16 +129,16 @@ TEST_F(CloneTest, SourcesThatAreNoServersGiveTheSameError) {
     return std::pair(status.code(),
                      absl::StrReplaceAll(status.message(), {{source, "the source"}}));
   };
-  const auto nobody = error_of("127.0.0.1:1");
-  EXPECT_EQ(nobody.first, absl::StatusCode::kUnavailable);
-  EXPECT_EQ(error_of(absl::StrCat("127.0.0.1:", port)), nobody);
-  EXPECT_EQ(error_of("unix:/dev/null"), nobody);
-  EXPECT_EQ(error_of("unix:/nowhere"), nobody);
+  const auto expected = error_of("127.0.0.1:1");
+  EXPECT_EQ(expected.first, absl::StatusCode::kUnavailable);
+  EXPECT_EQ(error_of(absl::StrCat("127.0.0.1:", port)), expected);
+  EXPECT_EQ(error_of("unix:/dev/null"), expected);
+  EXPECT_EQ(error_of("unix:/nowhere"), expected);
   pages.stop();
   serving.join();
 }
 
-// Takes connections and never says a word.
+// Accepts connections and sends nothing.
 class SilentServer {
  public:
   SilentServer() : listening_(socket(AF_INET, SOCK_STREAM, 0)) {
@@ -157,7 +157,7 @@ class SilentServer {
   }
 
   const std::string& address() const { return address_; }
-  // Waits until somebody connects.
+  // Waits for a connection.
   void Accept() { connection_ = accept(listening_, nullptr, nullptr); }
 
  private:
@@ -208,14 +208,14 @@ TEST_F(SilentSourceTest, ShutdownDoesNotWaitForASource) {
     EXPECT_FALSE(Clone(&context).ok());
   });
   silent_.Accept();
-  server_goes_on_ = false;
+  server_is_alive_ = false;
   const absl::Time begin = absl::Now();
   server_->Stop(absl::ZeroDuration());
   EXPECT_LT(absl::Now() - begin, absl::Seconds(15));
   caller.join();
 }
 
-// A server that answers with what it was not asked for.
+// A server that returns a response which does not match the request.
 class WrongSource final : public v1::StateService::Service {
  public:
   explicit WrongSource(v1::SaveStatesResponse answer) : answer_(std::move(answer)) {
@@ -228,7 +228,7 @@ class WrongSource final : public v1::StateService::Service {
 
   std::string address() const { return absl::StrCat("127.0.0.1:", port_); }
 
-  // Whether it was shown a token.
+  // Whether a request carried a token.
   bool saw_token() const { return saw_token_; }
 
   grpc::Status SaveStates(grpc::ServerContext* context, const v1::SaveStatesRequest* /*request*/,
@@ -257,7 +257,7 @@ TEST_F(CloneTest, CallersTokenIsNotForwarded) {
   EXPECT_EQ(
       v1::StateService::NewStub(channel_)->CloneStates(&context, request, &response).error_code(),
       grpc::StatusCode::INTERNAL)
-      << "it was asked, and has answered with nothing";
+      << "the source returned an empty response";
   EXPECT_FALSE(source.saw_token());
 }
 

@@ -35,7 +35,7 @@ std::unique_ptr<Pool> PoolFor(const v1::Episode& episode) {
 
 }  // namespace
 
-void ExpectPlaysTheSame(const v1::Episode& episode) {
+void ExpectReplayIsEqual(const v1::Episode& episode) {
   ASSERT_EQ(episode.incomplete_reason(), v1::INCOMPLETE_REASON_UNSPECIFIED);
   const std::unique_ptr<Pool> pool = PoolFor(episode);
   BatchNumbers values;

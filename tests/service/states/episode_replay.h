@@ -5,10 +5,10 @@
 
 namespace procgen {
 
-// Plays an episode that GetEpisode told, in an environment of its own and in this process, and
-// checks that it is the same: rewards and sum bit for bit, how it ended, its fingerprint.
-// REQUIRES: Episode.incomplete_reason is unset.
-void ExpectPlaysTheSame(const v1::Episode& episode);
+// Replays an episode of GetEpisode in a new environment in this process. Expects equal rewards and
+// return, bit for bit, the same outcome and fingerprint. REQUIRES: Episode.incomplete_reason is
+// unset.
+void ExpectReplayIsEqual(const v1::Episode& episode);
 
 }  // namespace procgen
 

@@ -1,4 +1,4 @@
-// What happened in an episode: it is played again, and is the same.
+// GetEpisode: a replay of the returned episode equals the original.
 
 #include <memory>
 #include <random>
@@ -73,13 +73,13 @@ TEST_P(EveryGameEpisodesTest, EpisodesAreReplayedInEachMode) {
         const auto episode = client_->GetEpisode(stream->pool().name(), i);
         if (!absl::IsFailedPrecondition(episode.status())) {
           ASSERT_THAT(episode, IsOk());
-          ExpectPlaysTheSame(*episode);
+          ExpectReplayIsEqual(*episode);
         }
       }
     }
     for (int32_t i = 0; i < kEnvCount; ++i) {
-      ExpectPlaysTheSame(Last(stream->pool().name(), i));
-      ExpectPlaysTheSame(Current(stream->pool().name(), i));
+      ExpectReplayIsEqual(Last(stream->pool().name(), i));
+      ExpectReplayIsEqual(Current(stream->pool().name(), i));
     }
     ASSERT_THAT(client_->DeletePool(stream->pool().name()), IsOk());
   }
@@ -139,8 +139,8 @@ TEST_F(EpisodesTest, RepeatedActionsAreRecordedOneByOne) {
   }
   const v1::Episode last = Last(stream->pool().name());
   EXPECT_EQ(last.action_counts_size(), last.rewards_size());
-  ExpectPlaysTheSame(last);
-  ExpectPlaysTheSame(Current(stream->pool().name()));
+  ExpectReplayIsEqual(last);
+  ExpectReplayIsEqual(Current(stream->pool().name()));
 }
 
 TEST_F(EpisodesTest, LevelsOfASequenceAreReported) {
@@ -164,7 +164,7 @@ TEST_F(EpisodesTest, LevelsOfASequenceAreReported) {
     for (int32_t i = 0; i < 4; ++i) {
       if (batch.prev_level_complete()[static_cast<size_t>(i)]) {
         const v1::Episode current = Current(stream->pool().name(), i);
-        ExpectPlaysTheSame(current);
+        ExpectReplayIsEqual(current);
         levels += current.level_changes_size();
       }
     }
@@ -182,14 +182,14 @@ TEST_F(EpisodesTest, SlicesMayBeSteppedInTurn) {
     }
   }
   for (int32_t i = 0; i < 4; ++i) {
-    ExpectPlaysTheSame(Current(stream->pool().name(), i));
+    ExpectReplayIsEqual(Current(stream->pool().name(), i));
   }
   EXPECT_THAT(Current(stream->pool().name(), 0).actions(), SizeIs(100));
   EXPECT_THAT(Last(stream->pool().name(), 3).actions(), SizeIs(21));
-  ExpectPlaysTheSame(Last(stream->pool().name(), 1));
+  ExpectReplayIsEqual(Last(stream->pool().name(), 1));
 }
 
-// A server whose pools have little memory for their episodes.
+// A server whose pools have little memory for episodes.
 class LittleMemoryEpisodesTest : public EpisodesTest {
  protected:
   void SetUp() override {
@@ -240,14 +240,14 @@ TEST_F(EpisodesTest, ResetEndsAnEpisodeThatWasStepped) {
   v1::StepPoolRequest reset;
   reset.mutable_reset()->add_resets()->set_environment(0);
   reset.mutable_reset()->mutable_resets(0)->set_level_seed(-5);
-  for (int32_t i = 0; i < 2; ++i) {  // the second time it has had no step
+  for (int32_t i = 0; i < 2; ++i) {  // the second reset ends an episode without steps
     ASSERT_THAT(stream->Call(reset, &batch), IsOk());
   }
   EXPECT_EQ(Last(pool).outcome(), v1::EPISODE_OUTCOME_RESET);
   EXPECT_EQ(Last(pool).actions(), std::string("\x07"));
-  ExpectPlaysTheSame(Last(pool));
+  ExpectReplayIsEqual(Last(pool));
   EXPECT_THAT(Current(pool).actions(), IsEmpty());
-  // A reset in place of a step; the other environment continues.
+  // A reset within a step; the other environment is stepped.
   v1::StepPoolRequest step = StepRequest({3, 5});
   *step.mutable_step()->add_resets() = reset.reset().resets(0);
   ASSERT_THAT(stream->Step({2, 4}, &batch), IsOk());
@@ -257,7 +257,7 @@ TEST_F(EpisodesTest, ResetEndsAnEpisodeThatWasStepped) {
   EXPECT_EQ(Current(pool, 1).actions(), std::string("\x07\x04\x05"));
   ASSERT_THAT(stream->Step({8, 8}, &batch), IsOk());
   EXPECT_EQ(Current(pool).actions(), std::string("\x08"));
-  ExpectPlaysTheSame(Current(pool));
+  ExpectReplayIsEqual(Current(pool));
 }
 
 TEST_F(EpisodesTest, IgnoredActionsBelongToNoEpisode) {
@@ -275,8 +275,8 @@ TEST_F(EpisodesTest, IgnoredActionsBelongToNoEpisode) {
   ASSERT_THAT(stream->Step({6}, &batch), IsOk());
   EXPECT_EQ(Current(pool).actions(), std::string("\x06"));
   EXPECT_EQ(Last(pool).actions(), std::string("\x03\xff"));
-  ExpectPlaysTheSame(Last(pool));
-  ExpectPlaysTheSame(Current(pool));
+  ExpectReplayIsEqual(Last(pool));
+  ExpectReplayIsEqual(Current(pool));
 }
 
 TEST_F(EpisodesTest, RestoredStatesAreReportedAndTheNextEpisodeIsWhole) {
@@ -298,22 +298,22 @@ TEST_F(EpisodesTest, RestoredStatesAreReportedAndTheNextEpisodeIsWhole) {
   EXPECT_EQ(Current(pool).actions(), std::string("\x02"));
   ASSERT_THAT(stream->Step({-1, 3}, &batch), IsOk());
   EXPECT_EQ(Last(pool).incomplete_reason(), v1::INCOMPLETE_REASON_STATE_RESTORED);
-  // With the options that came along.
+  // The next episode has the options of the restored state.
   ASSERT_THAT(stream->Step({4, 3}, &batch), IsOk());
   EXPECT_EQ(Current(pool).options().distribution_mode(), v1::DISTRIBUTION_MODE_HARD);
-  ExpectPlaysTheSame(Current(pool));
-  // A state of an episode's beginning is one.
+  ExpectReplayIsEqual(Current(pool));
+  // A state at the start of an episode gives a complete episode.
   ASSERT_THAT(client_->RestoreStates(pool, *fresh), IsOk());
   ASSERT_THAT(stream->Step({1, 3}, &batch), IsOk());
   EXPECT_EQ(Current(pool).actions(), std::string("\x01"));
-  ExpectPlaysTheSame(Current(pool));
-  // What is cloned is put in, too.
+  ExpectReplayIsEqual(Current(pool));
+  // A cloned state counts as restored.
   ASSERT_THAT(client_->CloneStates(pool, {Pair(0, 1)}), IsOk());
   EXPECT_EQ(Current(pool, 1).incomplete_reason(), v1::INCOMPLETE_REASON_STATE_RESTORED);
   ASSERT_THAT(stream->Step({1, -1}, &batch), IsOk());
   ASSERT_THAT(stream->Step({1, 4}, &batch), IsOk());
   EXPECT_EQ(Current(pool, 1).options().distribution_mode(), v1::DISTRIBUTION_MODE_HARD);
-  ExpectPlaysTheSame(Current(pool, 1));
+  ExpectReplayIsEqual(Current(pool, 1));
 }
 
 TEST_F(EpisodesTest, InvalidArgumentsAreRejected) {

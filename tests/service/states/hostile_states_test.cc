@@ -1,5 +1,5 @@
-// Snapshots that are none, and requests for states that make no sense: each is refused with a
-// reason, changes nothing, and the server and the other pools go on.
+// Invalid snapshots and invalid state requests: each is rejected with a reason and changes nothing.
+// The server and other pools continue.
 
 #include <string>
 #include <vector>
@@ -24,7 +24,7 @@ v1::State StateOf(int32_t environment, const std::string& snapshot) {
   return state;
 }
 
-// A pool of two mazes in the midst of an episode; it must stand there after each test.
+// A pool of two mazes within an episode. Expects after each test that it has not changed.
 class HostileStatesTest : public ServiceTest {
  protected:
   void SetUp() override {
@@ -47,7 +47,7 @@ class HostileStatesTest : public ServiceTest {
     ServiceTest::TearDown();
   }
 
-  // Restores environment 1 from `snapshot`, and 0 from a good one.
+  // Restores environment 0 from a valid snapshot, and environment 1 from `snapshot`.
   absl::Status Restore(const std::string& snapshot) {
     return client_->RestoreStates(name_, {StateOf(0, good_), StateOf(1, snapshot)});
   }
@@ -84,7 +84,7 @@ TEST_F(HostileStatesTest, AnotherVersionIsDataLoss) {
                                        HasSubstr("of version 9, this engine supports version 1")));
 }
 
-TEST_F(HostileStatesTest, AFieldThatIsMissingIsNamed) {
+TEST_F(HostileStatesTest, MissingFieldIsNamed) {
   std::string body = good_.substr(kSnapshotHeaderBytes);
   body.replace(body.find("level_seed"), 10, "level_heed");
   EXPECT_THAT(Restore(FrameSnapshot(body)),
@@ -181,15 +181,15 @@ TEST_F(HostileStatesTest, ResponseSizesOutOfRangeAreRejected) {
   }
 }
 
-// With the right checksum a changed body may make another good state, of which a pool of its own
-// then has to do.
+// With a correct checksum a changed body may be a valid state, so a separate pool then has to step
+// it.
 TEST_F(HostileStatesTest, MutatedSnapshotsAreRejectedOrPlayable) {
   const std::string target = CreatePool(MazeSpec(1));
   const auto stream = client_->Attach(target);
   ASSERT_THAT(stream, IsOk());
   const std::string body = good_.substr(kSnapshotHeaderBytes);
   RandomStream random(4);
-  int refused = 0;
+  int rejected = 0;
   for (int i = 0; i < 500; ++i) {
     std::string changed = body;
     changed[static_cast<size_t>(random.Int(static_cast<int32_t>(body.size())))] =
@@ -200,11 +200,11 @@ TEST_F(HostileStatesTest, MutatedSnapshotsAreRejectedOrPlayable) {
                 AnyOf(absl::StatusCode::kOk, absl::StatusCode::kInvalidArgument,
                       absl::StatusCode::kFailedPrecondition, absl::StatusCode::kDataLoss))
         << status;
-    refused += status.ok() ? 0 : 1;
+    rejected += status.ok() ? 0 : 1;
     procgen_client::Batch batch;
     ASSERT_THAT((*stream)->Step({random.Int(15)}, &batch), IsOk());
   }
-  EXPECT_GT(refused, 0);
+  EXPECT_GT(rejected, 0);
 }
 
 }  // namespace

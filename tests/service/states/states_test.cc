@@ -1,4 +1,4 @@
-// Saving and restoring over gRPC: an environment continues from a snapshot as without one.
+// Saving and restoring over gRPC: a restored environment continues like an uninterrupted one.
 
 #include <string>
 #include <vector>
@@ -21,7 +21,7 @@ constexpr int32_t kSavedCount = 3;
 constexpr int32_t kOtherCount = 5;
 constexpr int kStepsAfter = 40;
 
-// Random actions for the first `count` environments; now and then one ends its episode.
+// Random actions for the first `count` environments; one in 20 ends the episode.
 v1::StepPoolRequest RandomStep(RandomStream* random, int32_t count) {
   v1::StepPoolRequest request = SliceStepRequest(0, count, 0);
   for (int32_t& action : *request.mutable_step()->mutable_actions()) {
@@ -34,7 +34,7 @@ v1::StepPoolRequest RandomStep(RandomStream* random, int32_t count) {
   return request;
 }
 
-// What the first `count` environments answer, now and after each of some random steps.
+// Batches of the first `count` environments: of an observe, then of each of `steps` random steps.
 std::vector<BatchCopy> Played(procgen_client::StepStream* stream, int64_t seed, int32_t count,
                               int steps) {
   RandomStream random(seed);
@@ -62,7 +62,7 @@ std::vector<std::string> SnapshotsOf(const std::vector<v1::State>& states) {
 
 class StatesTest : public ServiceTest {
  protected:
-  // The states of all environments of a pool.
+  // The states of all environments of `pool`.
   std::vector<v1::State> Saved(const std::string& pool) {
     absl::StatusOr<std::vector<v1::State>> states = client_->SaveStates(pool);
     EXPECT_THAT(states, IsOk());
@@ -97,8 +97,8 @@ TEST_P(EveryGameStatesTest, RestoredStatesOnAnotherServerContinueAsTheOriginals)
     std::swap(states.front(), states.back());
     ASSERT_THAT((*other_client)->RestoreStates(other_name, states), IsOk());
 
-    const auto goes_on = Played(stream->get(), 9, kSavedCount, kStepsAfter);
-    EXPECT_EQ(Played(other->get(), 9, kSavedCount, kStepsAfter), goes_on);
+    const auto continued = Played(stream->get(), 9, kSavedCount, kStepsAfter);
+    EXPECT_EQ(Played(other->get(), 9, kSavedCount, kStepsAfter), continued);
   }
 }
 
@@ -166,7 +166,7 @@ TEST_F(StatesTest, CloneFromAnotherPoolMayRepeatSources) {
   EXPECT_EQ(SnapshotsOf(Saved(source)), read);
 }
 
-TEST_F(StatesTest, NextLevelAfterARestoredEpisodeIsThePools) {
+TEST_F(StatesTest, NextLevelAfterARestoredEpisodeFollowsThePool) {
   v1::PoolSpec spec = MazeSpec(2);
   spec.set_autoreset_mode(v1::AUTORESET_MODE_NEXT_STEP);
   const std::string ended = CreatePool(spec);
@@ -217,7 +217,7 @@ TEST_F(StatesTest, RestoredEndedEnvironmentCanBeStepped) {
 
 TEST_F(StatesTest, DrainingServerStillSavesStates) {
   const std::string name = CreatePool(MazeSpec(2));
-  server_goes_on_ = false;
+  server_is_alive_ = false;
   server_->BeginDrain();
   const std::vector<v1::State> states = Saved(name);
   EXPECT_THAT(states, SizeIs(2));
@@ -225,7 +225,7 @@ TEST_F(StatesTest, DrainingServerStillSavesStates) {
   EXPECT_THAT(client_->CloneStates(name, {Pair(0, 1)}), IsOk());
 }
 
-// One page of all environments, in the smallest response.
+// Requests of all environments' states, in pages of the smallest response size.
 class StatesPagesTest : public StatesTest {
  protected:
   void SetUp() override {
@@ -292,7 +292,7 @@ TEST_F(StatesPagesTest, StepOrRestoreBetweenPagesIsAborted) {
 TEST_F(StatesPagesTest, PageTokensOfOtherRequestsAreRejected) {
   ASSERT_THAT(NextPage(), IsOk());
   const std::string token = request_.page_token();
-  const auto refused = StatusIs(
+  const auto rejected = StatusIs(
       absl::StatusCode::kInvalidArgument,
       HasSubstr("allowed: the next_page_token of the answer before, with the same pool and "
                 "environments"));
@@ -300,11 +300,11 @@ TEST_F(StatesPagesTest, PageTokensOfOtherRequestsAreRejected) {
        {std::string("nonsense"), "9999" + token, token + "0", std::string("-1-0-0"),
         std::string("1-0-0"), std::string(60000, '9')}) {
     request_.set_page_token(wrong);
-    EXPECT_THAT(NextPage(), refused) << wrong;
+    EXPECT_THAT(NextPage(), rejected) << wrong;
   }
   request_.set_page_token(token);
   request_.add_environments(0);
-  EXPECT_THAT(NextPage(), refused);
+  EXPECT_THAT(NextPage(), rejected);
 }
 
 }  // namespace

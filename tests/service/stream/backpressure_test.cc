@@ -1,4 +1,4 @@
-// A learner that does not read blocks itself and nobody else, and takes a bounded share of memory.
+// A learner that does not read blocks only itself, and uses a bounded share of memory.
 
 #include <memory>
 #include <vector>
@@ -15,13 +15,13 @@
 namespace procgen {
 namespace {
 
-constexpr int32_t kEnvCount = 300;  // whose answer fits one response, of 3.7 MB
+constexpr int32_t kEnvCount = 300;  // fit one response of 3.7 MB
 constexpr int64_t kRequestCount = 64;
 constexpr int32_t kInFlightMax = 16;
-// A few responses, serialised ones among them, and what else settles meanwhile (27 MB; 38 MB where
-// answers are kept). All of the answers would be 236 MB.
+// Allows a few responses, their serialized copies and other allocations. Measured: 27 MB, or 38 MB
+// with a resume buffer. All responses would take 236 MB.
 #ifdef __SANITIZE_THREAD__
-constexpr int64_t kMemoryBytesMax = 5 * (48 << 20);  // four shadows of each byte
+constexpr int64_t kMemoryBytesMax = 5 * (48 << 20);  // four shadow bytes per byte
 #else
 constexpr int64_t kMemoryBytesMax = 48 << 20;
 #endif
@@ -41,18 +41,18 @@ TEST_P(BackpressureTest, LearnerThatDoesNotReadBlocksOnlyItself) {
   const auto stub =
       v1::StepService::NewStub(grpc::CreateChannel(address, grpc::InsecureChannelCredentials()));
   grpc::ClientContext context;
-  const auto deaf = stub->StepPool(&context);
+  const auto unread = stub->StepPool(&context);
   v1::StepPoolRequest request;
   request.mutable_attach()->set_pool(pool);
   request.mutable_attach()->set_requests_in_flight_max(kInFlightMax);
   request.mutable_attach()->set_resumable(GetParam());
   v1::StepPoolResponse response;
-  ASSERT_TRUE(deaf->Write(request) && deaf->Read(&response));
+  ASSERT_TRUE(unread->Write(request) && unread->Read(&response));
   const int64_t before = ProcessResources::Of(process.process_id()).memory_bytes;
   for (int64_t number = 1; number <= kRequestCount; ++number) {
     request = StepRequest(std::vector<int32_t>(kEnvCount, 4));
     request.set_sequence_number(number);
-    ASSERT_TRUE(deaf->Write(request));
+    ASSERT_TRUE(unread->Write(request));
   }
   procgen_client::Batch batch;
   for (int step = 0; step < 200; ++step) {
@@ -61,14 +61,14 @@ TEST_P(BackpressureTest, LearnerThatDoesNotReadBlocksOnlyItself) {
   EXPECT_LT((*client)->GetPool(pool)->next_sequence_number(), 6);
   EXPECT_LT(ProcessResources::Of(process.process_id()).memory_bytes, before + kMemoryBytesMax);
 
-  // Once it reads, it gets all.
+  // Reading returns all responses.
   for (int64_t number = 1; number <= kRequestCount; ++number) {
-    ASSERT_TRUE(deaf->Read(&response));
+    ASSERT_TRUE(unread->Read(&response));
     EXPECT_EQ(response.sequence_number(), number);
   }
-  deaf->WritesDone();
-  EXPECT_FALSE(deaf->Read(&response));
-  EXPECT_TRUE(deaf->Finish().ok());
+  unread->WritesDone();
+  EXPECT_FALSE(unread->Read(&response));
+  EXPECT_TRUE(unread->Finish().ok());
 }
 
 INSTANTIATE_TEST_SUITE_P(Resumable, BackpressureTest, testing::Bool());

@@ -9,7 +9,7 @@
 
 namespace procgen {
 
-// A copy of all arrays of a batch, for comparisons.
+// A copy of all arrays of a batch.
 struct BatchCopy {
   explicit BatchCopy(const procgen_client::Batch& batch)
       : observations(batch.observations().begin(), batch.observations().end()),

@@ -1,4 +1,4 @@
-// What the server holds for one owner, and that it returns memory to the system.
+// The server's buffers per owner are bounded, and freed memory returns to the system.
 
 #include <arpa/inet.h>
 #include <netinet/in.h>
@@ -29,7 +29,7 @@ constexpr int64_t kBufferBytesMax = 26 << 20;
 constexpr char kLimit[] = "limit owner_buffer_bytes_max is 27262976";
 constexpr absl::Duration kTimeout = absl::Seconds(30);
 
-// Tries until it succeeds or the timeout passes.
+// Repeats `attempt` until it returns true or the timeout passes.
 template <typename Try>
 bool Eventually(Try attempt) {
   for (const absl::Time end = SteadyNow() + kTimeout; SteadyNow() < end;) {
@@ -41,7 +41,7 @@ bool Eventually(Try attempt) {
   return attempt();
 }
 
-// A server that holds little for an owner, beside that of the fixture.
+// A second server, with a small limit on buffers per owner.
 class BuffersTest : public ServiceTest {
  protected:
   void SetUp() override {
@@ -64,7 +64,7 @@ class BuffersTest : public ServiceTest {
   std::unique_ptr<Server> small_;
 };
 
-// A list of levels that takes `count` * 16 bytes in a pool.
+// A level sampler that takes `count` * 16 bytes in a pool.
 v1::LevelSampler SamplerOf(int32_t count) {
   v1::LevelSampler sampler;
   for (int32_t i = 0; i < count; ++i) {
@@ -74,14 +74,14 @@ v1::LevelSampler SamplerOf(int32_t count) {
   return sampler;
 }
 
-// A channel that takes large responses.
+// A channel that accepts large responses.
 std::shared_ptr<grpc::Channel> LargeChannel(const std::string& address) {
   grpc::ChannelArguments arguments;
   arguments.SetMaxReceiveMessageSize(16 << 20);
   return grpc::CreateCustomChannel(address, grpc::InsecureChannelCredentials(), arguments);
 }
 
-// A request whose response has 12 MiB.
+// A request with a response of 12 MiB.
 v1::RenderEnvironmentsRequest LargeRender(const std::string& pool) {
   v1::RenderEnvironmentsRequest request;
   request.set_pool(pool);
@@ -93,7 +93,7 @@ v1::RenderEnvironmentsRequest LargeRender(const std::string& pool) {
   return request;
 }
 
-// Numbers as HTTP/2 has them, the high byte first.
+// A big-endian integer, as in HTTP/2.
 std::string BigEndian(size_t number, int bytes) {
   std::string encoded;
   for (int shift = 8 * (bytes - 1); shift >= 0; shift -= 8) {
@@ -102,7 +102,7 @@ std::string BigEndian(size_t number, int bytes) {
   return encoded;
 }
 
-// A connection by hand, whose flow control lets no byte of a response through.
+// A raw connection with a flow control window of zero, so it receives no response bytes.
 class NonReadingConnection {
  public:
   explicit NonReadingConnection(const std::string& address) {
@@ -157,15 +157,15 @@ class NonReadingConnection {
 TEST_F(BuffersTest, UnreadResponsesPerOwnerAreBounded) {
   const std::string pool = CreatePool(MazeSpec(1));
   auto unread = std::make_unique<NonReadingConnection>(small_->address());
-  // Two of them fit; a third one is rejected, from any caller.
+  // Two responses fit the limit; a third one is rejected, from any connection.
   const auto render = [&] {
-    // A connection of its own: those that last keep buffers of several MiB for what they receive.
+    // A new connection per call: open connections keep receive buffers of several MiB.
     const auto reader = v1::RenderService::NewStub(LargeChannel(small_->address()));
     grpc::ClientContext context;
     v1::RenderEnvironmentsResponse response;
     return reader->RenderEnvironments(&context, LargeRender(pool), &response);
   };
-  ASSERT_TRUE(render().ok());  // what is kept to draw the next ones counts before
+  ASSERT_TRUE(render().ok());  // allocates the renderer's caches before the measurement
   const int64_t before = AllocatedBytes();
   grpc::Status status;
   EXPECT_TRUE(Eventually([&] {
@@ -176,12 +176,12 @@ TEST_F(BuffersTest, UnreadResponsesPerOwnerAreBounded) {
   }));
   EXPECT_EQ(status.error_code(), grpc::StatusCode::RESOURCE_EXHAUSTED);
   EXPECT_THAT(status.error_message(), HasSubstr(kLimit));
-  // No message is held beside its serialisation once the calls under way are answered.
+  // After the pending calls, the server keeps no message in addition to its serialized form.
   EXPECT_TRUE(Eventually([&] { return AllocatedBytes() - before < kBufferBytesMax + (14 << 20); }))
       << AllocatedBytes() - before;
   unread = nullptr;
   EXPECT_TRUE(Eventually([&] { return render().ok(); }))
-      << "the responses of a lost connection are held no more";
+      << "responses of a lost connection are freed";
 }
 
 TEST_F(BuffersTest, LevelSamplersCountUntilTheirPoolsAreDeleted) {
@@ -191,7 +191,7 @@ TEST_F(BuffersTest, LevelSamplersCountUntilTheirPoolsAreDeleted) {
   CreatePool(spec);
   EXPECT_THAT(client_->CreatePool(spec),
               StatusIs(absl::StatusCode::kResourceExhausted, HasSubstr(kLimit)));
-  EXPECT_THAT(client_->CreatePool(MazeSpec(1)), IsOk()) << "others need none";
+  EXPECT_THAT(client_->CreatePool(MazeSpec(1)), IsOk()) << "the other owner needs none";
   ASSERT_THAT(client_->DeletePool(first), IsOk());
   EXPECT_TRUE(Eventually([&] { return client_->CreatePool(spec).ok(); }));
 }

@@ -1,5 +1,4 @@
-// A step that is carried out in several chunks is one step: taken whole or not at all, with the
-// same values to the last bit.
+// A chunked step equals a whole one, bit for bit. It is accepted or rejected as a whole.
 
 #include <cstdint>
 #include <string>
@@ -24,7 +23,7 @@ v1::PoolSpec SpecOf(const std::string& game, int32_t env_count) {
   return spec;
 }
 
-// Sticky moves, ends of episodes, levels and resets all over the pool.
+// Actions, ends of episodes, next levels and resets, spread over the pool.
 v1::StepPoolRequest RequestAt(int step, int32_t env_count) {
   std::vector<int32_t> actions(static_cast<size_t>(env_count));
   for (int32_t i = 0; i < env_count; ++i) {
@@ -47,7 +46,7 @@ v1::StepPoolRequest RequestAt(int step, int32_t env_count) {
 
 class ChunksTest : public ServiceTest {
  protected:
-  // How many environments each response to a step of a pool has.
+  // Steps a pool; returns the number of environments in each response.
   std::vector<int32_t> ResponseSizes(int32_t env_count, int32_t chunk_count) {
     const std::string name = CreatePool(MazeSpec(env_count));
     const auto stub = v1::StepService::NewStub(channel_);
@@ -78,7 +77,7 @@ class ChunksTest : public ServiceTest {
     return sizes;
   }
 
-  // A step in chunks after the other beside whole ones, in pools of their own.
+  // Compares chunked steps of one pool with whole steps of another.
   void ExpectChunkedStepsEqualWholeOnes(const v1::PoolSpec& spec) {
     const auto whole = CreateAndAttach(spec);
     const auto chunked = CreateAndAttach(spec);

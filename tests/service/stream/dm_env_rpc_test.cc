@@ -1,5 +1,5 @@
-// dm_env_rpc over a real server: what the stream adds to the session, and that its worlds are
-// pools. The protocol's states are tested in tests/server/dm_env_rpc and tests/clients/dm_env_rpc.
+// dm_env_rpc on a real server: the stream's own behaviour, and worlds as pools.
+// tests/server/dm_env_rpc and tests/clients/dm_env_rpc test the session.
 
 #include <memory>
 #include <string>
@@ -39,7 +39,7 @@ dm::EnvironmentRequest EmptyStepRequest() {
   return request;
 }
 
-// An agent's stream.
+// The stream of one agent.
 class AgentStream {
  public:
   explicit AgentStream(const std::shared_ptr<grpc::Channel>& channel)
@@ -73,7 +73,7 @@ class AgentStream {
     const grpc::Status status = stream_->Finish();
     return {static_cast<absl::StatusCode>(status.error_code()), status.error_message()};
   }
-  // Whether the server said, at the end, that it drains.
+  // Whether the trailing metadata says that the server drains.
   bool SaysDrains() const {
     return context_.GetServerTrailingMetadata().count("procgen-drains") == 1;
   }
@@ -132,7 +132,7 @@ TEST_F(DmEnvRpcTest, AWorldIsAPoolOfItsOwner) {
   pool = client_->GetPool(world);
   ASSERT_THAT(pool, IsOk());
   EXPECT_TRUE(pool->attached());
-  EXPECT_EQ(pool->step_count(), 1);  // The first step began an episode.
+  EXPECT_EQ(pool->step_count(), 1);  // The first dm_env_rpc step only starts the episode.
   EXPECT_THAT(client_->Attach(world),
               StatusIs(absl::StatusCode::kFailedPrecondition, HasSubstr("another stream")));
 }
@@ -156,7 +156,7 @@ TEST_F(DmEnvRpcTest, ABrokenStreamLeavesItsWorld) {
   AgentStream other(channel_);
   dm::EnvironmentResponse joined;
   do {
-    joined = other.Ask(JoinRequest(world));  // The server notices when it does.
+    joined = other.Ask(JoinRequest(world));  // until the server detects the broken stream
   } while (joined.has_error());
   EXPECT_TRUE(other.Ask(EmptyStepRequest()).has_step());
 }
@@ -172,20 +172,20 @@ TEST_F(DmEnvRpcTest, BrokenStreamStopsWaitingForAWorld) {
     reset.mutable_reset_world()->set_world_name(world);
     waiting.Send(reset);
   }
-  // One that is still heard of it was not gone yet, or had been heard before.
+  // The response is a step, whether or not the server executed the reset before the stream broke.
   const dm::EnvironmentResponse step = player.Ask(EmptyStepRequest());
   EXPECT_TRUE(step.has_step());
   player.HalfClose();
   EXPECT_THAT(player.Finish(), IsOk());
 }
 
-TEST_F(DmEnvRpcTest, StreamsEndWhenTheServerDrainsJoinedOrNot) {
+TEST_F(DmEnvRpcTest, JoinedAndUnjoinedStreamsEndWhenTheServerDrains) {
   AgentStream idle(channel_);
   const std::string world = idle.Create();
   AgentStream player(channel_);
   player.Ask(JoinRequest(world));
   player.Ask(EmptyStepRequest());
-  server_goes_on_ = false;
+  server_is_alive_ = false;
   server_->BeginDrain();
   for (AgentStream* stream : {&idle, &player}) {
     EXPECT_THAT(stream->Finish(), StatusIs(absl::StatusCode::kUnavailable, HasSubstr("drains")));

@@ -1,4 +1,4 @@
-// Observations that travel as differences, against those of a pool that sends them raw.
+// Decoded delta observations equal those of a raw pool.
 
 #include <cstddef>
 #include <cstdint>
@@ -36,7 +36,7 @@ v1::PoolSpec SpecOf(const std::string& game, v1::Encoding encoding,
   return spec;
 }
 
-// A slice of the pool.
+// A random slice of the pool.
 v1::Slice AnySlice(RandomStream& random) {
   v1::Slice slice;
   slice.set_first_env(random.Int(kEnvCount));
@@ -44,7 +44,8 @@ v1::Slice AnySlice(RandomStream& random) {
   return slice;
 }
 
-// Steps of slices, repeated and with resets, resets alone, observations; some without pictures.
+// A random request for a slice: a step (repeated, with resets), a reset or an observe. One in four
+// requests no observations.
 v1::StepPoolRequest AnyRequest(RandomStream& random) {
   const v1::Slice slice = AnySlice(random);
   const bool unseen = random.Int(4) == 0;
@@ -78,7 +79,7 @@ v1::StepPoolRequest AnyRequest(RandomStream& random) {
 
 class EncodingsTest : public ServiceTest {
  protected:
-  // Expects that both answer the same.
+  // Expects equal batches for `request`.
   static void ExpectSameAnswer(procgen_client::StepStream& raw, procgen_client::StepStream& encoded,
                                const v1::StepPoolRequest& request) {
     procgen_client::Batch expected;
@@ -101,7 +102,7 @@ class EncodingsTest : public ServiceTest {
 class EncodedFormatsTest : public EncodingsTest,
                            public testing::WithParamInterface<std::tuple<std::string, int>> {
  protected:
-  // Coloured, a stack of grey pictures, planes of an odd side.
+  // 0: RGB; 1: a stack of grayscale frames; 2: planar frames of odd size.
   static v1::ObservationFormat FormatOf(int number) {
     v1::ObservationFormat format;
     if (number == 1) {
@@ -118,7 +119,7 @@ class EncodedFormatsTest : public EncodingsTest,
 
 TEST_P(EncodedFormatsTest, DecodedBatchesEqualARawPool) {
   const auto& [game, format] = GetParam();
-  // Room for two to four observations: most answers come in several responses.
+  // Room for two to four observations, so most batches take several responses.
   const procgen_client::StreamOptions options = {.response_bytes_max = 65536};
   const auto raw = CreateAndAttach(SpecOf(game, v1::ENCODING_RAW, FormatOf(format)), options);
   const auto encoded =
@@ -153,7 +154,7 @@ class EncodingTest : public EncodingsTest {
     return std::make_unique<RawStream>(stub_.get(), attach);
   }
 
-  // What a decoder makes of an answer.
+  // The decoded observations of a response.
   static absl::StatusOr<std::vector<uint8_t>> Decode(procgen_client::ObservationDecoder& decoder,
                                                      const v1::StepPoolResponse& response) {
     const v1::Batch& batch = response.batch();
@@ -167,7 +168,7 @@ class EncodingTest : public EncodingsTest {
     return observations;
   }
 
-  // What a raw pool shows after each of `steps` times action 7.
+  // The observations of a raw pool after each of `steps` steps with action 7.
   std::vector<std::vector<uint8_t>> Expected(const std::string& game, int steps) {
     const auto raw = CreateAndAttach(SpecOf(game, v1::ENCODING_RAW));
     std::vector<std::vector<uint8_t>> observations;
@@ -324,7 +325,7 @@ TEST_F(EncodingTest, DuplicateResponsesAreDetected) {
   DamagingServer between(channel_, 3, [&](v1::StepPoolResponse* response) {
     response->mutable_batch()->set_observations(second);
   });
-  // The same answers, as another learner of an equal pool gets them.
+  // The responses of an equal pool to another learner.
   const auto stream =
       Open(CreatePool(SpecOf("coinrun", v1::ENCODING_DELTA_ZSTD)), /*resumable=*/false);
   stream->Receive();

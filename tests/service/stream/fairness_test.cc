@@ -1,4 +1,4 @@
-// That owners share what a server does in the background.
+// Owners share the server's background threads fairly.
 
 #include <fstream>
 #include <memory>
@@ -33,7 +33,7 @@ std::unique_ptr<procgen_client::Client> ConnectAs(const std::string& token,
   return client.ok() ? *std::move(client) : nullptr;
 }
 
-// Renderings of one owner that are asked for all at once, and how many were answered.
+// Sends kCount render requests of one owner at once and counts the responses.
 class ManyRenderings {
  public:
   ManyRenderings(const std::shared_ptr<grpc::Channel>& channel, const std::string& token,

@@ -1,5 +1,5 @@
-// Other observation formats over gRPC. The engine's tests check the pixels; these check that they
-// arrive complete, in the pool's format.
+// Observation formats over gRPC: observations equal those of the engine in the pool's format. The
+// engine's tests check the pixels.
 
 #include <memory>
 #include <string>
@@ -27,7 +27,7 @@ v1::PoolSpec FormattedSpec(int32_t env_count, int32_t size_px, int32_t frame_sta
   return spec;
 }
 
-// What a pool of the engine shows of the same spec after each of `actions`.
+// The observations of an engine pool of the same spec after each of `actions`.
 std::vector<std::vector<uint8_t>> Expected(const v1::PoolSpec& spec,
                                            const std::vector<int32_t>& actions) {
   PoolOptions options;
@@ -55,8 +55,8 @@ std::vector<std::vector<uint8_t>> Expected(const v1::PoolSpec& spec,
 
 class FormatsTest : public ServiceTest {
  protected:
-  // Steps a pool of `spec` over the wire and compares it with the engine's.
-  void ExpectAsTheEngine(const v1::PoolSpec& spec) {
+  // Steps a pool of `spec` over gRPC and compares it with the engine.
+  void ExpectEqualsTheEngine(const v1::PoolSpec& spec) {
     const std::vector<int32_t> actions = {4, 7, 7, 1, -1, 7, 3};
     const std::vector<std::vector<uint8_t>> expected = Expected(spec, actions);
     const auto stream = CreateAndAttach(spec);
@@ -82,13 +82,13 @@ TEST_F(FormatsTest, PoolReturnsShapeAndBytes) {
 }
 
 TEST_F(FormatsTest, ObservationsEqualTheEngines) {
-  ExpectAsTheEngine(FormattedSpec(3, 84, 4, v1::COLOR_GRAYSCALE));
-  ExpectAsTheEngine(FormattedSpec(3, 16, 1, v1::COLOR_RGB, v1::LAYOUT_CHW));
-  ExpectAsTheEngine(FormattedSpec(2, 512, 2));
+  ExpectEqualsTheEngine(FormattedSpec(3, 84, 4, v1::COLOR_GRAYSCALE));
+  ExpectEqualsTheEngine(FormattedSpec(3, 16, 1, v1::COLOR_RGB, v1::LAYOUT_CHW));
+  ExpectEqualsTheEngine(FormattedSpec(2, 512, 2));
 }
 
 TEST_F(FormatsTest, ChunkedObservationsEqualTheEngines) {
-  ExpectAsTheEngine(FormattedSpec(12, 512, 1));
+  ExpectEqualsTheEngine(FormattedSpec(12, 512, 1));
 }
 
 TEST_F(FormatsTest, FrameStacksContinueWithoutObservations) {
@@ -153,7 +153,7 @@ TEST_F(FormatsTest, TooSmallResponseLimitErrorNamesTheNeededSize) {
   const auto large = large_client->Attach(name, options);
   ASSERT_THAT(large, IsOk());
   EXPECT_THAT((*large)->Observe(&batch), IsOk());
-  EXPECT_EQ(batch.sequence_number(), 1) << "the refused request took no number";
+  EXPECT_EQ(batch.sequence_number(), 1) << "the rejected request took no number";
   EXPECT_EQ(batch.observations().size(), 2U * 4718592);
 }
 

@@ -1,5 +1,4 @@
-// Which levels a learner's environments play: told one by one, or chosen by a sampler on the
-// server.
+// Levels of a learner's environments: requested one by one, or chosen by a level sampler.
 
 #include <string>
 #include <vector>
@@ -30,7 +29,7 @@ v1::PoolSpec SampledSpec(int32_t env_count, const v1::LevelSampler& sampler) {
 
 class LevelsTest : public ServiceTest {
  protected:
-  // Ends all episodes of a pool of three; the levels that begin.
+  // Ends the episodes of a pool of three environments; returns the new levels.
   static std::vector<int32_t> EndEpisodes(procgen_client::StepStream* stream) {
     procgen_client::Batch batch;
     EXPECT_THAT(stream->Step({-1, -1, -1}, &batch), IsOk());

@@ -1,4 +1,4 @@
-// The pipe transport: the messages of streams that share memory, past gRPC.
+// The pipe transport: messages of shared-memory streams through pipes instead of gRPC.
 
 #include "procgen_client/pipe_transport.h"
 
@@ -22,7 +22,7 @@ namespace {
 
 using testing::HasSubstr;
 
-// A stream and its pipes, written by hand.
+// A raw stream and its pipes.
 class PipeTransportTest : public SharedMemoryTest {
  protected:
   void SetUp() override {
@@ -40,7 +40,7 @@ class PipeTransportTest : public SharedMemoryTest {
         response.attached().shared_memory().pipe_transport(), 4 << 20,
         std::make_shared<procgen_client::Cancellation>(nullptr));
     ASSERT_NE(pipes_, nullptr);
-    // Answered, so the pipes are known to be open.
+    // A response through the pipes shows that they are open.
     ASSERT_TRUE(pipes_->Send(Observe(1)));
     ASSERT_TRUE(pipes_->Receive(&response));
     EXPECT_EQ(response.sequence_number(), 1);
@@ -54,7 +54,7 @@ class PipeTransportTest : public SharedMemoryTest {
     return request;
   }
 
-  // How the stream ends.
+  // Returns the status of the stream after its end.
   absl::Status End() {
     v1::StepPoolResponse response;
     EXPECT_FALSE(pipes_->Receive(&response));
@@ -91,7 +91,7 @@ TEST_F(PipeTransportTest, ClosedPipeEndsTheStream) {
   EXPECT_FALSE(client_->GetPool(pool_)->attached());
 }
 
-// Nobody watches the pipes then.
+// The server does not watch the pipes during a request.
 TEST_F(PipeTransportTest, PipeClosedDuringARequestEndsTheStream) {
   v1::StepPoolRequest request = StepRequest({4, 4});
   request.set_sequence_number(2);
@@ -102,11 +102,11 @@ TEST_F(PipeTransportTest, PipeClosedDuringARequestEndsTheStream) {
   while (pipes_->Receive(&response)) {
   }
   EXPECT_FALSE(stream_->Read(&response));
-  // As a rule cancelled, for the answer could not be sent.
+  // Usually CANCELLED, because the response could not be sent.
   EXPECT_THAT(stream_->Finish().error_code(),
               testing::AnyOf(grpc::StatusCode::OK, grpc::StatusCode::CANCELLED));
   EXPECT_FALSE(client_->GetPool(pool_)->attached());
-  EXPECT_EQ(client_->GetPool(pool_)->next_sequence_number(), 3) << "it was taken";
+  EXPECT_EQ(client_->GetPool(pool_)->next_sequence_number(), 3) << "the request was executed";
 }
 
 TEST_F(PipeTransportTest, RequestsQueuedBehindAnotherCallAreExecuted) {
@@ -115,10 +115,10 @@ TEST_F(PipeTransportTest, RequestsQueuedBehindAnotherCallAreExecuted) {
     v1::StepPoolRequest request = Observe(number);
     request.mutable_released_batches()->Assign(seen.begin(), seen.end());
     seen.clear();
-    std::thread beside([this] { EXPECT_THAT(client_->SaveStates(pool_, {0, 1}), IsOk()); });
+    std::thread concurrent([this] { EXPECT_THAT(client_->SaveStates(pool_, {0, 1}), IsOk()); });
     EXPECT_TRUE(pipes_->Send(request));
     EXPECT_TRUE(pipes_->Send(Observe(number + 1)));
-    beside.join();
+    concurrent.join();
     for (const int64_t answered : {number, number + 1}) {
       v1::StepPoolResponse response;
       ASSERT_TRUE(pipes_->Receive(&response));
@@ -133,12 +133,12 @@ TEST_F(PipeTransportTest, EndOfStreamClosesThePipes) {
   EXPECT_THAT(End(), IsOk());
 }
 
-TEST_F(PipeTransportTest, ItEndsWithItsPool) {
+TEST_F(PipeTransportTest, PipesEndWithTheirPool) {
   EXPECT_THAT(client_->DeletePool(pool_), IsOk());
   EXPECT_THAT(End(), StatusIs(absl::StatusCode::kAborted, HasSubstr("was deleted")));
 }
 
-TEST_F(PipeTransportTest, ItEndsWithACancelledStream) {
+TEST_F(PipeTransportTest, PipesEndWithACancelledStream) {
   context_.TryCancel();
   EXPECT_EQ(End().code(), absl::StatusCode::kCancelled);
 }

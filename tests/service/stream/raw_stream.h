@@ -12,7 +12,7 @@
 
 namespace procgen {
 
-// A stream of the generated stub: what is sent and received is seen here.
+// A StepPool stream of the generated stub, message by message.
 class RawStream {
  public:
   RawStream(v1::StepService::Stub* stub, const v1::Attach& attach)
@@ -49,7 +49,7 @@ class RawStream {
     return {static_cast<absl::StatusCode>(status.error_code()), status.error_message()};
   }
   void HalfClose() { stream_->WritesDone(); }
-  // Breaks it off, as a lost connection does.
+  // Cancels the stream, as a lost connection does.
   void Break() {
     context_.TryCancel();
     Finish().IgnoreError();

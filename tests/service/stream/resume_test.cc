@@ -1,4 +1,4 @@
-// What a learner can ask for again, and taking over, message by message.
+// Requesting responses again, and taking over, message by message.
 
 #include <memory>
 #include <string>
@@ -73,7 +73,7 @@ TEST_F(ResumeTest, ChunkedResponseIsKeptWhole) {
 }
 
 TEST_F(ResumeTest, AcceptedRequestIsExecutedAfterTheBreak) {
-  // Long enough to be under way when the stream breaks; whether it is, changes nothing.
+  // Probably still running when the stream breaks; the result is the same if not.
   v1::StepPoolRequest request = StepRequest(std::vector<int32_t>(40, 4));
   request.mutable_step()->set_repeat_count(50);
   const std::string pool = CreatePool(MazeSpec(40));
@@ -156,13 +156,13 @@ TEST_F(ResumeTest, StreamThatIsTakenOverIsAborted) {
 }
 
 TEST_F(ResumeTest, LearnerThatDoesNotReadCanBeTakenOver) {
-  // Its answers, 5 MB each, fill the connection; the second waits for the first to be written.
+  // Responses of 5 MB fill the connection, so the second waits until the first is written.
   const std::vector<int32_t> actions(400, 4);
   const std::string pool = CreatePool(MazeSpec(400));
-  const auto deaf = Open(pool);
-  deaf->Receive();
-  deaf->Send(StepRequest(actions), 1);
-  deaf->Send(StepRequest(actions), 2);
+  const auto unread = Open(pool);
+  unread->Receive();
+  unread->Send(StepRequest(actions), 1);
+  unread->Send(StepRequest(actions), 2);
   while (client_->GetPool(pool)->next_sequence_number() < 3) {
   }
   const auto other_client = Connect();

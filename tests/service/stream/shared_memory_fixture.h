@@ -26,7 +26,7 @@ inline v1::PoolSpec SharedSpec(v1::PoolSpec spec) {
   return spec;
 }
 
-// A server that shares memory in a folder of the test's own, and leaves nothing in it.
+// A server with its own shared memory folder. Expects after each test that the folder is empty.
 class SharedMemoryTest : public testing::Test {
  protected:
   std::unique_ptr<Server> StartServer(const Limits& limits = {},
@@ -68,7 +68,7 @@ class SharedMemoryTest : public testing::Test {
     return stream.ok() ? *std::move(stream) : nullptr;
   }
 
-  // What a stream that is written by hand says to `request`, after an attach with `held`.
+  // The status of a raw stream that attaches with `held` and sends `request`.
   absl::Status StatusOfRaw(const std::string& pool, const std::vector<int32_t>& held,
                            v1::StepPoolRequest request) {
     const auto stub = v1::StepService::NewStub(

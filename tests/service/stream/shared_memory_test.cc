@@ -1,4 +1,4 @@
-// Pools that share memory with learners.
+// Pools whose batches are in shared memory.
 
 #include <arpa/inet.h>
 #include <ifaddrs.h>
@@ -37,7 +37,7 @@ struct Case {
   bool small_stacks = false;
 };
 
-class EqualTest : public SharedMemoryTest, public testing::WithParamInterface<Case> {
+class SharedBatchesTest : public SharedMemoryTest, public testing::WithParamInterface<Case> {
  protected:
   static constexpr int32_t kEnvCount = 6;
 
@@ -56,8 +56,8 @@ class EqualTest : public SharedMemoryTest, public testing::WithParamInterface<Ca
     return spec;
   }
 
-  // Slices, repetitions, ends, resets and steps without pictures, as the number says; `awaiting`:
-  // environments that must be reset.
+  // Request `number`: slices, repeats, ends, resets and steps without observations in turn.
+  // `awaiting`: environments that must be reset.
   static v1::StepPoolRequest RequestAt(int number, const std::vector<bool>& awaiting) {
     const bool is_part = number % 3 == 1;
     v1::StepPoolRequest request =
@@ -83,7 +83,7 @@ class EqualTest : public SharedMemoryTest, public testing::WithParamInterface<Ca
   }
 };
 
-TEST_P(EqualTest, BatchesEqualThoseOfTheGrpcStream) {
+TEST_P(SharedBatchesTest, BatchesEqualThoseOfTheGrpcStream) {
   const auto stream = Attach(CreatePool(Spec()));
   const auto shared = Attach(CreatePool(SharedSpec(Spec())));
   ASSERT_NE(stream, nullptr);
@@ -114,7 +114,7 @@ TEST_P(EqualTest, BatchesEqualThoseOfTheGrpcStream) {
 }
 
 INSTANTIATE_TEST_SUITE_P(
-    Cases, EqualTest,
+    Cases, SharedBatchesTest,
     testing::Values(
         Case{.name = "Bigfish", .games = {"bigfish"}},
         Case{.name = "NextStep", .games = {"maze"}, .autoreset_mode = v1::AUTORESET_MODE_NEXT_STEP},
@@ -210,8 +210,8 @@ TEST_F(SharedMemoryTest, HostileBatchNumbersAreRejected) {
   EXPECT_THAT(StatusOfRaw(pool, {0, 1, 2}, StepRequest({4})), IsOk());
   EXPECT_THAT(StatusOfRaw(pool, {0, 1, 2, 3}, StepRequest({4})),
               StatusIs(absl::StatusCode::kFailedPrecondition, HasSubstr("holds 4 of the 4")));
-  EXPECT_EQ(client_->GetPool(pool)->next_sequence_number(), 2) << "those refused took none";
-  EXPECT_THAT(StatusOfRaw(pool, {}, StepRequest({4})), IsOk()) << "who attaches has let go";
+  EXPECT_EQ(client_->GetPool(pool)->next_sequence_number(), 2) << "rejected requests take none";
+  EXPECT_THAT(StatusOfRaw(pool, {}, StepRequest({4})), IsOk()) << "attach released all batches";
 }
 
 TEST_F(SharedMemoryTest, NothingIsLostOnABadNetwork) {
@@ -277,7 +277,7 @@ TEST_F(SharedMemoryTest, UnixSocketsCountAsLocal) {
   EXPECT_THAT(stream->Observe(&batch), IsOk());
 }
 
-// An address of this machine that is not loopback; empty: it has none.
+// A non-loopback IPv4 address of this machine; empty if it has none.
 std::string OtherAddress() {
   ifaddrs* all = nullptr;
   std::string found;
@@ -311,7 +311,7 @@ TEST_F(SharedMemoryTest, RemoteLearnersAreRejected) {
 TEST_F(SharedMemoryTest, UnmappableFilesAreNamed) {
   const std::string pool = CreatePool(SharedSpec(MazeSpec(1)));
   ASSERT_NE(Attach(pool), nullptr);
-  // As if the client saw another folder at that path.
+  // As if the client saw a different folder at that path.
   const std::filesystem::directory_entry file =
       *std::filesystem::directory_iterator(folder_.path());
   const std::string name = file.path().filename();

@@ -1,6 +1,5 @@
-// Everything wrong that a learner can ask of a stream, its code and its message. After each, the
-// pool is as before and can be attached again; the fixture checks that the server and another pool
-// go on.
+// All errors that a request on a stream can cause: code and message. After each the pool is
+// unchanged and can be attached again. The fixture checks the server and another pool.
 
 #include <string>
 #include <utility>
@@ -17,9 +16,9 @@ using testing::HasSubstr;
 
 class StreamErrorsTest : public ServiceTest {
  protected:
-  // Sends a request that must fail, and checks that the pool has not moved.
-  void ExpectRefused(v1::StepPoolRequest request, absl::StatusCode code,
-                     const testing::Matcher<std::string>& message) {
+  // Sends an invalid request and checks that the pool is unchanged.
+  void ExpectRejected(v1::StepPoolRequest request, absl::StatusCode code,
+                      const testing::Matcher<std::string>& message) {
     const std::string name = CreatePool(MazeSpec(4));
     {
       const auto stream = client_->Attach(name);
@@ -34,7 +33,7 @@ class StreamErrorsTest : public ServiceTest {
     EXPECT_THAT(batch.episode_lengths(), testing::Each(1));
   }
 
-  // Opens a stream with the generated stub and sends these requests.
+  // Sends these requests on a raw stream; returns its status.
   absl::Status RunRequests(const std::vector<v1::StepPoolRequest>& requests) {
     const auto stub = v1::StepService::NewStub(channel_);
     grpc::ClientContext context;
@@ -52,75 +51,75 @@ class StreamErrorsTest : public ServiceTest {
 };
 
 TEST_F(StreamErrorsTest, WrongNumberOfActions) {
-  ExpectRefused(StepRequest({4, 4, 4}), absl::StatusCode::kInvalidArgument,
-                HasSubstr("actions has 3 entries, the slice of pool pools/2 has 4 environments"));
+  ExpectRejected(StepRequest({4, 4, 4}), absl::StatusCode::kInvalidArgument,
+                 HasSubstr("actions has 3 entries, the slice of pool pools/2 has 4 environments"));
 }
 
 TEST_F(StreamErrorsTest, ActionTooLarge) {
-  ExpectRefused(StepRequest({4, 15, 4, 4}), absl::StatusCode::kInvalidArgument,
-                "actions[1] is 15, allowed: -1 to 14");
+  ExpectRejected(StepRequest({4, 15, 4, 4}), absl::StatusCode::kInvalidArgument,
+                 "actions[1] is 15, allowed: -1 to 14");
 }
 
 TEST_F(StreamErrorsTest, ActionTooSmall) {
-  ExpectRefused(StepRequest({4, 4, 4, -2}), absl::StatusCode::kInvalidArgument,
-                "actions[3] is -2, allowed: -1 to 14");
+  ExpectRejected(StepRequest({4, 4, 4, -2}), absl::StatusCode::kInvalidArgument,
+                 "actions[3] is -2, allowed: -1 to 14");
 }
 
 TEST_F(StreamErrorsTest, SliceOutOfRange) {
-  ExpectRefused(SliceStepRequest(2, 3, 4), absl::StatusCode::kInvalidArgument,
-                "slice.env_count is 3, from environment 2 on pool pools/2 has 2");
+  ExpectRejected(SliceStepRequest(2, 3, 4), absl::StatusCode::kInvalidArgument,
+                 "slice.env_count is 3, from environment 2 on pool pools/2 has 2");
 }
 
 TEST_F(StreamErrorsTest, SliceStartOutOfRange) {
-  ExpectRefused(SliceStepRequest(4, 1, 4), absl::StatusCode::kInvalidArgument,
-                "slice.first_env is 4, pool pools/2 has environments 0 to 3");
+  ExpectRejected(SliceStepRequest(4, 1, 4), absl::StatusCode::kInvalidArgument,
+                 "slice.first_env is 4, pool pools/2 has environments 0 to 3");
 }
 
 TEST_F(StreamErrorsTest, NegativeSlice) {
   v1::StepPoolRequest request = StepRequest({4});
   request.mutable_step()->mutable_slice()->set_env_count(-1);
-  ExpectRefused(request, absl::StatusCode::kInvalidArgument, HasSubstr("slice.env_count is -1"));
+  ExpectRejected(request, absl::StatusCode::kInvalidArgument, HasSubstr("slice.env_count is -1"));
 }
 
 TEST_F(StreamErrorsTest, RepeatOutOfRange) {
   v1::StepPoolRequest request = StepRequest({4, 4, 4, 4});
   request.mutable_step()->set_repeat_count(1001);
-  ExpectRefused(request, absl::StatusCode::kInvalidArgument,
-                "repeat_count is 1001, allowed: 1 to 1000");
+  ExpectRejected(request, absl::StatusCode::kInvalidArgument,
+                 "repeat_count is 1001, allowed: 1 to 1000");
 }
 
 TEST_F(StreamErrorsTest, NextLevelOfAnEnvironmentOutOfRange) {
   v1::StepPoolRequest request = StepRequest({4, 4, 4, 4});
   request.mutable_step()->add_next_levels()->set_environment(4);
-  ExpectRefused(request, absl::StatusCode::kInvalidArgument,
-                "next_levels[0].environment is 4, the slice is 0 to 3");
+  ExpectRejected(request, absl::StatusCode::kInvalidArgument,
+                 "next_levels[0].environment is 4, the slice is 0 to 3");
 }
 
 TEST_F(StreamErrorsTest, ResetOfAnEnvironmentTwice) {
   v1::StepPoolRequest request;
   request.mutable_reset()->add_resets()->set_environment(1);
   request.mutable_reset()->add_resets()->set_environment(1);
-  ExpectRefused(request, absl::StatusCode::kInvalidArgument,
-                "resets[1].environment is 1 again, allowed: each at most once");
+  ExpectRejected(request, absl::StatusCode::kInvalidArgument,
+                 "resets[1].environment is 1 again, allowed: each at most once");
 }
 
 TEST_F(StreamErrorsTest, EmptyRequest) {
-  ExpectRefused(v1::StepPoolRequest(), absl::StatusCode::kInvalidArgument,
-                HasSubstr("the request asks for nothing"));
+  ExpectRejected(v1::StepPoolRequest(), absl::StatusCode::kInvalidArgument,
+                 HasSubstr("the request asks for nothing"));
 }
 
 TEST_F(StreamErrorsTest, SecondAttach) {
   v1::StepPoolRequest request;
   request.mutable_attach()->set_pool("pools/2");
-  ExpectRefused(request, absl::StatusCode::kInvalidArgument,
-                "attach was sent again, allowed: once, as the first request of a stream");
+  ExpectRejected(request, absl::StatusCode::kInvalidArgument,
+                 "attach was sent again, allowed: once, as the first request of a stream");
 }
 
 TEST_F(StreamErrorsTest, LevelSamplerWithoutLevels) {
   v1::StepPoolRequest request;
   request.mutable_level_sampler();
-  ExpectRefused(request, absl::StatusCode::kInvalidArgument,
-                "level_sampler.level_seeds has 0 entries, must have 1 to 1000000");
+  ExpectRejected(request, absl::StatusCode::kInvalidArgument,
+                 "level_sampler.level_seeds has 0 entries, must have 1 to 1000000");
 }
 
 TEST_F(StreamErrorsTest, NoAttach) {

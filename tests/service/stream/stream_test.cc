@@ -1,4 +1,4 @@
-// Streams that do as they should.
+// Valid StepPool streams.
 
 #include <algorithm>
 #include <string>
@@ -147,7 +147,7 @@ TEST_F(StreamTest, StepDoesNotStepResetEnvironments) {
 }
 
 TEST_F(StreamTest, FinalObservationsPrecedeTheReset) {
-  // In the mode without automatic resets the observation of an ending step is the final one.
+  // Without automatic resets, the observation of a step that ends the episode is the final one.
   v1::PoolSpec spec = MazeSpec(3);
   spec.set_autoreset_mode(v1::AUTORESET_MODE_DISABLED);
   procgen_client::Batch expected;
@@ -179,8 +179,8 @@ TEST_F(StreamTest, RequestsSentAheadAreAnsweredInOrder) {
   }
 }
 
-// A single environment is stepped on the thread on which its request arrives, within what that
-// calls.
+// A single environment is stepped on the thread that received the request, within the read
+// callback.
 TEST_F(StreamTest, OneEnvironmentExecutesManyRequestsSentAhead) {
   constexpr int64_t kStepCount = 20'000;
   procgen_client::StreamOptions options;
@@ -254,7 +254,7 @@ TEST_F(StreamTest, LargePoolIsSplitIntoResponsesOfFourMebibytes) {
   EXPECT_TRUE(stream->Finish().ok());
 }
 
-TEST_F(StreamTest, SplitAnswersEqualWholeOnes) {
+TEST_F(StreamTest, SplitResponsesEqualWholeOnes) {
   procgen_client::Batch whole;
   procgen_client::Batch joined;
   const auto large_client = Connect(16 << 20);
@@ -340,7 +340,7 @@ TEST_F(StreamTest, CancelledStreamLeavesThePoolUsable) {
     }
     EXPECT_EQ(stream->Finish().error_code(), grpc::StatusCode::CANCELLED);
   }
-  // The server may need a moment to notice; attaching again is how a learner finds out.
+  // The server detects the cancellation a little later, so attach is repeated.
   absl::StatusOr<std::unique_ptr<procgen_client::StepStream>> again = client_->Attach(name);
   while (again.status().code() == absl::StatusCode::kFailedPrecondition) {
     again = client_->Attach(name);
@@ -348,7 +348,7 @@ TEST_F(StreamTest, CancelledStreamLeavesThePoolUsable) {
   ASSERT_THAT(again, IsOk());
   procgen_client::Batch batch;
   ASSERT_THAT((*again)->Observe(&batch), IsOk());
-  // Each request was taken by all environments or by none.
+  // All environments executed the same requests.
   const auto taken = static_cast<int32_t>((*again)->pool().next_sequence_number() - 1);
   EXPECT_THAT(batch.episode_lengths(), Each(taken));
 }

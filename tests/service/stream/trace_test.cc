@@ -1,4 +1,4 @@
-// A learner over the stream sees bit for bit what one in the process sees.
+// A learner over the stream receives what one in the process receives, bit for bit.
 
 #include <cstdint>
 #include <memory>
@@ -16,7 +16,7 @@ namespace {
 constexpr int32_t kEnvCount = 12;
 constexpr int kSteps = 300;
 
-// All that a step answers, in memory of its own.
+// The arrays of a batch, with their memory.
 struct Values : BatchNumbers {
   std::vector<uint8_t> observations = std::vector<uint8_t>(size_t{kEnvCount} * kObservationBytes);
 
@@ -26,7 +26,7 @@ struct Values : BatchNumbers {
     return LendTo(batch, kEnvCount);
   }
 
-  // Those that are sent: of the rows whose episode ended.
+  // The fingerprints that a response contains: of rows whose episode ended.
   std::vector<uint64_t> EndedFingerprints() const {
     std::vector<uint64_t> ended;
     for (size_t row = 0; row < fingerprints.size(); ++row) {
@@ -55,7 +55,7 @@ bool Same(const Values& local, const procgen_client::Batch& remote) {
          Same(local.EndedFingerprints(), remote.fingerprints());
 }
 
-// Any fixed sequence will do: sticky moves with an end of the episode now and then.
+// A fixed sequence: actions kept for five steps, and some that end the episode.
 std::vector<int32_t> ActionsAt(int step) {
   std::vector<int32_t> actions(kEnvCount);
   for (int32_t i = 0; i < kEnvCount; ++i) {
@@ -87,7 +87,7 @@ TEST_P(TraceTest, StreamEqualsInProcess) {
   procgen_client::Batch remote;
   ASSERT_THAT((*pool)->Observe(0, kEnvCount, local.Spans()), IsOk());
   ASSERT_THAT(stream->Observe(&remote), IsOk());
-  ASSERT_TRUE(Same(local, remote)) << "at the beginning";
+  ASSERT_TRUE(Same(local, remote)) << "before the first step";
   for (int step = 0; step < kSteps; ++step) {
     const std::vector<int32_t> actions = ActionsAt(step);
     StepInput input;

@@ -1,4 +1,4 @@
-"""Whose pages see what, over which connections, and how many."""
+"""Access to pages: tokens, owners, quotas, TLS, the limit on viewers, and shutdown."""
 
 from __future__ import annotations
 
@@ -43,15 +43,15 @@ def test_a_page_sees_only_its_owners_pools(tokens: Path, tmp_path: Path) -> None
                     assert pool.owner == "alice"
                 assert [it.name for it in bob.list_pools()] == [theirs.name]
                 await page.call("pools.follow")
-                told = (await page.event("pools")).result["pools"]
-                assert [(it["owner"], it["kind"]) for it in told] == [("alice", "play")]
+                pools = (await page.event("pools")).result["pools"]
+                assert [(it["owner"], it["kind"]) for it in pools] == [("alice", "play")]
                 for method, members in (
                     ("pool.history", {}),
                     ("watch.start", {"environments": [0], "size_px": 64}),
                 ):
-                    with pytest.raises(PageError) as refused:
+                    with pytest.raises(PageError) as raised:
                         await page.call(method, pool=theirs.name, **members)
-                    assert refused.value.code == "NOT_FOUND"
+                    assert raised.value.code == "NOT_FOUND"
             async with open_page(url, token=_BOB) as page:
                 await page.call("pool.history", pool=theirs.name)
 
@@ -65,10 +65,10 @@ def test_invalid_tokens_are_rejected(tokens: Path, tmp_path: Path) -> None:
     async def test(url: str) -> None:
         async with open_page(url, says_hello=False) as page:
             for members in ({}, {"token": ""}, {"token": "stranger-0123456789"}):
-                with pytest.raises(PageError) as refused:
+                with pytest.raises(PageError) as raised:
                     await page.call("hello", **members)
-                assert refused.value.code == "UNAUTHENTICATED"
-                assert "stranger" not in refused.value.message
+                assert raised.value.code == "UNAUTHENTICATED"
+                assert "stranger" not in raised.value.message
                 with pytest.raises(PageError, match="hello must come first"):
                     await page.call("pools.follow")
             # The fourth token is valid; the response says that one was required.
@@ -94,9 +94,9 @@ def test_a_removed_token_shows_nothing(tokens: Path, tmp_path: Path) -> None:
             await page.event("pools")
             file.write_text(f"alice {_ALICE}\n")
             assert (await page.event("pools_closed")).result["code"] == "UNAUTHENTICATED"
-            with pytest.raises(PageError) as refused:
+            with pytest.raises(PageError) as raised:
                 await page.call("play.start", game="maze", mode="easy", level_seed=1)
-            assert refused.value.code == "UNAUTHENTICATED"
+            assert raised.value.code == "UNAUTHENTICATED"
 
     with serve(tmp_path, f"--tokens={file}") as server:
         run(test(server.url))
@@ -106,9 +106,9 @@ def test_pages_use_their_owners_quotas(tokens: Path, tmp_path: Path) -> None:
     async def test(url: str) -> None:
         async with open_page(url, token=_ALICE) as page, open_page(url, token=_ALICE) as other:
             await page.call("play.start", game="maze", mode="easy", level_seed=1)
-            with pytest.raises(PageError, match="owner_pool_count_max") as refused:
+            with pytest.raises(PageError, match="owner_pool_count_max") as raised:
                 await other.call("play.start", game="maze", mode="easy", level_seed=1)
-            assert refused.value.code == "RESOURCE_EXHAUSTED"
+            assert raised.value.code == "RESOURCE_EXHAUSTED"
 
     flags = [f"--tokens={tokens}", "--owner_pool_count_max=1"]
     with serve(tmp_path, *flags) as server:
@@ -155,10 +155,10 @@ def test_with_tls_pages_and_sockets_are_secure(
         assert url.startswith("https://")
         async with open_page(url, token=_ALICE, ssl=trusted) as page:
             await page.call("play.start", game="maze", mode="easy", level_seed=1)
-        with pytest.raises(websockets.InvalidStatusCode) as refused:
+        with pytest.raises(websockets.InvalidStatusCode) as raised:
             async with open_page(url, ssl=trusted, origin=url.rstrip("/").replace("https", "http")):
                 pass
-        assert refused.value.status_code == 403
+        assert raised.value.status_code == 403
         with pytest.raises(ssl.SSLCertVerificationError):
             async with open_page(url, ssl=ssl.create_default_context()):
                 pass
@@ -185,10 +185,10 @@ def test_with_tls_pages_and_sockets_are_secure(
 def test_an_excess_viewer_is_rejected_until_another_leaves(tmp_path: Path) -> None:
     async def test(url: str) -> None:
         async with open_page(url), open_page(url):
-            with pytest.raises(websockets.InvalidStatusCode) as refused:
+            with pytest.raises(websockets.InvalidStatusCode) as raised:
                 async with open_page(url):
                     pass
-            assert refused.value.status_code == 503
+            assert raised.value.status_code == 503
         while True:
             try:
                 async with open_page(url) as page:
@@ -227,7 +227,8 @@ def test_shutdown_notifies_pages_and_leaves_nothing(tmp_path: Path) -> None:
 
     with serve(tmp_path) as server:
         run(test(server.url, lambda: os.kill(server.process.process_id, signal.SIGTERM)))
-        # Its end is looked at on leaving. A play's pool is no reason to wait for the drain's end.
+        # The end of the block checks the server's exit. The pool of a play does not delay the
+        # drain.
         assert server.process.stop(timeout=9) == 0
         with pytest.raises(errors.UnavailableError):
             Client(server.process.address)

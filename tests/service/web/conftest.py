@@ -1,4 +1,4 @@
-"""Fixtures: one real server with pages for all tests of a file, on ports that the system chose."""
+"""Fixtures: a server with pages for the tests of a file, on ports that the system chooses."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the server's HTTP port serves, and to whom."""
+"""The HTTP port: files, headers, host names and origins."""
 
 from __future__ import annotations
 
@@ -128,7 +128,7 @@ def test_a_socket_needs_an_origin_and_an_allowed_host(server: WebServer) -> None
     assert upgrade(server, host, [f"http://{host}"]).startswith(b"HTTP/1.1 101")
     assert upgrade(server, host, []).startswith(b"HTTP/1.1 403")
     assert upgrade(server, host, [f"http://{host}"] * 2).startswith(b"HTTP/1.1 403")
-    # By a name that leads here, from a page of that name.
+    # A name that resolves to this server, and a page of that name.
     assert upgrade(server, "evil.example", ["http://evil.example"]).startswith(b"HTTP/1.1 421")
     assert upgrade(server, host, [f"http://{host}"], "/").startswith(b"HTTP/1.1 404")
 

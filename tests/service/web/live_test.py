@@ -1,4 +1,4 @@
-"""The live view: pools of the server as they are stepped, how they went, what they show."""
+"""The live view: pools while they are stepped, their history and their frames."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from procgen_client import Client, Pool
 
 
 class Learner:
-    """Steps a pool on a thread of its own until it is stopped."""
+    """Steps a pool in a thread until stop()."""
 
     def __init__(self, pool: Pool) -> None:
         self.pool = pool
@@ -85,18 +85,18 @@ def test_pools_are_reported_once_a_second(server: WebServer, learner: Learner) -
 
 def test_a_late_page_receives_the_history(server: WebServer, learner: Learner) -> None:
     async def test() -> None:
-        # Nobody looks meanwhile.
+        # No page is open meanwhile.
         await asyncio.sleep(3)
         async with open_page(server.url) as page:
-            told = (await page.call("pool.history", pool="pools/learning")).result
-            assert told["columns"] == [
+            history = (await page.call("pool.history", pool="pools/learning")).result
+            assert history["columns"] == [
                 "time_s", "steps_per_second", "episode_count", "mean_return", "mean_length",
                 "request_p50_ms", "request_p99_ms",
             ]  # fmt: skip
-            assert told["interval_s"] == 1 and 2 <= len(told["rows"]) <= 600
-            times = [row[0] for row in told["rows"]]
+            assert history["interval_s"] == 1 and 2 <= len(history["rows"]) <= 600
+            times = [row[0] for row in history["rows"]]
             assert times == sorted(times)
-            assert told["rows"][-1][1] > 0 and told["rows"][-1][5] > 0
+            assert history["rows"][-1][1] > 0 and history["rows"][-1][5] > 0
 
     run(test())
 
@@ -117,7 +117,7 @@ def test_frames_equal_the_environments(server: WebServer) -> None:
                 assert [it["environment"] for it in frames.entries] == [4, 1]
                 assert {it["format"] for it in frames.entries} == {"rgb"}
                 assert frames.parts["environment-4"] == seen[4].tobytes()
-                # Nothing has changed, so nothing comes; then something does.
+                # No frames arrive while nothing changes.
                 await asyncio.sleep(0.3)
                 assert not page.has_event("frames")
                 seen = pool.step(np.full(6, 7)).observations
@@ -177,10 +177,10 @@ def test_invalid_watches_are_rejected(server: WebServer) -> None:
         with Client(server.process.address) as client, client.create_pool("maze", 2) as pool:
             async with open_page(server.url) as page:
                 for members, code, message in wrong:
-                    with pytest.raises(PageError) as refused:
+                    with pytest.raises(PageError) as raised:
                         await page.call("watch.start", **{"pool": pool.name, **right, **members})
-                    assert refused.value.code == code, members
-                    assert message in refused.value.message, (members, refused.value)
+                    assert raised.value.code == code, members
+                    assert message in raised.value.message, (members, raised.value)
                 with pytest.raises(PageError, match="no watch 7"):
                     await page.call("watch.stop", watch=7)
                 for _ in range(4):
@@ -208,21 +208,21 @@ def test_an_episode_of_a_running_pool_is_saved_as_a_trace(
                     ends[environment].append(len(rewards))
             async with open_page(server.url) as page:
                 for environment, rows in ends.items():
-                    told = await page.call(
+                    saved = await page.call(
                         "pool.episode", pool=pool.name, environment=environment, selector="last"
                     )
-                    assert told.result["ended"] is True and told.result["game"] == "coinrun"
+                    assert saved.result["ended"] is True and saved.result["game"] == "coinrun"
                     own = [it[environment] for it in rewards[rows[-2] : rows[-1]]]
-                    assert told.result["total_reward"] == sum(own)
-                    trace = told.parts["trace"]
+                    assert saved.result["total_reward"] == sum(own)
+                    trace = saved.parts["trace"]
                     assert conformance(trace, tmp_path).endswith("1 passed, 0 failed, 0 skipped\n")
                     opened = await page.call(
                         "replay.open", pool=pool.name, environment=environment, selector="last",
                         human_size_px=0,
                     )  # fmt: skip
                     assert opened.result["difference"] is None
-                    assert opened.result["fingerprint"] == told.result["fingerprint"]
-                    assert opened.result["rows"] == told.result["steps"] + 1
+                    assert opened.result["fingerprint"] == saved.result["fingerprint"]
+                    assert opened.result["rows"] == saved.result["steps"] + 1
                 current = await page.call(
                     "pool.episode", pool=pool.name, environment=0, selector="current"
                 )
@@ -287,7 +287,8 @@ def test_a_page_that_does_not_read_delays_nothing(server: WebServer, learner: Le
                 before = resident_bytes()
                 for _ in range(45):
                     await other.event("frames")
-                # Three seconds of 4 x 20 x 196,608 bytes, 15 times each, would be 700 MB.
+                # In three seconds, 15 frame sets a second of 4 x 20 x 196,608 bytes would be 700
+                # MB.
                 assert resident_bytes() - before < 64 << 20
             slow.socket.transport.abort()
 

@@ -1,4 +1,4 @@
-"""What pages may say: requests that are right, and all that are wrong."""
+"""Messages of pages: valid requests, invalid ones, and limits."""
 
 from __future__ import annotations
 
@@ -21,10 +21,10 @@ def run(test: Any) -> None:
 def test_hello_describes_the_server(server: WebServer) -> None:
     async def test() -> None:
         async with open_page(server.url, says_hello=False) as page:
-            told = (await page.call("hello")).result
-        assert told["requires_token"] is False and told["is_fleet"] is False
-        assert told["version"] and told["node"].startswith("nodes/")
-        games = {game["name"]: game for game in told["catalog"]["games"]}
+            hello = (await page.call("hello")).result
+        assert hello["requires_token"] is False and hello["is_fleet"] is False
+        assert hello["version"] and hello["node"].startswith("nodes/")
+        games = {game["name"]: game for game in hello["catalog"]["games"]}
         assert len(games) == 16 and "coinrun" in games
         modes = {mode["name"]: mode for mode in games["coinrun"]["modes"]}
         assert modes["easy"]["time_limit_steps"] == 1000
@@ -33,19 +33,19 @@ def test_hello_describes_the_server(server: WebServer) -> None:
         assert games["coinrun"]["special_actions"] == []
         thrown = games["ninja"]["special_actions"]
         assert [special["action"] for special in thrown] == [*range(9, 15)]
-        options = {option["name"]: option for option in told["catalog"]["options"]}
+        options = {option["name"]: option for option in hello["catalog"]["options"]}
         assert options["use_backgrounds"] == {
             "name": "use_backgrounds", "type": "boolean", "default": True,
             "description": options["use_backgrounds"]["description"],
         }  # fmt: skip
         assert not options.keys() & {"num_levels", "start_level", "rand_seed", "distribution_mode"}
-        assert told["catalog"]["actions"][7] == {"number": 7, "name": "RIGHT", "keys": ["RIGHT"]}
-        assert told["limits"]["viewers"] == 64
+        assert hello["catalog"]["actions"][7] == {"number": 7, "name": "RIGHT", "keys": ["RIGHT"]}
+        assert hello["limits"]["viewers"] == 64
 
     run(test())
 
 
-# Method, members, code, and a part of the message.
+# Method, members, expected code, and a part of the expected message.
 REFUSALS: list[tuple[str, dict[str, Any], str, str]] = [
     ("nothing", {}, "UNIMPLEMENTED", "there is no method 'nothing'"),
     ("hello", {}, "FAILED_PRECONDITION", "has said hello"),
@@ -122,10 +122,10 @@ def test_invalid_requests_get_errors_and_the_socket_stays_open(server: WebServer
     async def test() -> None:
         async with open_page(server.url) as page:
             for method, members, code, message in REFUSALS:
-                with pytest.raises(PageError) as refused:
+                with pytest.raises(PageError) as raised:
                     await page.call(method, **members)
-                assert refused.value.code == code, (method, members, refused.value)
-                assert message in refused.value.message, (method, members, refused.value)
+                assert raised.value.code == code, (method, members, raised.value)
+                assert message in raised.value.message, (method, members, raised.value)
 
     run(test())
 
@@ -141,7 +141,7 @@ def test_hello_comes_first(server: WebServer) -> None:
 
 
 _OPEN = {"id": 1, "method": "replay.open"}
-# What closes the socket, as text or binary.
+# Messages that close the socket, text and binary.
 BROKEN: list[str | bytes] = [
     "", "hello", "[]", "7", "{", '{"id": 1}', '{"method": "hello"}',
     '{"id": -1, "method": "hello"}',
@@ -177,7 +177,7 @@ def test_invalid_messages_close_only_their_socket(server: WebServer) -> None:
 def test_messages_are_bounded(server: WebServer) -> None:
     async def test() -> None:
         async with open_page(server.url) as page:
-            with contextlib.suppress(ConnectionClosed):  # before all of it was sent
+            with contextlib.suppress(ConnectionClosed):  # before everything was sent
                 await page.socket.send(b"x" * ((4 << 20) + 1))
             assert (await page.closed())[0] == 1009
         async with open_page(server.url, says_hello=False) as page:
@@ -213,7 +213,7 @@ def test_requests_beyond_the_rate_wait(server: WebServer) -> None:
             begun = time.monotonic()
             answers = [page.send("pools.unfollow") for _ in range(400)]
             await asyncio.gather(*answers)
-            # 200 may be saved up, and 100 a second come after them.
+            # The rate limit: a burst of 200, then 100 a second.
             assert time.monotonic() - begun >= 1.8
 
     run(test())

@@ -1,4 +1,4 @@
-"""A page as the server sees it: a WebSocket, and the messages of server/web/json/README.md."""
+"""A client of the web protocol: a WebSocket with the messages of server/web/json/README.md."""
 
 from __future__ import annotations
 
@@ -18,12 +18,12 @@ from websockets.legacy.client import WebSocketClientProtocol
 
 from procgen_client import ServerProcess
 
-# No answer of these tests takes so long, on the slowest machine and under the sanitizers.
+# Longer than any response takes, on the slowest machine and under sanitizers.
 TIMEOUT_S = 60.0
 
 
 class PageError(Exception):
-    """An answer that is an error."""
+    """An error response."""
 
     def __init__(self, error: dict[str, str]) -> None:
         super().__init__(f"{error['code']}: {error['message']}")
@@ -32,7 +32,7 @@ class PageError(Exception):
 
 
 class Answer(NamedTuple):
-    """A result, and the bytes of its parts by their names."""
+    """A result, and the bytes of its parts by name."""
 
     result: dict[str, Any]
     parts: dict[str, bytes]
@@ -40,13 +40,13 @@ class Answer(NamedTuple):
 
 
 def binary(header: dict[str, Any], parts: list[dict[str, Any]], *contents: bytes) -> bytes:
-    """Gives a binary message."""
+    """Returns a binary message."""
     text = json.dumps({**header, "parts": parts}).encode()
     return struct.pack("<I", len(text)) + text + b"".join(contents)
 
 
 def parse(message: str | bytes) -> tuple[dict[str, Any], list[bytes]]:
-    """Takes a message apart: its JSON, and the bytes of its parts."""
+    """Returns the JSON of a message and the bytes of its parts."""
     if isinstance(message, str):
         return json.loads(message), []
     (length,) = struct.unpack_from("<I", message)
@@ -60,7 +60,7 @@ def parse(message: str | bytes) -> tuple[dict[str, Any], list[bytes]]:
 
 
 class Page:
-    """An open socket. Answers and events are taken apart by a task of its own."""
+    """An open socket. A task receives responses and events."""
 
     def __init__(self, socket: WebSocketClientProtocol) -> None:
         self.socket = socket
@@ -93,7 +93,7 @@ class Page:
         return self._events.setdefault(event, asyncio.Queue())
 
     def send(self, method: str, *contents: bytes, **members: Any) -> asyncio.Future[Answer]:
-        """Sends a request; with contents, one whose parts are traces."""
+        """Sends a request; `contents`: traces, sent as its parts."""
         request = {"id": self._next_id, "method": method, **members}
         self._next_id += 1
         answer: asyncio.Future[Answer] = asyncio.get_running_loop().create_future()
@@ -104,18 +104,18 @@ class Page:
         return answer
 
     async def call(self, method: str, *contents: bytes, **members: Any) -> Answer:
-        """Sends a request and waits for its answer."""
+        """Sends a request and waits for its response."""
         return await asyncio.wait_for(self.send(method, *contents, **members), TIMEOUT_S)
 
     async def event(self, name: str) -> Answer:
-        """Waits for the next event of a name."""
+        """Waits for the next event named `name`."""
         return await asyncio.wait_for(self._queue(name).get(), TIMEOUT_S)
 
     def has_event(self, name: str) -> bool:
         return not self._queue(name).empty()
 
     async def closed(self) -> tuple[int, str]:
-        """Waits until the server has closed the socket; gives its code and reason."""
+        """Waits until the server closes the socket; returns code and reason."""
         await asyncio.wait_for(self.socket.wait_closed(), TIMEOUT_S)
         return self.socket.close_code, self.socket.close_reason
 
@@ -124,7 +124,7 @@ class Page:
 async def open_page(
     url: str, *, token: str | None = None, says_hello: bool = True, **options: Any
 ) -> AsyncIterator[Page]:
-    """Opens the socket of the page at `url`, "http://HOST:PORT/", and says hello."""
+    """Opens the socket of the page at `url`, "http://HOST:PORT/", and sends hello."""
     origin = url.rstrip("/")
     address = origin.replace("http", "ws", 1) + "/socket"
     connection = {"origin": origin, "max_size": None, "compression": None, **options}
@@ -136,7 +136,7 @@ async def open_page(
 
 
 def built(program: str) -> Path:
-    """A program of this build: what CTest says, else what was built last in this checkout."""
+    """A built program: next to PROCGEN_SERVER_BINARY, else the newest build of this checkout."""
     if "PROCGEN_SERVER_BINARY" in os.environ:
         return Path(os.environ["PROCGEN_SERVER_BINARY"]).parent / program
     found = list(Path(__file__).resolve().parents[3].glob(f"build/*/bin/{program}"))
@@ -145,7 +145,7 @@ def built(program: str) -> Path:
 
 
 def conformance(trace: bytes, folder: Path) -> str:
-    """What procgen-conformance, which knows nothing of the server, says of a trace."""
+    """Returns the output of procgen-conformance for a trace."""
     file = folder / "played.trace"
     file.write_bytes(trace)
     outcome = subprocess.run(
@@ -168,7 +168,7 @@ class WebServer(NamedTuple):
 
 @contextlib.contextmanager
 def serve(folder: Path, *flags: str) -> Iterator[WebServer]:
-    """Runs a server with pages, which must end well."""
+    """Runs a server with pages; expects that it exits with status 0."""
     log_path = folder / "server.log"
     with ServerProcess(
         built("procgen-server"),

@@ -1,4 +1,4 @@
-"""Play, replays and the gallery, over the wire that pages use."""
+"""Play, replays and the gallery, over the web protocol."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from page import Answer, Page, PageError, WebServer, conformance, open_page
 from procgen_client import Client
 
 _GOLDEN = Path(__file__).resolve().parents[2] / "conformance" / "golden"
-# A walk that does something in every game.
+# Actions that change every game.
 _ACTIONS = [7, 7, 8, 5, 2, 7, 1, 4, 6, 9, 0, 3] * 10
 
 
@@ -57,7 +57,7 @@ def test_a_play_is_a_pool_of_the_viewer_and_shows_both_views(server: WebServer) 
                 assert client.list_pools() == []
                 await play(page, [], game="maze", mode="easy", level_seed=1)
                 assert len(client.list_pools()) == 1
-            # The page has gone.
+            # The page is closed.
             while client.list_pools():
                 await asyncio.sleep(0.01)
 
@@ -91,7 +91,7 @@ def test_conformance_replays_a_play_bit_for_bit(
         assert saved.result["file_name"].startswith(f"{game}.{mode}.")
         trace = saved.parts["trace"]
         assert conformance(trace, tmp_path).endswith("1 passed, 0 failed, 0 skipped\n")
-        # And the program can tell: another action leads elsewhere, or another reward was recorded.
+        # procgen-conformance detects a different action and a different reward.
         rewards_at = trace.index(b"\n") + 1 + len(_ACTIONS)
         broken = trace[:rewards_at] + b"\x01" + trace[rewards_at + 1 :]
         assert conformance(broken, tmp_path).endswith("0 passed, 1 failed, 0 skipped\n")
@@ -101,7 +101,7 @@ def test_conformance_replays_a_play_bit_for_bit(
 
 
 def golden(name: str) -> tuple[bytes, dict[str, Any], list[int]]:
-    """A recording of Procgen 0.10.7: its file, its header, and its actions."""
+    """Returns a recording of Procgen 0.10.7: its path, header and actions."""
     contents = (_GOLDEN / f"{name}.trace").read_bytes()
     at = contents.index(b"\n") + 1
     header = json.loads(contents[:at])
@@ -119,14 +119,14 @@ def test_a_solved_level_is_reported(server: WebServer, tmp_path: Path) -> None:
             end = next(view.result for view in views if view.result["prev_level_complete"])
             assert end["total_reward"] == 10 and end["reward"] == 10 and end["first"] is True
             assert end["episode_count"] == 1 and len(end["fingerprint"]) == 16
-            # The same level again.
+            # The same level is played again.
             assert end["level_seed"] == end["prev_level_seed"] == 1001
             saved = (await page.call("play.trace", play=number)).parts["trace"]
-            told = json.loads(saved[: saved.index(b"\n")])
-            assert told["fingerprints"][0][0] == end["fingerprint"]
-            # But for the fingerprints, it is what upstream recorded.
+            saved_header = json.loads(saved[: saved.index(b"\n")])
+            assert saved_header["fingerprints"][0][0] == end["fingerprint"]
+            # Apart from the fingerprints, the header equals the recording's.
             assert saved[saved.index(b"\n") :] == contents[contents.index(b"\n") :]
-            assert {**told, "fingerprints": 0} == {**header, "fingerprints": 0}
+            assert {**saved_header, "fingerprints": 0} == {**header, "fingerprints": 0}
 
     run(test())
 
@@ -161,10 +161,10 @@ def test_the_next_level_has_the_next_seed(server: WebServer) -> None:
             only, _ = await play(page, [], game="coinrun", mode="exploration")
             with pytest.raises(PageError, match="the only one of this mode"):
                 await page.call("play.next_level", play=only)
-            with pytest.raises(PageError, match="4 plays, which is the limit") as refused:
+            with pytest.raises(PageError, match="4 plays, which is the limit") as raised:
                 for _ in range(2):
                     await play(page, [], game="maze", mode="easy", level_seed=1)
-            assert refused.value.code == "RESOURCE_EXHAUSTED"
+            assert raised.value.code == "RESOURCE_EXHAUSTED"
 
     run(test())
 
@@ -256,7 +256,7 @@ def test_invalid_traces_are_rejected(server: WebServer) -> None:
         return json.dumps({**json.loads(line), **members}).encode() + arrays
 
     options = header["options"]
-    refused = {
+    rejected = {
         b"\x89PNG": "the file is not a trace",
         contents[:-1]: "the file ends within array prev_level_complete",
         changed(format="procgen-trace-2"): "must be procgen-trace-1",
@@ -269,7 +269,7 @@ def test_invalid_traces_are_rejected(server: WebServer) -> None:
 
     async def test() -> None:
         async with open_page(server.url) as page:
-            for file, message in refused.items():
+            for file, message in rejected.items():
                 with pytest.raises(PageError) as raised:
                     await page.call("replay.open", file)
                 assert message in str(raised.value), (message, raised.value)

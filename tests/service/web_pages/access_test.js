@@ -1,4 +1,4 @@
-// Every page, for everybody: names, the keyboard, contrast in both themes, narrow windows, less motion.
+// Accessibility of every page: names, keyboard, contrast in both themes, narrow windows, reduced motion.
 
 import assert from "node:assert/strict";
 import { after, before, test } from "node:test";
@@ -27,7 +27,7 @@ after(async () => {
   assert.equal(await empty.stop(), 0);
 });
 
-// Each page with what is there when it is in use.
+// Each page, with its content in use.
 const PAGES = {
   live: async (page) => {
     await page.goto(server.page());
@@ -70,7 +70,7 @@ const NAMED = [
   "button", "link", "checkbox", "radio", "combobox", "spinbutton", "slider", "textbox", "image", "dialog", "navigation",
 ];
 
-// The accessibility tree: [role, name] of all usable elements.
+// The accessibility tree: [role, name] of all enabled elements.
 async function accessibleNodes(page) {
   const session = await page.context().newCDPSession(page);
   const { nodes } = await session.send("Accessibility.getFullAXTree");
@@ -89,7 +89,7 @@ async function checkNames(page) {
   assert(headings.every((level, i) => level <= (headings[i - 1] ?? 1) + 1), `levels of headings: ${headings}`);
 }
 
-// Marks what the keyboard must reach, and gives the marks.
+// Marks the elements that the keyboard must reach; returns the marks.
 function markReachable(page) {
   return page.evaluate(() => {
     const root = document.querySelector("dialog[open]") ?? document.body;
@@ -126,7 +126,7 @@ async function checkLooks(page) {
   for (const viewport of [WIDE, USUAL, NARROW]) {
     await page.setViewportSize(viewport);
     for (const colorScheme of ["light", "dark"]) {
-      // Without motion colours change at once.
+      // With reduced motion colors change at once.
       await page.emulateMedia({ colorScheme, reducedMotion: "reduce" });
       assert.deepEqual(await page.evaluate(lowContrasts), [], colorScheme);
     }

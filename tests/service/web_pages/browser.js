@@ -1,11 +1,11 @@
-// A headless Chromium for the tests of a file, and what they look at in it.
+// A headless Chromium for the tests of a file, and helpers that read its pages.
 
 import assert from "node:assert/strict";
 import { createHash } from "node:crypto";
 import { after, afterEach, before } from "node:test";
 import { chromium } from "playwright-core";
 
-// `it.open(address)` opens a page that is closed after the test; a page that reports an error fails the file.
+// `it.open(address)` opens a page and closes it after the test. An error on a page fails the file.
 export function withBrowser() {
   const it = { errors: [] };
   before(async () => {
@@ -30,7 +30,7 @@ export function withBrowser() {
   return it;
 }
 
-// The text of the figure of this name among those in `list`.
+// The text of the figure with this label in `list`.
 export function figure(page, list, name) {
   const term = page.locator("dt", { hasText: new RegExp(`^${name}$`) });
   return page.locator(`${list} div`, { has: term }).locator("dd");
@@ -47,13 +47,13 @@ export async function enterToken(page, token) {
   await page.keyboard.press("Enter");
 }
 
-// What a canvas shows, as a short text that can be compared.
+// The content of a canvas, as a short string for comparisons.
 export async function picture(page, selector) {
   const content = await page.locator(selector).first().evaluate((canvas) => canvas.toDataURL());
   return createHash("sha256").update(content).digest("hex");
 }
 
-// Waits until what a canvas shows is as wanted.
+// Waits until the content of a canvas satisfies a condition.
 export async function waitForPicture(page, selector, isWanted) {
   const begin = performance.now();
   while (!isWanted(await picture(page, selector))) {
@@ -62,7 +62,7 @@ export async function waitForPicture(page, selector, isWanted) {
   }
 }
 
-// Waits until a canvas shows something else than now.
+// Waits until the content of a canvas changes.
 export async function waitForChange(page, selector) {
   const before = await page.locator(selector).first().evaluate((canvas) => canvas.toDataURL());
   await page.waitForFunction(([name, old]) => document.querySelector(name).toDataURL() !== old, [selector, before]);

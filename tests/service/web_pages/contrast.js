@@ -1,9 +1,9 @@
-// Contrast as WCAG 2 reckons it, of all that a page shows. Runs in the page.
+// Contrast of all visible elements, as WCAG 2 defines it. Runs in the page.
 
-// Lists what falls short: texts below 4.5 (3 where they are large), bounds of controls below 3. What is disabled is exempt.
+// Lists violations: text below 4.5 (large text: 3), borders of controls below 3. Disabled elements are exempt.
 export function lowContrasts() {
   const channels = (color) => color.match(/[\d.]+/g).map(Number);
-  // What `color` looks like before `behind`, both [r, g, b, a].
+  // `color` blended over `behind`, both [r, g, b, a].
   const over = ([r, g, b, a = 1], behind) => [r, g, b].map((value, i) => value * a + behind[i] * (1 - a));
   const background = (element) => {
     if (!element) {

@@ -1,7 +1,7 @@
-// Keeps episodes of a running pool from the live view.
+// Saves episodes of a running pool from the live view.
 
-// Enlarges environments of the first `count` of the open pool and asks for their last episode, until the replay page has one.
-// Which of them have ended an episode is the learner's luck.
+// Enlarges environments of the first `count` of the open pool and requests their last episode, until one is returned.
+// Which environments have ended an episode depends on the learner.
 export async function replayLastEpisode(page, count) {
   const isOpen = () => new URL(page.url()).pathname === "/replay";
   for (let environment = 0; !isOpen(); environment = (environment + 1) % count) {

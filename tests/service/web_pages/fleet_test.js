@@ -1,4 +1,4 @@
-// The pages of a fleet server, which spreads pools over two nodes of a cluster.
+// The pages of a fleet server with two nodes.
 
 import assert from "node:assert/strict";
 import { after, before, test } from "node:test";
@@ -13,7 +13,7 @@ let fleet;
 before(async () => { fleet = await Fleet.start("node-1", "node-2"); });
 after(async () => assert.deepEqual(await fleet.stop(), [0, 0, 0]));
 
-// Opens a page of the fleet server, and waits until it knows all nodes.
+// Opens a page of the fleet server and waits until it lists all nodes.
 async function openLive() {
   const page = await it.open(fleet.front.page());
   for (const name of ["front (fleet)", "node-1", "node-2"]) {
@@ -30,7 +30,7 @@ function waitForState(page, name, state) {
   return rowOf(page, name).locator(".badge", { hasText: state }).waitFor();
 }
 
-// The environments of a pool are dealt in halves: so pictures of both ends are of both nodes.
+// Each node runs one half of the environments, so the first and the last frame come from different nodes.
 async function waitForChangeOfBoth(page) {
   await waitForChange(page, "#mosaic li:first-child canvas");
   await waitForChange(page, "#mosaic li:last-child canvas");
@@ -44,7 +44,7 @@ test("the table lists all nodes and their load, and a pool on both is watched, s
   for (const [name, node] of fleet.nodes) {
     await waitForText(rowOf(page, name), new RegExp(`${node.address}.*${ENV_COUNT / 2} of `));
   }
-  await waitForText(rowOf(page, "front (fleet)"), new RegExp(`healthy${ENV_COUNT}1`));  // in one pool, with no room of its own
+  await waitForText(rowOf(page, "front (fleet)"), new RegExp(`healthy${ENV_COUNT}1`));  // one pool; the fleet server has no capacity of its own
   await waitForChangeOfBoth(page);
   await waitForText(figure(page, "#pool-figures", "Episodes"), /^[1-9]/);
   await replayLastEpisode(page, ENV_COUNT);

@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Fetches what drives the browser, as the lock file says, unless it is there. The argument is npm.
+# Installs playwright-core from the lock file, unless it is installed. Argument: npm.
 set -euo pipefail
 npm=$1
 

@@ -1,4 +1,4 @@
-// The live view over a learner that runs.
+// The live view of a running learner.
 
 import assert from "node:assert/strict";
 import { after, before, test } from "node:test";
@@ -37,8 +37,8 @@ test("frames change while the learner steps, and stop while paused", async () =>
   assert.equal(await page.getAttribute("#hold", "aria-pressed"), "true");
   // Frames in transit arrive before the server's next message.
   const steps = figure(page, "#pool-figures", "Steps so far");
-  const told = await steps.textContent();
-  await page.waitForFunction((old) => document.querySelector("#pool-figures div:last-child dd").textContent !== old, told);
+  const before = await steps.textContent();
+  await page.waitForFunction((old) => document.querySelector("#pool-figures div:last-child dd").textContent !== old, before);
   const held = await picture(page, FIRST);
   const later = await steps.textContent();
   await page.waitForFunction((old) => document.querySelector("#pool-figures div:last-child dd").textContent !== old, later);

@@ -1,6 +1,6 @@
-// Texts that stick out of what they are in. Runs in the page.
+// Text that overflows its container. Runs in the page.
 
-// Lists the texts that go beyond the sides of their panel, button or dialog; those that can be scrolled may.
+// Lists texts that extend beyond their panel, button or dialog. Text that can be scrolled is exempt.
 export function stickingOut() {
   const out = [];
   const texts = document.createTreeWalker(document.querySelector("dialog[open]") ?? document.body, NodeFilter.SHOW_TEXT);

@@ -1,4 +1,4 @@
-// The play page, by real keys.
+// The play page, with real key events.
 
 import assert from "node:assert/strict";
 import { execFile } from "node:child_process";
@@ -11,7 +11,7 @@ import { figure, picture, waitForPicture, waitForText, withBrowser } from "./bro
 import { COINRUN_1000, COINRUN_1000_PATH, COINRUN_1000_STEPS, playKeys } from "./playing.js";
 import { Server } from "./server.js";
 
-// Numbers of actions, as the catalog has them.
+// Action numbers of the catalog.
 const ACTIONS = { LEFT: 1, "LEFT+UP": 2, none: 4, "RIGHT+DOWN": 6, RIGHT: 7, "RIGHT+UP": 8, D: 9 };
 
 const it = withBrowser();
@@ -102,8 +102,8 @@ test("a mode with a single level names it", async () => {
   assert.equal(await page.locator("[name=level]").isEditable(), false);
 });
 
-// Opens a level whose server's requests are seen. `asked(action)` waits until the server is asked for this action.
-async function openHeard(options) {
+// Opens a level and records the requests to its server. `asked(action)` waits for a request with this action.
+async function openRecorded(options) {
   const page = await it.open("about:blank", options);
   const opened = page.waitForEvent("websocket");
   await page.goto(server.page("/play?game=maze&mode=easy&level=5"));
@@ -114,8 +114,8 @@ async function openHeard(options) {
   return { page, asked };
 }
 
-test("of several held keys the newest counts, with all that combine with it", async () => {
-  const { page, asked } = await openHeard();
+test("the newest held key wins, combined with compatible keys", async () => {
+  const { page, asked } = await openRecorded();
   const change = (what, key, action) => Promise.all([asked(action), page.keyboard[what](key)]);
   await change("down", "ArrowRight", "RIGHT");
   await change("down", "d", "D");
@@ -125,8 +125,8 @@ test("of several held keys the newest counts, with all that combine with it", as
   await change("up", "ArrowUp", "LEFT");
 });
 
-test("touch buttons combine two fingers, and a sliding finger presses what it reaches", async () => {
-  const { page, asked } = await openHeard({ viewport: { width: 390, height: 844 }, hasTouch: true, isMobile: true });
+test("touch buttons combine two fingers, and a sliding finger presses the buttons that it reaches", async () => {
+  const { page, asked } = await openRecorded({ viewport: { width: 390, height: 844 }, hasTouch: true, isMobile: true });
   const session = await page.context().newCDPSession(page);
   const on = async (key, id) => {
     const { x, y, width, height } = await page.locator(`[data-key="${key}"]`).boundingBox();

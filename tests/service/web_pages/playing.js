@@ -1,8 +1,8 @@
-// Plays by the keyboard, a step at a time, so that a recorded sequence of keys always plays the same.
+// Plays by keyboard, one step at a time, so a sequence of keys always gives the same steps.
 
 import { figure, waitForText } from "./browser.js";
 
-// Reaches the coin of coinrun's level 1000, easy: the keys that are held, and for how many steps.
+// Reaches the coin of coinrun's level 1000, easy: the held keys and their number of steps.
 export const COINRUN_1000 = [[[], 1], [["ArrowRight"], 2], [["ArrowRight", "ArrowUp"], 18], [["ArrowRight"], 14]];
 export const COINRUN_1000_STEPS = 35;
 
@@ -14,7 +14,7 @@ export async function playKeys(page, sequence) {
   await waitForText(step, /^0$/);
   let held = [];
   let steps = 0;
-  // The first step pauses, so that keys do not set the level going by themselves.
+  // Pauses with the first step, so that held keys do not run the level.
   for (const [keys, count] of sequence) {
     for (const key of held.filter((name) => !keys.includes(name))) {
       await page.keyboard.up(key);

@@ -13,7 +13,7 @@ const it = withBrowser();
 let server;
 let folder;
 let trace;      // the path of a play's trace
-let pictures;   // what the play showed, by step
+let pictures;   // the frames of the play, by step
 before(async () => {
   server = await Server.start();
   folder = await mkdtemp(join(tmpdir(), "procgen-web-"));
@@ -28,7 +28,7 @@ function row(page, number) {
   return waitForText(figure(page, "#figures", "Step"), new RegExp(`^${number} of ${COINRUN_1000_STEPS}$`));
 }
 
-// Moves the slider, as a pointer or a key would.
+// Moves the slider as a pointer or a key does.
 async function seek(page, number) {
   await page.locator("#row").fill(String(number));
   await row(page, number);
@@ -52,7 +52,7 @@ test("the replay page plays a play forward and backward", async () => {
   await row(page, 0);
   assert.equal(await page.locator("#verdict").textContent(), "Identical to the recording");
   const controls = await page.locator("#run").boundingBox();
-  assert(controls.y + controls.height <= page.viewportSize().height, "one need not scroll to go through it");
+  assert(controls.y + controls.height <= page.viewportSize().height, "the controls are visible without scrolling");
   await waitForPicture(page, "#human", (shown) => shown === pictures[0]);
   await seek(page, 3);
   await waitForPicture(page, "#human", (shown) => shown === pictures[3]);

@@ -1,4 +1,4 @@
-// The server stops and is started again under open pages.
+// The server stops and restarts while pages are open.
 
 import assert from "node:assert/strict";
 import { test } from "node:test";
@@ -24,7 +24,7 @@ test("pages report a lost server and reconnect by themselves", async () => {
     await waitForText(page.locator(".link"), "Waiting for the server");
   }
   const size = await live.locator(".link").evaluate((state) => parseFloat(getComputedStyle(state).fontSize));
-  assert(size >= 12, "a narrow window tells it in words, not by a colour alone");
+  assert(size >= 12, "a narrow window shows the state as text, not only by color");
   await waitForText(play.locator("#message"), "The connection was lost.");
 
   server = await Server.start(`--web_address=${new URL(server.web).host}`);

@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Runs a test file by node, the first argument; says so and exits with 77 where there is no Chromium to run it in.
+# Runs a test file with node, the first argument. Exits with 77 and a message without Chromium.
 set -euo pipefail
 node=$1
 file=$2

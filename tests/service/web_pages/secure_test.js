@@ -1,4 +1,4 @@
-// Pages over TLS, of a server with authentication.
+// Pages over TLS, with authentication.
 
 import assert from "node:assert/strict";
 import { execFile } from "node:child_process";
@@ -13,7 +13,7 @@ import { Learner, Server } from "./server.js";
 const TOKEN = "alices-token-0123456789";
 const it = withBrowser();
 
-// Makes a certificate for loopback that vouches for itself. Gives the paths of it and of its key.
+// Makes a self-signed certificate for loopback. Returns the paths of certificate and key.
 async function makeCertificate(folder) {
   const [certificate, key] = [join(folder, "certificate.pem"), join(folder, "key.pem")];
   await promisify(execFile)("openssl", [

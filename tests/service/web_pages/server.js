@@ -1,24 +1,24 @@
-// The program procgen-server with its pages, and learners that give it something to show.
+// procgen-server with its pages, and learners.
 
 import { spawn } from "node:child_process";
 import { once } from "node:events";
 import { createInterface } from "node:readline";
 import { connect, DistributionMode } from "../../../clients/node/dist/index.js";
 
-// A server on ports of loopback that the system chooses, or on those of `flags`.
+// A server on loopback, on ports that the system chooses unless `flags` sets them.
 export class Server {
   static async start(...flags) {
     const server = new Server();
     const args = ["--address=127.0.0.1:0", "--web_address=127.0.0.1:0", "--workers=1", ...flags];
     server.process = spawn(process.env.PROCGEN_SERVER_BINARY, args, { stdio: ["ignore", "pipe", "pipe"] });
-    const told = [];
+    const lines = [];
     const exited = once(server.process, "exit").then(() => {
-      throw new Error(`procgen-server ended:\n${told.join("\n")}`);
+      throw new Error(`procgen-server ended:\n${lines.join("\n")}`);
     });
     exited.catch(() => undefined);
     const listening = new Promise((resolve) => {
       createInterface(server.process.stderr).on("line", (line) => {
-        told.push(line);
+        lines.push(line);
         const web = /event=listening .*\bweb=(\S+[^/\s])/.exec(line);
         if (web) {
           resolve(web[1]);
@@ -31,12 +31,12 @@ export class Server {
     return server;
   }
 
-  // The address of a page. `web`: that of all of them.
+  // The URL of a page.
   page(path = "/") {
     return `${this.web}${path}`;
   }
 
-  // Gives its exit status.
+  // Stops the server; returns its exit status.
   async stop() {
     const exited = once(this.process, "exit");
     this.process.kill("SIGTERM");
@@ -44,7 +44,7 @@ export class Server {
   }
 }
 
-// Servers on loopback that are the nodes of a cluster, and a fleet server that spreads pools over them.
+// Nodes of a cluster on loopback, and a fleet server.
 export class Fleet {
   nodes = new Map();  // by name
   #flags = [`--cluster=pages-${process.pid}`, `--cluster_domain=${process.pid % 100}`, "--cluster_peers=127.0.0.1"];
@@ -60,25 +60,25 @@ export class Fleet {
     this.nodes.set(name, await Server.start(...this.#flags, `--node_id=${name}`));
   }
 
-  // Gives its exit status.
+  // Stops a node; returns its exit status.
   async stopNode(name) {
     const node = this.nodes.get(name);
     this.nodes.delete(name);
     return node.stop();
   }
 
-  // Gives all exit statuses.
+  // Stops all; returns the exit statuses.
   async stop() {
     const status = await this.front.stop();
     return [status, ...await Promise.all([...this.nodes.keys()].map((name) => this.stopNode(name)))];
   }
 }
 
-// A learner that steps a pool at random until stop().
+// A learner that steps a pool with random actions until stop().
 export class Learner {
   #isStopped = false;
 
-  // `poolId`: what its pool is called.
+  // `poolId`: the id of its pool.
   static async start(server, poolId, games, envCount, options = {}) {
     const learner = new Learner();
     learner.client = await connect(server.address, options);
@@ -95,7 +95,7 @@ export class Learner {
     this.client.close();
   }
 
-  // Most go right, as a partly trained policy does; from time to time all change their action.
+  // Most actions go right, as with a partly trained policy. At times all environments change their action.
   async #run(envCount) {
     const actions = new Int32Array(envCount);
     for (let step = 0; !this.#isStopped; step += 1) {

@@ -18,7 +18,7 @@ test("the page asks for a valid token, keeps it for the tab, and never puts it i
   const learner = await Learner.start(server, "hers", ["coinrun"], 4, { credentials: { token: TOKEN } });
   const page = await it.open(server.page());
   const addresses = [];
-  // The dialog cannot be dismissed: without a token there is nothing to show.
+  // The dialog cannot be dismissed: without a token a page shows nothing.
   for (let i = 0; i < 3; i += 1) {
     await page.keyboard.press("Escape");
   }

@@ -30,7 +30,7 @@ TEST(ProcgenSolveTest, ReportsSolvedAndUnsolvableLevels) {
                               "5\n")));
 }
 
-TEST(ProcgenSolveTest, ALevelThatIsGivenUpIsNamedAndAFailure) {
+TEST(ProcgenSolveTest, AnAbandonedLevelIsNamedAndFails) {
   const ProgramRun run = Search("--games climber --levels 1 --bursts 1");
   EXPECT_EQ(run.exit_status, 1);
   EXPECT_THAT(run.output, HasSubstr("climber easy: given up: 0\n"));

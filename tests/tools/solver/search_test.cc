@@ -64,7 +64,7 @@ TEST(SearchTest, AClosedOffLevelIsReported) {
   EXPECT_EQ(SearchEasy("ninja", kNinjaClosedLevel).verdict, Verdict::kClosedOff);
 }
 
-TEST(CompletesLevelTest, RequiresTheWholeSolutionAndNothingElse) {
+TEST(CompletesLevelTest, RequiresExactlyTheWholeSolution) {
   const std::vector<int32_t> way = SearchEasy("maze", kMazeLevel).actions;
   EXPECT_TRUE(CompletesEasyMaze(way));
   std::vector<int32_t> shorter = way;
@@ -75,7 +75,7 @@ TEST(CompletesLevelTest, RequiresTheWholeSolutionAndNothingElse) {
   EXPECT_FALSE(CompletesEasyMaze(longer));
 }
 
-TEST(CompletesLevelTest, AnEndWithoutCompletionDoesNotCount) {
+TEST(CompletesLevelTest, AnEndWithoutCompletionIsNotACompletion) {
   EXPECT_FALSE(CompletesEasyMaze(std::vector<int32_t>(500, kNoAction)));
 }
 

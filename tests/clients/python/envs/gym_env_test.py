@@ -1,4 +1,4 @@
-"""The rules of Gymnasium's environments, each with its source.
+"""Gymnasium's contract of environments, with the source of each rule.
 
 Sources are modules of Gymnasium 1.4.0, which is not needed here.
 """
@@ -20,7 +20,7 @@ def env(client: Client) -> Iterator[ProcgenGymEnv]:
         yield made
 
 
-def test_reset_and_step_give_what_the_contract_says(env: ProcgenGymEnv) -> None:
+def test_reset_and_step_follow_the_gymnasium_api(env: ProcgenGymEnv) -> None:
     # core.py, Env.reset: (obs, info); Env.step: (obs, float, bool, bool, dict).
     observation, infos = env.reset()
     assert observation in env.observation_space
@@ -36,7 +36,7 @@ def test_reset_and_step_give_what_the_contract_says(env: ProcgenGymEnv) -> None:
         env.reset(0)  # seed and options are keyword-only
 
 
-def test_a_seed_gives_the_same_episodes_again(env: ProcgenGymEnv) -> None:
+def test_equal_seeds_give_equal_episodes(env: ProcgenGymEnv) -> None:
     # core.py, Env.reset: a seed makes what follows reproducible; np_random is seeded with it.
     _, one = env.reset(seed=11)
     assert env.np_random_seed == 11
@@ -46,7 +46,7 @@ def test_a_seed_gives_the_same_episodes_again(env: ProcgenGymEnv) -> None:
     assert unlike["level_seed"] != one["level_seed"]
 
 
-def test_an_episode_that_is_over_wants_a_reset(env: ProcgenGymEnv) -> None:
+def test_ended_episode_requires_a_reset(env: ProcgenGymEnv) -> None:
     # core.py, Env.step: after terminated or truncated the user calls reset.
     env.reset()
     _, _, terminated, truncated, infos = env.step(-1)
@@ -59,7 +59,7 @@ def test_an_episode_that_is_over_wants_a_reset(env: ProcgenGymEnv) -> None:
     assert "episode_length" not in infos
 
 
-def test_it_plays_as_one_of_a_vector_environment(env: ProcgenGymEnv, client: Client) -> None:
+def test_gym_env_equals_a_vector_environment_of_one(env: ProcgenGymEnv, client: Client) -> None:
     # Ours: no source in Gymnasium.
     with ProcgenVectorEnv(
         "maze", 1, server=client, distribution_mode="easy", rand_seed=3
@@ -73,7 +73,7 @@ def test_it_plays_as_one_of_a_vector_environment(env: ProcgenGymEnv, client: Cli
             assert reward == rewards[0]
 
 
-def test_states_and_levels(env: ProcgenGymEnv) -> None:
+def test_states_are_restored_and_levels_can_be_chosen(env: ProcgenGymEnv) -> None:
     # Ours: no source in Gymnasium.
     _, infos = env.reset(options={"level_seed": 42})
     assert infos["level_seed"] == 42

@@ -1,6 +1,6 @@
-"""Programs that are written for upstream and Gym, Gymnasium's predecessor, run with ours.
+"""Programs for upstream and Gym, Gymnasium's predecessor, run with this client.
 
-Debian has no Gym. A few lines with its names take its place on the path of a second Python, as in
+Debian has no Gym, so a stub package replaces it in a second Python process, as in
 gymnasium_test.py. The program is in the manner of CleanRL's ppo_procgen.py, which is written for
 Gym 0.23; its wrappers are gym/wrappers/ in brief.
 """
@@ -177,10 +177,10 @@ after = env.reset()
 assert (after != last).any()
 np.testing.assert_array_equal(after, env.render("rgb_array"))
 for call in (lambda: env.seed(3), lambda: (env.step(4), env.reset())):
-    with warnings.catch_warnings(record=True) as told:
+    with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
         call()
-    assert len(told) == 1
+    assert len(caught) == 1
 env.close()
 env.close()
 try:
@@ -188,11 +188,11 @@ try:
 except ValueError as error:
     assert "no window" in str(error)
 else:
-    raise AssertionError("render_mode='human' is not refused")
+    raise AssertionError("render_mode='human' is not rejected")
 """
 
 
-def test_a_program_in_cleanrls_manner_runs_with_gym(
+def test_cleanrl_style_program_runs_with_gym(
     server: ServerProcess, tmp_path: Path
 ) -> None:
     for name, text in _GYM.items():

@@ -1,8 +1,8 @@
-"""What is different where Gymnasium is installed: base class, enumeration and spaces are its own.
+"""With Gymnasium installed, the client uses its base classes, enumeration and spaces.
 
-Debian has no Gymnasium. Where it is missing, a few lines with its names take its place on the path
-of a second Python: they show that ours finds and uses what Gymnasium 1.4.0, 1.0.0 and 0.29.1 export
-under these names, and nothing about Gymnasium itself.
+Debian has no Gymnasium. Where it is missing, a stub package replaces it in a second Python process.
+The stub has the exported names of Gymnasium 1.4.0, 1.0.0 and 0.29.1. The tests show that the client
+finds and uses these names; they do not test Gymnasium.
 """
 
 from __future__ import annotations
@@ -127,12 +127,12 @@ warnings.simplefilter("error")
 from procgen_client import AutoresetMode, ProcgenGymEnv, ProcgenVectorEnv
 
 is_1_0 = gymnasium.__version__ == "1.0.0"
-with warnings.catch_warnings(record=True) as told:
+with warnings.catch_warnings(record=True) as caught:
     warnings.simplefilter("always")
     env = ProcgenVectorEnv("maze", 2, server=sys.argv[1])
-assert len(told) == (0 if is_1_0 else 1)
-assert is_1_0 or "Gymnasium 0.29.1 is installed" in str(told[0].message)
-assert is_1_0 or told[0].filename == sys.argv[0]
+assert len(caught) == (0 if is_1_0 else 1)
+assert is_1_0 or "Gymnasium 0.29.1 is installed" in str(caught[0].message)
+assert is_1_0 or caught[0].filename == sys.argv[0]
 assert issubclass(ProcgenVectorEnv, gymnasium.vector.VectorEnv) == is_1_0
 assert env.metadata["autoreset_mode"] is AutoresetMode.NEXT_STEP
 assert env.single_action_space == gymnasium.spaces.Discrete(15)
@@ -214,7 +214,7 @@ def _install(folder: Path, version: str) -> None:
     }
     if version in vector:
         modules["vector/__init__.py"] = vector[version]
-    if version == "0.29.1":  # Its vector environments are environments.
+    if version == "0.29.1":  # There, VectorEnv is a subclass of Env.
         body = modules["__init__.py"].replace("from gymnasium import spaces, vector\n", "")
         modules["__init__.py"] = body + "\nfrom gymnasium import spaces, vector\n"
     for name, text in modules.items():
@@ -236,14 +236,14 @@ def _run(program: str, folder: Path, server: ServerProcess) -> None:
     assert result.returncode == 0, result.stderr
 
 
-def test_gymnasiums_classes_and_spaces_are_used(server: ServerProcess, tmp_path: Path) -> None:
+def test_gymnasium_classes_and_spaces_are_used(server: ServerProcess, tmp_path: Path) -> None:
     if importlib.util.find_spec("gymnasium") is None:
         _install(tmp_path, "1.4.0")
     _run(_PROGRAM, tmp_path, server)
 
 
 @pytest.mark.parametrize("version", ["1.0.0", "0.29.1"])
-def test_older_versions_have_what_fits_them(
+def test_older_gymnasium_versions_are_supported(
     version: str, server: ServerProcess, tmp_path: Path
 ) -> None:
     _install(tmp_path, version)

@@ -1,7 +1,7 @@
-"""Upstream's interfaces keep to their facts, each with its source.
+"""Compatibility with upstream's interfaces, with the source of each rule.
 
-Upstream is the package `procgen` 0.10.7. Sources: the facts of gym3 and of upstream that programs
-are written against; the recordings of tests/conformance hold levels, rewards and ends to it.
+Upstream is the package `procgen` 0.10.7. Sources are the documented behaviour of gym3 and upstream.
+The recordings in tests/conformance cover levels, rewards and ends.
 """
 
 from __future__ import annotations
@@ -84,7 +84,7 @@ def test_observe_is_valid_before_any_act_and_idempotent(env: ProcgenGym3Env) -> 
     assert one[2].tolist() == other[2].tolist() == [True, False, False, False]
 
 
-def test_what_is_observed_is_the_callers_own(env: ProcgenGym3Env) -> None:
+def test_observed_arrays_are_copies(env: ProcgenGym3Env) -> None:
     # gym3: arrays may be kept and written.
     kept = []
     for _ in range(12):
@@ -107,7 +107,7 @@ def test_acting_twice_steps_twice(env: ProcgenGym3Env, client: Client) -> None:
         np.testing.assert_array_equal(batch.observations, ob["rgb"])
 
 
-def test_infos_tell_of_levels(env: ProcgenGym3Env) -> None:
+def test_infos_contain_levels(env: ProcgenGym3Env) -> None:
     # Upstream: prev_level_seed, prev_level_complete, level_seed; on the step into a new
     # episode prev_* belong to the old one.
     before = env.get_info()
@@ -120,7 +120,7 @@ def test_infos_tell_of_levels(env: ProcgenGym3Env) -> None:
     assert after[1]["level_seed"] == before[1]["level_seed"]
 
 
-def test_render_mode_puts_pictures_into_infos(client: Client) -> None:
+def test_render_mode_adds_frames_to_infos(client: Client) -> None:
     # Upstream: info["rgb"], uint8 [512, 512, 3], with render_mode="rgb_array".
     env = ProcgenGym3Env(2, "maze", render_mode="rgb_array", server=client)
     assert [info["rgb"].shape for info in env.get_info()] == [(512, 512, 3)] * 2
@@ -129,7 +129,7 @@ def test_render_mode_puts_pictures_into_infos(client: Client) -> None:
         ProcgenGym3Env(2, "maze", render_mode="window", server=client)
 
 
-def test_types_tell_of_observations_and_actions(env: ProcgenGym3Env) -> None:
+def test_spaces_describe_observations_and_actions(env: ProcgenGym3Env) -> None:
     # gym3: ob_space is a DictType, ac_space a TensorType of Discrete(15); num.
     assert env.num == _N
     assert env.ob_space["rgb"].shape == (64, 64, 3)
@@ -138,8 +138,8 @@ def test_types_tell_of_observations_and_actions(env: ProcgenGym3Env) -> None:
     assert env.ac_space.shape == ()
 
 
-def test_states_go_through_callmethod(env: ProcgenGym3Env) -> None:
-    # gym3: callmethod(name, *lists) gives a list of what each environment's method gave.
+def test_callmethod_saves_and_restores_states(env: ProcgenGym3Env) -> None:
+    # gym3: callmethod(name, *lists) returns a list of each environment's result.
     for _ in range(5):
         env.act(np.full(_N, 7))
     states = env.callmethod("get_state")
@@ -157,7 +157,7 @@ def test_states_go_through_callmethod(env: ProcgenGym3Env) -> None:
         env.callmethod("set_state", states[:1])
 
 
-def test_actions_press_upstream_keys(env: ProcgenGym3Env) -> None:
+def test_actions_are_key_combinations_of_upstream(env: ProcgenGym3Env) -> None:
     # Upstream: 15 combinations, LEFT+DOWN first, none is 4.
     assert env.get_combos() == [
         *(("LEFT", "DOWN"), ("LEFT",), ("LEFT", "UP"), ("DOWN",), (), ("UP",)),
@@ -166,7 +166,7 @@ def test_actions_press_upstream_keys(env: ProcgenGym3Env) -> None:
     ]
 
 
-def test_keys_give_the_action_that_presses_most_of_them(env: ProcgenGym3Env) -> None:
+def test_keys_map_to_the_action_with_most_matching_keys(env: ProcgenGym3Env) -> None:
     # Upstream, keys_to_act: for each list of keys an array of one action; it has `combos`, too.
     keys = [[], ["LEFT"], ["UP", "LEFT"], ["A", "S"], ["RIGHT", "x", "DOWN"]]
     actions = env.keys_to_act(keys)
@@ -198,14 +198,14 @@ def test_actions_are_cast_as_upstream_casts_them(
 
 
 @pytest.mark.parametrize("bad", [np.nan, np.inf, 15, 15.0, -2.0, 1e10, "left", None])
-def test_what_is_no_action_is_refused(env: ProcgenGym3Env, bad: object) -> None:
+def test_invalid_actions_are_rejected(env: ProcgenGym3Env, bad: object) -> None:
     with pytest.raises(errors.InvalidArgumentError, match="ac has type|actions\\[3\\] is"):
         env.act([4, 4, 4, bad])
     env.act([4, 4, 4, 4])
     env.observe()
 
 
-def test_several_games_are_dealt_in_turn(client: Client) -> None:
+def test_several_games_are_assigned_round_robin(client: Client) -> None:
     # Upstream, env_name: names separated by commas; environment n plays name n mod their number,
     # and the number of environments is a multiple of theirs.
     env = ProcgenGym3Env(4, "coinrun,maze", **_OPTIONS, server=client)
@@ -237,7 +237,7 @@ def test_options_that_upstream_asserts_are_assertion_errors(
     assert isinstance(caught.value, errors.InvalidArgumentError)
 
 
-def test_options_of_other_types_are_booleans_where_upstream_makes_them_some(client: Client) -> None:
+def test_options_are_cast_to_bool_as_upstream_casts_them(client: Client) -> None:
     # Upstream: bool(center_agent) and the like.
     arguments = {"use_backgrounds": 0, "center_agent": np.bool_(False), "restrict_themes": 1}
     env = ProcgenGym3Env(1, "maze", **arguments, server=client)
@@ -246,18 +246,18 @@ def test_options_of_other_types_are_booleans_where_upstream_makes_them_some(clie
     env.close()
 
 
-def test_names_of_the_games_are_there(client: Client) -> None:
+def test_env_names_lists_the_games(client: Client) -> None:
     # Upstream, procgen.env.ENV_NAMES.
     assert ENV_NAMES == sorted(game.name for game in client.catalog().games)
 
 
-def test_art_of_another_server_cannot_be_chosen(client: Client, tmp_path: Path) -> None:
-    # Upstream, resource_root: the folder with the art. A server that is there has its own.
+def test_resource_root_is_rejected_with_a_running_server(client: Client, tmp_path: Path) -> None:
+    # Upstream, resource_root: the art folder. A running server already has one.
     with pytest.raises(errors.InvalidArgumentError, match=f"{tmp_path}.*by its flag --art_dir"):
         ProcgenEnv(1, "maze", resource_root=tmp_path, server=client)
 
 
-def test_wrong_actions_are_refused_and_nothing_is_lost(env: ProcgenGym3Env) -> None:
+def test_rejected_actions_change_nothing(env: ProcgenGym3Env) -> None:
     with pytest.raises(errors.InvalidArgumentError, match="ac has shape \\[3\\]; it is \\[4\\]"):
         env.act(np.zeros(3, np.int32))
     with pytest.raises(errors.InvalidArgumentError, match="actions\\[0\\] is 15"):
@@ -282,8 +282,8 @@ def test_baselines_reset_and_step(venv: ProcgenEnv, env: ProcgenGym3Env) -> None
         assert infos == env.get_info()
 
 
-def test_baselines_reset_begins_nothing(venv: ProcgenEnv) -> None:
-    # Upstream: episodes end by the game's rules; resets in their midst are ignored.
+def test_baselines_reset_is_ignored_within_an_episode(venv: ProcgenEnv) -> None:
+    # Upstream: only the game ends an episode; a reset within one is ignored.
     venv.reset()
     ob, *_ = venv.step(np.full(_N, 7))
     with pytest.warns(UserWarning, match="within an episode"):
@@ -291,7 +291,7 @@ def test_baselines_reset_begins_nothing(venv: ProcgenEnv) -> None:
     np.testing.assert_array_equal(ob["rgb"], again["rgb"])
 
 
-def test_baselines_spaces_and_pictures(venv: ProcgenEnv) -> None:
+def test_baselines_spaces(venv: ProcgenEnv) -> None:
     # baselines: num_envs, observation_space, action_space.
     assert venv.num_envs == _N
     assert venv.observation_space["rgb"].shape == (64, 64, 3)
@@ -299,10 +299,10 @@ def test_baselines_spaces_and_pictures(venv: ProcgenEnv) -> None:
     assert venv.action_space.sample() in venv.action_space
 
 
-def test_render_gives_environment_0(client: Client, venv: ProcgenEnv) -> None:
-    # Upstream, render: mode "human" by default, which gives nothing; "rgb_array": info["rgb"] of
-    # environment 0 where the infos have it, else its observation. For recorders of videos metadata
-    # has the modes and frames per second, by the names of old and new Gym.
+def test_render_returns_environment_0(client: Client, venv: ProcgenEnv) -> None:
+    # Upstream, render: mode "human", the default, returns None; "rgb_array" returns info["rgb"] of
+    # environment 0 if the infos have it, else its observation. metadata has the modes and the frame
+    # rate for video recorders, with the keys of old and new Gym.
     observation = venv.reset()["rgb"][0]
     assert venv.render() is None
     assert venv.render("human") is None
@@ -320,14 +320,14 @@ def test_render_gives_environment_0(client: Client, venv: ProcgenEnv) -> None:
     many.close()
 
 
-def test_levels_are_those_of_the_same_seed_anywhere(client: Client, venv: ProcgenEnv) -> None:
+def test_levels_equal_those_of_a_vector_environment(client: Client, venv: ProcgenEnv) -> None:
     with ProcgenVectorEnv("coinrun", _N, server=client, **_OPTIONS) as vector:
         _, infos = vector.reset()
         venv.reset()
         assert [info["level_seed"] for info in venv.env.get_info()] == infos["level_seed"].tolist()
 
 
-def test_closing_leaves_nothing(server: ServerProcess, client: Client) -> None:
+def test_closing_deletes_the_pool(server: ServerProcess, client: Client) -> None:
     before = len(client.list_pools())
     for cls in (ProcgenGym3Env, ProcgenEnv):
         env = cls(1, "maze", server=server.address)

@@ -1,7 +1,6 @@
-"""The rules of Gymnasium's vector environments, each with its source.
+"""Gymnasium's contract of vector environments, with the source of each rule.
 
-Sources are modules of Gymnasium 1.4.0, which is not needed here: ProcgenVectorEnv keeps to its
-contract without it.
+Sources are modules of Gymnasium 1.4.0, which need not be installed.
 """
 
 from __future__ import annotations
@@ -35,19 +34,19 @@ def make_env(client: Client) -> Iterator[MakeEnv]:
         env.close()
 
 
-def test_metadata_holds_a_member_of_autoreset_mode(make_env: MakeEnv) -> None:
-    # vector/vector_env.py, VectorEnv: "metadata[autoreset_mode]" tells wrappers the mode.
+def test_metadata_contains_the_autoreset_mode(make_env: MakeEnv) -> None:
+    # vector/vector_env.py, VectorEnv: wrappers read the mode from "metadata[autoreset_mode]".
     # Ours is NEXT_STEP by default: normalising wrappers accept nothing else
     # (wrappers/vector/stateful_observation.py).
     assert make_env().metadata["autoreset_mode"] is AutoresetMode.NEXT_STEP
     for mode in AutoresetMode:
         assert make_env(autoreset_mode=mode).metadata["autoreset_mode"] is mode
         assert make_env(autoreset_mode=mode.value).metadata["autoreset_mode"] is mode
-    # The class's own is not written to by its objects.
+    # Instances do not change the class attribute.
     assert ProcgenVectorEnv.metadata["autoreset_mode"] is AutoresetMode.NEXT_STEP
 
 
-def test_autoreset_modes_have_gymnasiums_values() -> None:
+def test_autoreset_modes_have_the_values_of_gymnasium() -> None:
     # vector/vector_env.py, AutoresetMode.
     assert {mode.name: mode.value for mode in AutoresetMode} == {
         "NEXT_STEP": "NextStep",
@@ -56,7 +55,7 @@ def test_autoreset_modes_have_gymnasiums_values() -> None:
     }
 
 
-def test_attributes_that_wrappers_read_are_there(make_env: MakeEnv) -> None:
+def test_attributes_that_wrappers_read_exist(make_env: MakeEnv) -> None:
     # vector/vector_env.py, VectorEnv: num_envs, spaces, spec, render_mode, closed, unwrapped.
     env = make_env()
     assert env.num_envs == _N
@@ -70,7 +69,7 @@ def test_attributes_that_wrappers_read_are_there(make_env: MakeEnv) -> None:
         assert hasattr(env, name)
 
 
-def test_spaces_are_there_and_the_batched_ones_hold_a_batch(make_env: MakeEnv) -> None:
+def test_batched_spaces_contain_a_batch(make_env: MakeEnv) -> None:
     # vector/vector_env.py, VectorEnv: observation_space and action_space are batched versions of
     # the single ones; of Discrete that is MultiDiscrete (vector/utils/space_utils.py, batch_space).
     env = make_env()
@@ -89,7 +88,7 @@ def test_spaces_are_there_and_the_batched_ones_hold_a_batch(make_env: MakeEnv) -
     assert observations.astype(np.float32) not in env.observation_space
 
 
-def test_a_random_stream_is_there(make_env: MakeEnv) -> None:
+def test_random_stream_exists(make_env: MakeEnv) -> None:
     # vector/vector_env.py, VectorEnv.np_random and np_random_seed: made when first asked for.
     env = make_env()
     seed = env.np_random_seed
@@ -99,8 +98,8 @@ def test_a_random_stream_is_there(make_env: MakeEnv) -> None:
     assert env.np_random_seed == -1
 
 
-def test_frames_are_skipped(make_env: MakeEnv) -> None:
-    # Ours: an action is taken several times, rewards are summed, the last picture is drawn.
+def test_frame_skip_repeats_actions_and_sums_rewards(make_env: MakeEnv) -> None:
+    # Ours: repeats each action, sums the rewards and returns the last frame.
     skipping, plain = make_env("bigfish", frame_skip=3), make_env("bigfish")
     skipping.reset()
     plain.reset()
@@ -117,7 +116,7 @@ def test_frames_are_skipped(make_env: MakeEnv) -> None:
         make_env(frame_skip=0)
 
 
-def test_next_levels_are_played_next(make_env: MakeEnv) -> None:
+def test_next_levels_are_played_after_the_episode(make_env: MakeEnv) -> None:
     # Ours: no source in Gymnasium.
     env = make_env(autoreset_mode=AutoresetMode.SAME_STEP)
     env.reset()
@@ -132,7 +131,7 @@ def test_next_levels_are_played_next(make_env: MakeEnv) -> None:
         env.set_next_levels({4: 1})
 
 
-def test_whose_episode_is_over_is_told(make_env: MakeEnv) -> None:
+def test_ended_episodes_are_reported(make_env: MakeEnv) -> None:
     # Ours: no source in Gymnasium.
     for mode in AutoresetMode:
         env = make_env(autoreset_mode=mode)
@@ -142,7 +141,7 @@ def test_whose_episode_is_over_is_told(make_env: MakeEnv) -> None:
         assert env.episodes_over.tolist() == [is_over, False, False, False]
 
 
-def test_reset_gives_observations_and_infos(make_env: MakeEnv) -> None:
+def test_reset_returns_observations_and_infos(make_env: MakeEnv) -> None:
     # vector/vector_env.py, VectorEnv.reset: "-> (observations, infos)"; seed and options are
     # keyword-only.
     observations, infos = make_env().reset()
@@ -154,7 +153,7 @@ def test_reset_gives_observations_and_infos(make_env: MakeEnv) -> None:
         make_env().reset(0)
 
 
-def test_step_gives_five_values_with_double_rewards(make_env: MakeEnv) -> None:
+def test_step_returns_five_values_with_float64_rewards(make_env: MakeEnv) -> None:
     # vector/sync_vector_env.py, __init__: rewards are np.float64, terminations and truncations
     # np.bool_.
     env = make_env()
@@ -177,7 +176,7 @@ def test_an_int_seed_is_expanded_over_environments(make_env: MakeEnv) -> None:
     assert shifted_infos["level_seed"][0] == infos["level_seed"][1]
 
 
-def test_a_seed_gives_the_same_episodes_again(make_env: MakeEnv) -> None:
+def test_equal_seeds_give_equal_episodes(make_env: MakeEnv) -> None:
     # core.py, Env.reset: a seed makes what follows reproducible.
     env = make_env()
     runs = []
@@ -189,9 +188,9 @@ def test_a_seed_gives_the_same_episodes_again(make_env: MakeEnv) -> None:
     np.testing.assert_array_equal(*runs)
 
 
-def test_a_seed_gives_the_same_infos_again(make_env: MakeEnv) -> None:
+def test_equal_seeds_give_equal_infos(make_env: MakeEnv) -> None:
     # utils/env_checker.py, check_reset_seed: observations and infos are equal after equal seeds,
-    # whatever was played before. No level was stepped yet, which the masks tell.
+    # whatever was played before. The masks show that no level was stepped yet.
     env = make_env()
     first = env.reset(seed=3)[1]
     env.step(_END_OF_FIRST)
@@ -205,7 +204,7 @@ def test_a_seed_gives_the_same_infos_again(make_env: MakeEnv) -> None:
     assert not first["_prev_level_complete"].any()
 
 
-def test_a_list_of_seeds_has_one_for_each_environment(make_env: MakeEnv) -> None:
+def test_seed_list_has_one_seed_per_environment(make_env: MakeEnv) -> None:
     # vector/sync_vector_env.py, reset: "assert len(seed) == self.num_envs"; entries may be None.
     env = make_env()
     with pytest.raises(errors.InvalidArgumentError, match="seed has 3 entries"):
@@ -213,9 +212,9 @@ def test_a_list_of_seeds_has_one_for_each_environment(make_env: MakeEnv) -> None
     env.reset(seed=[1, None, 2, None])
 
 
-def test_reset_without_a_seed_begins_other_episodes(make_env: MakeEnv) -> None:
-    # core.py, Env.reset: without a seed the random stream goes on. The very first reset shows the
-    # levels that the pool was made with, as in Procgen 0.10.7.
+def test_reset_without_a_seed_starts_other_episodes(make_env: MakeEnv) -> None:
+    # core.py, Env.reset: without a seed the random stream continues. The first reset returns the
+    # levels that the pool was created with, as in Procgen 0.10.7.
     env = make_env()
     _, first = env.reset()
     _, second = env.reset()
@@ -224,9 +223,9 @@ def test_reset_without_a_seed_begins_other_episodes(make_env: MakeEnv) -> None:
     assert first["level_seed"].tolist() != second["level_seed"].tolist()
 
 
-def test_reset_mask_resets_some(make_env: MakeEnv) -> None:
+def test_reset_mask_selects_environments(make_env: MakeEnv) -> None:
     # vector/sync_vector_env.py, reset: environments outside of options["reset_mask"] keep their
-    # observations, and infos are of those inside only.
+    # observations, and infos cover only those inside.
     env = make_env(autoreset_mode=AutoresetMode.DISABLED)
     before, _ = env.reset()
     options = {"reset_mask": np.array([False, True, False, False])}
@@ -239,19 +238,19 @@ def test_reset_mask_resets_some(make_env: MakeEnv) -> None:
     "mask",
     [np.zeros(_N, np.bool_), np.ones(_N + 1, np.bool_), np.ones(_N, np.int64), [True] * _N],
 )
-def test_a_malformed_reset_mask_is_refused(make_env: MakeEnv, mask: object) -> None:
+def test_malformed_reset_mask_is_rejected(make_env: MakeEnv, mask: object) -> None:
     # vector/sync_vector_env.py, reset: asserts an ndarray, its shape, its dtype, at least one True.
     with pytest.raises(errors.InvalidArgumentError, match="reset_mask"):
         make_env().reset(options={"reset_mask": mask})
 
 
-def test_reset_plays_the_levels_asked_for(make_env: MakeEnv) -> None:
+def test_reset_plays_the_requested_levels(make_env: MakeEnv) -> None:
     # Ours: no source in Gymnasium.
     _, infos = make_env().reset(options={"level_seeds": [5, 6, 7, 8]})
     assert infos["level_seed"].tolist() == [5, 6, 7, 8]
 
 
-def test_next_step_begins_the_episode_one_step_later(make_env: MakeEnv) -> None:
+def test_next_step_mode_starts_the_episode_one_step_later(make_env: MakeEnv) -> None:
     # vector/sync_vector_env.py, step, AutoresetMode.NEXT_STEP: after the end, one step with the
     # reset's observation, reward 0 and no flags, whose action is ignored.
     env = make_env()
@@ -268,7 +267,7 @@ def test_next_step_begins_the_episode_one_step_later(make_env: MakeEnv) -> None:
     assert infos_after["level_seed"][0] == infos["level_seed"][0]
 
 
-def test_same_step_begins_the_episode_at_once(make_env: MakeEnv) -> None:
+def test_same_step_mode_starts_the_episode_in_the_same_step(make_env: MakeEnv) -> None:
     # vector/sync_vector_env.py, step, AutoresetMode.SAME_STEP: observations are the next episode's;
     # the old one's last is in infos["final_obs"] (an array of objects, None elsewhere), its infos
     # in infos["final_info"] with masks of their own.
@@ -305,8 +304,8 @@ def test_same_step_begins_the_episode_at_once(make_env: MakeEnv) -> None:
     assert not final_info["level_seed"][1:].any()
 
 
-def test_all_modes_tell_of_the_same_episodes(make_env: MakeEnv) -> None:
-    # Ours: the modes differ in when the next episode begins, never in what it is.
+def test_all_modes_play_the_same_episodes(make_env: MakeEnv) -> None:
+    # Ours: the modes differ only in the step at which the next episode starts.
     same = make_env(autoreset_mode=AutoresetMode.SAME_STEP)
     next_ = make_env(autoreset_mode=AutoresetMode.NEXT_STEP)
     disabled = make_env(autoreset_mode=AutoresetMode.DISABLED)
@@ -324,7 +323,7 @@ def test_all_modes_tell_of_the_same_episodes(make_env: MakeEnv) -> None:
     np.testing.assert_array_equal(at_once, first_too)
 
 
-def test_disabled_wants_ended_environments_reset(make_env: MakeEnv) -> None:
+def test_disabled_mode_requires_a_reset_of_ended_environments(make_env: MakeEnv) -> None:
     # vector/sync_vector_env.py, step, AutoresetMode.DISABLED: asserts that no environment is over.
     env = make_env(autoreset_mode=AutoresetMode.DISABLED)
     env.reset()
@@ -335,7 +334,7 @@ def test_disabled_wants_ended_environments_reset(make_env: MakeEnv) -> None:
     env.step(_NOTHING)
 
 
-def test_a_step_may_be_taken_in_two_halves(make_env: MakeEnv) -> None:
+def test_step_async_and_step_wait_equal_a_step(make_env: MakeEnv) -> None:
     # vector/async_vector_env.py, step_async and step_wait.
     env, twin = make_env(), make_env(chunk_count=2)
     env.reset(seed=5)
@@ -347,9 +346,9 @@ def test_a_step_may_be_taken_in_two_halves(make_env: MakeEnv) -> None:
                 np.testing.assert_array_equal(whole, halves)
 
 
-def test_halves_of_a_step_come_in_their_order(make_env: MakeEnv) -> None:
+def test_step_async_and_step_wait_must_alternate(make_env: MakeEnv) -> None:
     # vector/async_vector_env.py: a call while another is pending is an error, and so is waiting for
-    # what was not begun.
+    # a step that was not started.
     env = make_env()
     env.reset()
     with pytest.raises(errors.FailedPreconditionError, match="step_async was not called"):
@@ -363,7 +362,7 @@ def test_halves_of_a_step_come_in_their_order(make_env: MakeEnv) -> None:
     env.step(_NOTHING)
 
 
-def test_infos_bear_masks(make_env: MakeEnv) -> None:
+def test_infos_have_masks(make_env: MakeEnv) -> None:
     # vector/vector_env.py, VectorEnv._add_info: for each key an array and a mask "_key".
     env = make_env(autoreset_mode=AutoresetMode.SAME_STEP)
     env.reset()
@@ -384,7 +383,7 @@ def test_infos_bear_masks(make_env: MakeEnv) -> None:
     assert infos["episode_length"].tolist() == [1, 0, 0, 0]
 
 
-def test_observations_are_copies_unless_asked_otherwise(make_env: MakeEnv) -> None:
+def test_observations_are_copies_by_default(make_env: MakeEnv) -> None:
     # vector/sync_vector_env.py: "copy: If True, then the reset and step methods return a copy".
     env, zero_copy = make_env(), make_env(copy=False)
     for each in (env, zero_copy):
@@ -396,7 +395,7 @@ def test_observations_are_copies_unless_asked_otherwise(make_env: MakeEnv) -> No
     np.testing.assert_array_equal(kept, before)
 
 
-def test_wrong_actions_are_refused(make_env: MakeEnv) -> None:
+def test_invalid_actions_are_rejected(make_env: MakeEnv) -> None:
     # vector/vector_env.py, VectorEnv.step: actions are a batch, one for each environment.
     env = make_env()
     env.reset()
@@ -407,7 +406,7 @@ def test_wrong_actions_are_refused(make_env: MakeEnv) -> None:
     env.step(_NOTHING)
 
 
-def test_render_gives_a_frame_for_each_environment(client: Client, make_env: MakeEnv) -> None:
+def test_render_returns_a_frame_for_each_environment(client: Client, make_env: MakeEnv) -> None:
     # vector/vector_env.py, VectorEnv.render: "Returns the rendered frames" as a tuple; None without
     # a render mode.
     assert make_env().render() is None
@@ -424,7 +423,7 @@ def test_render_gives_a_frame_for_each_environment(client: Client, make_env: Mak
     assert [frame.shape for frame in frames] == [(128, 128, 3)] * _N
 
 
-def test_close_may_be_called_again(server: ServerProcess, client: Client) -> None:
+def test_close_is_idempotent(server: ServerProcess, client: Client) -> None:
     # vector/vector_env.py, VectorEnv.close: "if self.closed: return".
     before = len(client.list_pools())
     env = ProcgenVectorEnv("maze", 2, server=server.address)
@@ -435,7 +434,7 @@ def test_close_may_be_called_again(server: ServerProcess, client: Client) -> Non
     assert len(client.list_pools()) == before
 
 
-def test_an_environment_that_is_forgotten_leaves_no_pool(
+def test_garbage_collected_environment_deletes_its_pool(
     server: ServerProcess, client: Client
 ) -> None:
     # vector/vector_env.py, VectorEnv.__del__: closes.
@@ -446,14 +445,14 @@ def test_an_environment_that_is_forgotten_leaves_no_pool(
     assert len(client.list_pools()) == before
 
 
-def test_a_client_of_ones_own_stays_open(client: Client) -> None:
+def test_given_client_stays_open(client: Client) -> None:
     with ProcgenVectorEnv("maze", 1, server=client) as env:
         env.reset()
     assert env.closed
     assert not client.closed
 
 
-def test_a_mistake_leaves_nothing_behind(server: ServerProcess, client: Client) -> None:
+def test_failed_constructor_leaves_no_pool(server: ServerProcess, client: Client) -> None:
     before = len(client.list_pools())
     with pytest.raises(errors.InvalidArgumentError, match="'Never'.*'NextStep'"):
         ProcgenVectorEnv("maze", 1, server=server.address, autoreset_mode="Never")
@@ -462,7 +461,7 @@ def test_a_mistake_leaves_nothing_behind(server: ServerProcess, client: Client) 
     assert len(client.list_pools()) == before
 
 
-def test_several_games_are_dealt_in_turn(make_env: MakeEnv) -> None:
+def test_several_games_are_assigned_round_robin(make_env: MakeEnv) -> None:
     env = make_env(["bigfish", "maze"], 4)
     assert list(env.pool.spec.games) == ["bigfish", "maze"]
     observations, _ = env.reset()

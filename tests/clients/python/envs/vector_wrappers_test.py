@@ -27,7 +27,7 @@ class _RecordsEpisodes:
             self.lengths[:] = 0
 
 
-def test_reset_leaves_the_mask_to_the_wrappers_that_read_it(client: Client) -> None:
+def test_reset_does_not_remove_the_reset_mask(client: Client) -> None:
     # wrappers/vector/common.py, RecordEpisodeStatistics.reset: looks for options["reset_mask"]
     # after it has reset the environment.
     env = ProcgenVectorEnv("coinrun", _N, server=client, autoreset_mode=AutoresetMode.DISABLED)
@@ -43,8 +43,8 @@ def test_reset_leaves_the_mask_to_the_wrappers_that_read_it(client: Client) -> N
     env.close()
 
 
-def test_the_key_of_record_episode_statistics_stays_free(client: Client) -> None:
-    # wrappers/vector/common.py, RecordEpisodeStatistics: refuses infos that have "episode" already.
+def test_infos_do_not_use_the_key_of_record_episode_statistics(client: Client) -> None:
+    # wrappers/vector/common.py, RecordEpisodeStatistics: rejects infos that have "episode" already.
     with ProcgenVectorEnv("coinrun", _N, server=client) as env:
         env.reset()
         _, _, _, _, infos = env.step(np.full(_N, -1))

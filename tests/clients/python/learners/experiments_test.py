@@ -1,4 +1,4 @@
-"""An experiment runs its grid, continues where it was stopped, and writes a table and a figure."""
+"""An experiment runs its grid, resumes, and writes a table and a plot."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ _TINY = [
 
 @pytest.fixture(autouse=True)
 def few_episodes(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Policies are tested with few episodes."""
+    """Limits the evaluation to four episodes."""
     small = experiments.SCALES["small"]._replace(episode_count=4)
     monkeypatch.setitem(experiments.SCALES, "small", small)
 
@@ -50,14 +50,14 @@ def test_a_grid_is_run_once(
     assert {path: path.stat().st_mtime_ns for path in root.rglob("*.csv")} == written
 
 
-def test_random_agents_stand_beside(server: ServerProcess, tmp_path: Path) -> None:
+def test_table_includes_a_random_agent(server: ServerProcess, tmp_path: Path) -> None:
     root = _run("all_games", server, tmp_path, "--games", "coinrun")
     head, _, row = (root / "table.md").read_text().splitlines()
     assert "random agent" in head
-    assert " to " in row, "the spread of some random runs"
+    assert " to " in row, "the range of several random runs"
 
 
-def test_only_games_with_the_mode_are_run(server: ServerProcess, tmp_path: Path) -> None:
+def test_games_without_the_mode_are_not_run(server: ServerProcess, tmp_path: Path) -> None:
     with pytest.raises(SystemExit, match="none of these games has mode memory"):
         _run("memory", server, tmp_path, "--games", "bigfish")
 
@@ -70,7 +70,7 @@ def test_each_experiment_has_runs(client: Client) -> None:
             assert len({job.folder for job in jobs}) == len(jobs) >= len(changed.games)
 
 
-def test_the_table_has_means_and_their_spread() -> None:
+def test_table_has_means_and_ranges() -> None:
     steps = np.array([1.0, 2.0])
     runs = [
         report.Run("maze", "PPO", 0, steps, np.array([np.nan, 6.0]), 6.0, 5.0),

@@ -1,4 +1,4 @@
-"""procgen-evaluate plays what the learners have saved."""
+"""procgen-evaluate plays policies that the learners saved."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ def runs(server: ServerProcess, tmp_path_factory: pytest.TempPathFactory) -> Pat
     return folder
 
 
-def test_the_evaluation_plays_saved_policies(server: ServerProcess, runs: Path) -> None:
+def test_evaluation_plays_saved_policies(server: ServerProcess, runs: Path) -> None:
     run = subprocess.run(
         [
             *(sys.executable, "-m", "procgen_client.tools.evaluate", "bigfish", "coinrun"),
@@ -53,13 +53,13 @@ def test_equal_calls_give_equal_actions(runs: Path, game: str) -> None:
     assert ((actions[0] >= 0) & (actions[0] < 15)).all()
 
 
-def test_a_run_of_another_game_is_refused(runs: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_run_of_another_game_is_rejected(runs: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("PROCGEN_RUN", str(runs / "bigfish"))
     with pytest.raises(errors.InvalidArgumentError, match="trained on bigfish, not on maze"):
         policy.load("maze")
 
 
-def test_a_folder_without_a_run_is_refused(
+def test_folder_without_a_run_is_rejected(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv("PROCGEN_RUN", str(tmp_path))

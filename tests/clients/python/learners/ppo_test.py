@@ -1,4 +1,4 @@
-"""A run of PPO is a function of its options: stops, servers, threads and places change nothing."""
+"""PPO runs depend only on their options, not on interruptions, servers, threads or ranks."""
 
 from __future__ import annotations
 
@@ -20,19 +20,19 @@ from procgen_client import Batch, ServerProcess
 
 
 @pytest.fixture(scope="module")
-def undisturbed(
+def uninterrupted(
     server: ServerProcess, tmp_path_factory: pytest.TempPathFactory
 ) -> dict[str, str]:
     """The results of four updates."""
-    return train(tmp_path_factory.mktemp("undisturbed"), server.address)
+    return train(tmp_path_factory.mktemp("uninterrupted"), server.address)
 
 
-def test_a_row_is_written_for_each_update(undisturbed: dict[str, str]) -> None:
-    header, *rows = undisturbed["progress"].splitlines()
+def test_each_update_writes_a_row(uninterrupted: dict[str, str]) -> None:
+    header, *rows = uninterrupted["progress"].splitlines()
     assert header == "step,return_mean,length_mean"
     assert [int(row.split(",")[0]) for row in rows] == [256, 512, 768, 1024]
-    assert len(undisturbed["learning"].splitlines()) == 5
-    header, *episodes = undisturbed["episodes"].splitlines()
+    assert len(uninterrupted["learning"].splitlines()) == 5
+    header, *episodes = uninterrupted["episodes"].splitlines()
     assert header == "step,environment,level_seed,return,length"
     assert episodes, "episodes ended"
     for row in episodes:
@@ -42,35 +42,35 @@ def test_a_row_is_written_for_each_update(undisturbed: dict[str, str]) -> None:
 
 
 def test_equal_seeds_give_equal_runs(
-    server: ServerProcess, undisturbed: dict[str, str], tmp_path: Path
+    server: ServerProcess, uninterrupted: dict[str, str], tmp_path: Path
 ) -> None:
-    assert train(tmp_path / "same", server.address, threads=1) == undisturbed
+    assert train(tmp_path / "same", server.address, threads=1) == uninterrupted
     other = train(tmp_path / "other", server.address, seed=1)
-    assert other["learning"] != undisturbed["learning"]
+    assert other["learning"] != uninterrupted["learning"]
 
 
-def test_a_run_that_was_stopped_after_each_update_continues_as_if_undisturbed(
-    server: ServerProcess, undisturbed: dict[str, str], tmp_path: Path
+def test_run_stopped_after_each_update_equals_an_uninterrupted_run(
+    server: ServerProcess, uninterrupted: dict[str, str], tmp_path: Path
 ) -> None:
     for update in range(1, 5):
         stopped = train(tmp_path, server.address, time_limit=0, resume=True)
         assert len(stopped["learning"].splitlines()) == 1 + update
-    assert stopped == undisturbed
+    assert stopped == uninterrupted
 
 
-def test_what_was_written_after_the_checkpoint_is_written_again(
-    server: ServerProcess, undisturbed: dict[str, str], tmp_path: Path
+def test_rows_after_the_checkpoint_are_rewritten(
+    server: ServerProcess, uninterrupted: dict[str, str], tmp_path: Path
 ) -> None:
     train(tmp_path, server.address, time_limit=0)
     for name in ("progress", "episodes", "learning"):
         with open(tmp_path / f"{name}.csv", "a") as file:
             file.write("what a killed run has left")
     (tmp_path / "checkpoint.part").write_bytes(b"an unfinished checkpoint")
-    assert train(tmp_path, server.address, resume=True) == undisturbed
+    assert train(tmp_path, server.address, resume=True) == uninterrupted
 
 
-def test_a_run_is_saved_on_sigterm(
-    server: ServerProcess, undisturbed: dict[str, str], tmp_path: Path
+def test_sigterm_saves_the_run(
+    server: ServerProcess, uninterrupted: dict[str, str], tmp_path: Path
 ) -> None:
     command = options(tmp_path, server.address, total_steps=100 * STEPS_OF_UPDATE)
     process = subprocess.Popen([sys.executable, "-m", "learners.ppo", *command])
@@ -81,11 +81,11 @@ def test_a_run_is_saved_on_sigterm(
             process.wait()
     assert process.returncode == 128 + signal.SIGTERM
     saved = results(tmp_path)["learning"].splitlines()
-    assert undisturbed["learning"].splitlines()[:3] == saved[:3]
+    assert uninterrupted["learning"].splitlines()[:3] == saved[:3]
     assert len(saved) < 100
 
 
-def test_a_checkpoint_is_neither_overwritten_nor_continued_with_other_options(
+def test_checkpoint_is_neither_overwritten_nor_resumed_with_other_options(
     server: ServerProcess, tmp_path: Path
 ) -> None:
     train(tmp_path, server.address, total_steps=STEPS_OF_UPDATE)
@@ -96,7 +96,7 @@ def test_a_checkpoint_is_neither_overwritten_nor_continued_with_other_options(
 
 
 class _RestartedEnvironments(Environments):
-    """Environments whose server is killed and started again in the middle of each rollout."""
+    """Environments that kill and restart their server in the middle of a rollout."""
 
     server: ServerProcess
     received = 0
@@ -112,8 +112,8 @@ class _RestartedEnvironments(Environments):
         return super().receive()
 
 
-def test_a_learner_survives_restarts_of_its_server(
-    undisturbed: dict[str, str], tmp_path: Path
+def test_training_survives_server_restarts(
+    uninterrupted: dict[str, str], tmp_path: Path
 ) -> None:
     made: list[_RestartedEnvironments] = []
 
@@ -128,11 +128,11 @@ def test_a_learner_survives_restarts_of_its_server(
     finally:
         _RestartedEnvironments.server.stop()
     assert made[0].restarts == 3
-    assert results(tmp_path) == undisturbed
+    assert results(tmp_path) == uninterrupted
 
 
 def _train_on_two_ranks(output: Path, servers: str) -> dict[str, str]:
-    """Starts the ranks as torchrun does; Debian's cannot, with Python 3.11."""
+    """Starts two ranks as torchrun does. Debian's torchrun does not work with Python 3.11."""
     with socket.socket() as unused:
         unused.bind(("127.0.0.1", 0))
         place = {"MASTER_ADDR": "127.0.0.1", "MASTER_PORT": str(unused.getsockname()[1])}
@@ -148,7 +148,7 @@ def _train_on_two_ranks(output: Path, servers: str) -> dict[str, str]:
     return results(output)
 
 
-def test_two_ranks_do_not_depend_on_where_their_environments_are(
+def test_two_ranks_on_one_or_two_servers_give_equal_runs(
     server: ServerProcess, tmp_path: Path
 ) -> None:
     one = _train_on_two_ranks(tmp_path / "one", server.address)
@@ -159,7 +159,7 @@ def test_two_ranks_do_not_depend_on_where_their_environments_are(
     assert min(environments) < 8 <= max(environments) < 16
 
 
-def test_rewards_are_divided_by_the_deviation_of_discounted_returns() -> None:
+def test_rewards_are_divided_by_the_standard_deviation_of_returns() -> None:
     rewards = np.float32([[1, 0], [0, 2], [3, 0]])
     ended = np.array([[False, True], [False, False], [True, False]])
     normalized = ppo.RewardNormalizer(2, 0.5)(rewards, ended)
@@ -169,7 +169,7 @@ def test_rewards_are_divided_by_the_deviation_of_discounted_returns() -> None:
         assert normalized[t] == pytest.approx(rewards[t] / deviation, rel=1e-3)
 
 
-def test_advantages_are_generalised_estimates() -> None:
+def test_advantages_are_generalized_advantage_estimates() -> None:
     rewards, ended = np.float32([[1], [0], [2]]), np.array([[False], [True], [False]])
     values = np.float32([[0.5], [0.25], [1], [4]])
     advantages = ppo.estimate_advantages(rewards, ended, values, gamma=0.9, lambda_=0.8)

@@ -1,4 +1,4 @@
-"""Rainbow continues as if undisturbed, and its parts do what the papers say."""
+"""Rainbow resumes without changes, and its parts follow the papers."""
 
 from __future__ import annotations
 
@@ -14,36 +14,36 @@ torch = pytest.importorskip("torch")
 
 
 @pytest.fixture(scope="module")
-def undisturbed(
+def uninterrupted(
     server: ServerProcess, tmp_path_factory: pytest.TempPathFactory
 ) -> dict[str, str]:
     """The results of four updates."""
-    return train_rainbow(tmp_path_factory.mktemp("undisturbed"), server.address)
+    return train_rainbow(tmp_path_factory.mktemp("uninterrupted"), server.address)
 
 
-def test_a_row_is_written_for_each_update(undisturbed: dict[str, str]) -> None:
-    rows = undisturbed["learning"].splitlines()
+def test_each_update_writes_a_row(uninterrupted: dict[str, str]) -> None:
+    rows = uninterrupted["learning"].splitlines()
     assert rows[0] == "step,loss,q_mean"
     assert len(rows) == 5
-    assert len(undisturbed["episodes"].splitlines()) > 1
+    assert len(uninterrupted["episodes"].splitlines()) > 1
 
 
 def test_equal_seeds_give_equal_runs(
-    server: ServerProcess, undisturbed: dict[str, str], tmp_path: Path
+    server: ServerProcess, uninterrupted: dict[str, str], tmp_path: Path
 ) -> None:
-    assert train_rainbow(tmp_path / "same", server.address, threads=1) == undisturbed
-    assert train_rainbow(tmp_path / "other", server.address, seed=1) != undisturbed
+    assert train_rainbow(tmp_path / "same", server.address, threads=1) == uninterrupted
+    assert train_rainbow(tmp_path / "other", server.address, seed=1) != uninterrupted
 
 
-def test_a_run_that_was_stopped_after_each_update_continues_as_if_undisturbed(
-    server: ServerProcess, undisturbed: dict[str, str], tmp_path: Path
+def test_run_stopped_after_each_update_equals_an_uninterrupted_run(
+    server: ServerProcess, uninterrupted: dict[str, str], tmp_path: Path
 ) -> None:
     for _ in range(4):
         stopped = train_rainbow(tmp_path, server.address, time_limit=0, resume=True)
-    assert stopped == undisturbed
+    assert stopped == uninterrupted
 
 
-def test_projecting_keeps_the_mean_within_the_range() -> None:
+def test_projection_preserves_the_mean_within_the_range() -> None:
     atoms = torch.linspace(-1, 3, 9)
     probabilities = torch.softmax(torch.randn(4, 9, generator=torch.manual_seed(0)), -1)
     returns = torch.tensor([0.3, 0.0, -9.0, 1.25])
@@ -55,7 +55,7 @@ def test_projecting_keeps_the_mean_within_the_range() -> None:
     assert projected[2].tolist() == pytest.approx([1] + [0] * 8)
 
 
-def test_noise_changes_what_a_noisy_layer_gives_and_none_is_none() -> None:
+def test_noisy_layer_is_linear_without_noise_and_random_with_it() -> None:
     layer = rainbow.NoisyLinear(8, 4)
     x = torch.ones(1, 8)
     plain = torch.nn.functional.linear(x, layer.weight, layer.bias)

@@ -1,4 +1,4 @@
-"""The replay samples n-step transitions by priority, and continues with the rows that it had."""
+"""The replay samples n-step transitions by priority and can be restored."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ pytest.importorskip("torch")
 from learners.replay import Replay, SumTree
 
 
-def test_the_sum_tree_finds_what_a_running_sum_finds() -> None:
+def test_sum_tree_equals_a_cumulative_sum() -> None:
     random = np.random.default_rng(0)
     priorities = random.integers(0, 3, 37).astype(float)
     tree = SumTree(37)
@@ -31,7 +31,7 @@ def _make(path: Path, **options: Any) -> Replay:  # noqa: ANN401
 
 
 def _play(replay: Replay, count: int) -> None:
-    """Adds rows; a row's pixels are its number, its reward is 1, and each tenth ends episodes."""
+    """Adds rows: pixels are the row's number, rewards are 1, every tenth row ends the episodes."""
     for _ in range(count):
         t = replay.row_count
         for rows in (slice(0, 1), slice(1, 2)):
@@ -42,12 +42,12 @@ def _play(replay: Replay, count: int) -> None:
             replay.set_outcome(rows, np.ones(1), np.full(1, t % 10 == 9))
 
 
-def test_transitions_are_of_n_steps_and_end_with_episodes(tmp_path: Path) -> None:
+def test_transitions_span_n_steps_and_end_with_episodes(tmp_path: Path) -> None:
     replay = _make(tmp_path)
     _play(replay, 25)
     sample = replay.sample(200, 1.0, np.random.default_rng(0))
     t = sample.observations[:, 0, 0, 0].astype(int)
-    # Of the last 10 rows, the last 2 have no observation n steps later yet.
+    # Of the last 10 rows, the last 2 do not have an observation n steps later yet.
     assert set(t) == set(range(15, 23))
     assert (sample.next_observations[:, 0, 0, 0] == t + 2).all()
     assert (sample.actions == t % 15).all()
@@ -57,7 +57,7 @@ def test_transitions_are_of_n_steps_and_end_with_episodes(tmp_path: Path) -> Non
     assert (sample.weights == 1).all()
 
 
-def test_larger_losses_are_drawn_more_often_and_weigh_less(tmp_path: Path) -> None:
+def test_larger_losses_are_sampled_more_often_with_smaller_weight(tmp_path: Path) -> None:
     replay = _make(tmp_path)
     _play(replay, 10)
     first = replay.sample(100, 1.0, np.random.default_rng(0))
@@ -71,7 +71,7 @@ def test_larger_losses_are_drawn_more_often_and_weigh_less(tmp_path: Path) -> No
     assert sample.weights[~preferred] == pytest.approx(1)
 
 
-def test_no_transition_crosses_a_cut(tmp_path: Path) -> None:
+def test_transitions_do_not_cross_a_cut(tmp_path: Path) -> None:
     replay = _make(tmp_path)
     _play(replay, 5)
     replay.cut()
@@ -80,7 +80,7 @@ def test_no_transition_crosses_a_cut(tmp_path: Path) -> None:
     assert set(sample.observations[:, 0, 0, 0]) == {0, 1, 2, 5, 6, 7}
 
 
-def test_a_killed_run_continues_with_the_rows_that_it_had(tmp_path: Path) -> None:
+def test_restored_replay_has_the_rows_of_its_state(tmp_path: Path) -> None:
     replay = _make(tmp_path)
     _play(replay, 33)
     state = {
@@ -88,13 +88,13 @@ def test_a_killed_run_continues_with_the_rows_that_it_had(tmp_path: Path) -> Non
         for name, value in replay.state().items()
     }
     before = replay.sample(200, 0.5, np.random.default_rng(0))
-    _play(replay, replay.slack)  # Killed after that.
+    _play(replay, replay.slack)  # The run is killed after these rows.
     again = _make(tmp_path)
     again.restore(state)
     for one, other in zip(before, again.sample(200, 0.5, np.random.default_rng(0)), strict=True):
         assert (one == other).all()
 
 
-def test_a_replay_of_less_than_a_transition_is_refused(tmp_path: Path) -> None:
+def test_replay_smaller_than_a_transition_is_rejected(tmp_path: Path) -> None:
     with pytest.raises(ValueError, match="a replay of 20 observations is less than 10 steps"):
         _make(tmp_path, n=10)

@@ -1,4 +1,4 @@
-"""Training runs of seconds, and what of their results must be equal."""
+"""Training runs that take seconds, and their comparable results."""
 
 from __future__ import annotations
 
@@ -11,13 +11,13 @@ pytest.importorskip("torch")
 
 from learners import ppo, rainbow
 
-# Columns of progress.csv that do not depend on time.
+# Columns of progress.csv that do not depend on the time.
 _TIMELESS_COLUMNS = 3
 STEPS_OF_UPDATE = 8 * 32
 
 
 def options(output: Path, server: str | None, **others: Any) -> list[str]:  # noqa: ANN401
-    """A command line of a run whose updates are 256 steps; True is a flag, None no option."""
+    """Returns the arguments of a run with 256 steps per update. True: a flag; None: omitted."""
     values = {
         "game": "bigfish",
         "network": "nature",
@@ -44,7 +44,7 @@ def train(output: Path, server: str, **others: Any) -> dict[str, str]:  # noqa: 
 
 
 def train_rainbow(output: Path, server: str, **others: Any) -> dict[str, str]:  # noqa: ANN401
-    """Trains Rainbow in this process, with a replay of half of the steps; returns the results."""
+    """Trains Rainbow in this process with a replay of half the steps; returns the results."""
     small = {"minibatches": None, "chunk_size": 8, "batch_size": 16}
     small |= {"replay_size": 512, "learning_starts": 64, "target_interval": 160}
     assert rainbow.main(options(output, server, **(small | others))) == 0
@@ -52,7 +52,7 @@ def train_rainbow(output: Path, server: str, **others: Any) -> dict[str, str]:  
 
 
 def results(output: Path) -> dict[str, str]:
-    """Returns what must be equal for equal runs: the files' texts, without columns of time."""
+    """Returns the contents of a run's files, without columns that depend on the time."""
     progress = (output / "progress.csv").read_text().splitlines()
     return {
         "episodes": (output / "episodes.csv").read_text(),

@@ -1,6 +1,6 @@
-"""PPO learns: the return rises. A run is about 70 seconds on two cores.
+"""PPO training increases the return. A run takes about 70 seconds on two cores.
 
-With the seeds 0 to 19 the last returns were never less than twice the first ones.
+With seeds 0 to 19 the last returns were at least twice the first ones.
 """
 
 from __future__ import annotations
@@ -18,11 +18,11 @@ from procgen_client import ServerProcess
 
 _SEED = 0
 _EPISODES = 200
-# Of the last returns to the first; a random agent's stay what they are.
+# Of the last returns to the first. A random agent's returns stay constant.
 _RISE_MIN = 1.5
 
 
-def test_the_return_rises(server: ServerProcess, tmp_path: Path) -> None:
+def test_training_increases_the_return(server: ServerProcess, tmp_path: Path) -> None:
     words = ["--game", "starpilot", "--levels", "10", "--network", "nature", "--num-steps", "64"]
     words += ["--total-steps", "150000", "--seed", str(_SEED)]
     assert ppo.main([*words, "--server", server.address, "--output", str(tmp_path)]) == 0

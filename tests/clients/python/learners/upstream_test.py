@@ -1,6 +1,6 @@
-"""A run on a package with upstream's interface has the episodes of one on a server.
+"""A run with a package that has upstream's interface gives the episodes of a run on a server.
 
-Here the package is procgen_client itself, which draws with the same art; upstream's is not needed.
+The package is procgen_client, which draws with the same art; upstream's package is not needed.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ def here(server: ServerProcess, tmp_path_factory: pytest.TempPathFactory) -> Pat
     return folder
 
 
-def test_a_run_on_the_package_is_equal(
+def test_run_with_the_package_equals_run_on_the_server(
     server: ServerProcess,
     here: Path,
     tmp_path: Path,
@@ -38,7 +38,7 @@ def test_a_run_on_the_package_is_equal(
     assert f"{count} episodes are equal" in capsys.readouterr().out
 
 
-def test_a_run_with_another_seed_differs(
+def test_run_with_another_seed_differs(
     server: ServerProcess, here: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     train(tmp_path, server.address, seed=1)
@@ -46,20 +46,20 @@ def test_a_run_with_another_seed_differs(
     assert "then they differ:\nstep " in capsys.readouterr().out
 
 
-def test_a_longer_run_is_equal_as_far_as_the_shorter_goes(
+def test_longer_run_starts_with_the_steps_of_the_shorter(
     server: ServerProcess, here: Path, tmp_path: Path
 ) -> None:
     train(tmp_path, server.address, total_steps=2 * STEPS_OF_UPDATE)
     assert compare_runs.main([str(here), str(tmp_path)]) == 0
 
 
-def test_an_episode_that_one_run_lacks_is_a_difference() -> None:
+def test_missing_episode_is_a_difference() -> None:
     rows = [(8.0, 0.0, 3.0, 1.0, 1.0), (16.0, 1.0, 4.0, 1.0, 2.0), (16.0, 2.0, 4.0, 1.0, 2.0)]
     assert compare_runs.compare(rows, rows[:2]).difference
     assert compare_runs.compare(rows, rows[:1] + rows[2:]).equal_count == 1
     assert not compare_runs.compare(rows[:1], rows).difference
 
 
-def test_what_is_no_run_is_refused(tmp_path: Path) -> None:
+def test_folder_without_episodes_is_rejected(tmp_path: Path) -> None:
     with pytest.raises(SystemExit, match="episodes.csv"):
         compare_runs.main([str(tmp_path), str(tmp_path)])

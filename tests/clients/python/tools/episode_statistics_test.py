@@ -1,4 +1,4 @@
-"""Statistics hold the episodes that ended, from batches and from infos alike."""
+"""Statistics of ended episodes, from batches or from infos."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ _N = 8
 _OPTIONS = {"distribution_mode": "easy", "rand_seed": 4}
 
 
-def test_episodes_are_those_of_the_steps(client: Client) -> None:
+def test_episodes_match_the_steps(client: Client) -> None:
     statistics = EpisodeStatistics(window=5)
     assert math.isnan(statistics.mean_return)
     returns, lengths = np.zeros(_N), np.zeros(_N, int)
@@ -36,7 +36,7 @@ def test_episodes_are_those_of_the_steps(client: Client) -> None:
     assert 0 <= statistics.completed_share <= 1
 
 
-def test_slices_tell_their_environments(client: Client) -> None:
+def test_slices_report_environment_indices(client: Client) -> None:
     with client.create_pool("maze", 4, **_OPTIONS) as pool:
         (episode,) = EpisodeStatistics().add(pool.step([4, -1], first_env=2))
     assert episode.environment == 3
@@ -44,7 +44,7 @@ def test_slices_tell_their_environments(client: Client) -> None:
 
 
 @pytest.mark.parametrize("mode", ["NextStep", "SameStep"])
-def test_infos_give_what_batches_give(client: Client, mode: str) -> None:
+def test_infos_and_batches_give_equal_statistics(client: Client, mode: str) -> None:
     of_infos, of_batches = EpisodeStatistics(), EpisodeStatistics()
     with (
         ProcgenVectorEnv("maze", _N, server=client, autoreset_mode=mode, **_OPTIONS) as env,
@@ -59,6 +59,6 @@ def test_infos_give_what_batches_give(client: Client, mode: str) -> None:
     assert of_infos.episode_count > _N
 
 
-def test_a_window_holds_one_at_least() -> None:
+def test_empty_window_is_rejected() -> None:
     with pytest.raises(errors.InvalidArgumentError, match="window is 0"):
         EpisodeStatistics(0)

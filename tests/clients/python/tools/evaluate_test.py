@@ -1,4 +1,4 @@
-"""procgen-evaluate follows the paper's protocol, whose figures are in the catalog."""
+"""procgen-evaluate follows the paper's protocol, with the constants of the catalog."""
 
 from __future__ import annotations
 
@@ -26,12 +26,12 @@ def always(action: int) -> evaluate.MakePolicy:
 
 
 def right(game: str) -> evaluate.Policy:
-    """For the command line: always to the right."""
+    """A policy for the command line that always moves right."""
     return always(7)(game)
 
 
 def _play_by_hand(client: Client, num_levels: int) -> float:
-    """Three episodes of each of four environments, to the right; their mean return."""
+    """Mean return of three episodes in each of four environments, always moving right."""
     returns: list[list[float]] = [[] for _ in range(4)]
     with client.create_pool(
         "coinrun", 4, distribution_mode="easy", num_levels=num_levels, rand_seed=5
@@ -44,7 +44,7 @@ def _play_by_hand(client: Client, num_levels: int) -> float:
     return float(np.mean([each[:3] for each in returns]))
 
 
-def test_scores_are_those_of_equally_many_episodes_of_each(client: Client) -> None:
+def test_scores_average_equally_many_episodes_per_environment(client: Client) -> None:
     (score,) = evaluate.evaluate(client, ["coinrun"], always(7), _SMALL)
     assert score.episode_count == 12
     assert score.train_return == pytest.approx(_play_by_hand(client, 3))
@@ -54,12 +54,12 @@ def test_scores_are_those_of_equally_many_episodes_of_each(client: Client) -> No
     assert score.test_score == pytest.approx((score.test_return - 5) / 5)
 
 
-def test_the_papers_numbers_of_levels_are_the_default(client: Client) -> None:
+def test_default_train_levels_are_those_of_the_paper(client: Client) -> None:
     assert evaluate.TRAIN_LEVELS == {"easy": 200, "hard": 500}
     made: list[str] = []
 
     def make(game: str) -> evaluate.Policy:
-        # What was made for this game, while its pool is there.
+        # Records num_levels of the pools that exist while the game is played.
         def act(observations: np.ndarray) -> np.ndarray:
             made.extend(str(pool.spec.options.num_levels) for pool in client.list_pools())
             return np.full(len(observations), -1)
@@ -71,21 +71,21 @@ def test_the_papers_numbers_of_levels_are_the_default(client: Client) -> None:
     assert made == ["200", "0", "500", "0"]
 
 
-def test_every_game_has_constants_in_both_modes(client: Client) -> None:
+def test_every_game_has_normalization_constants_in_both_modes(client: Client) -> None:
     for mode in evaluate.TRAIN_LEVELS:
         for game in GAMES:
             low, high = evaluate.return_range(client.catalog(), game, mode)
             assert low < high
 
 
-def test_the_client_knows_the_servers_games(client: Client) -> None:
+def test_client_lists_the_games_of_the_server(client: Client) -> None:
     assert [game.name for game in client.catalog().games] == list(GAMES)
 
 
-def test_progress_is_told(client: Client) -> None:
-    told = io.StringIO()
-    evaluate.evaluate(client, ["maze"], always(-1), _SMALL, ProgressLine(told, 1))
-    assert told.getvalue() == (
+def test_progress_is_printed(client: Client) -> None:
+    output = io.StringIO()
+    evaluate.evaluate(client, ["maze"], always(-1), _SMALL, ProgressLine(output, 1))
+    assert output.getvalue() == (
         "[1/1] maze, train levels: 12 of 12 episodes\n[1/1] maze, test levels: 12 of 12 episodes\n"
     )
 
@@ -98,7 +98,7 @@ def test_progress_is_told(client: Client) -> None:
     assert "\r\033[K[1/1] maze, train levels: 4 of 12 episodes\r" in terminal.getvalue()
 
 
-def test_the_table_ends_with_the_mean() -> None:
+def test_table_ends_with_the_mean() -> None:
     scores = [
         GameScore("coinrun", 10, 9.0, 8.0, 0.8, 0.6),
         GameScore("maze", 10, 7.0, 5.0, 0.4, 0.0),
@@ -119,7 +119,7 @@ def test_the_table_ends_with_the_mean() -> None:
         ({"train_levels": -1}, "train_levels is -1"),
     ],
 )
-def test_wrong_protocols_are_refused(
+def test_invalid_protocols_are_rejected(
     client: Client, change: dict[str, object], message: str
 ) -> None:
     with pytest.raises(errors.InvalidArgumentError, match=message):
@@ -137,7 +137,9 @@ def _command(*arguments: str) -> subprocess.CompletedProcess[str]:
     )
 
 
-def test_the_command_prints_writes_and_draws(server: ServerProcess, tmp_path: Path) -> None:
+def test_command_prints_a_table_and_writes_json_and_plot(
+    server: ServerProcess, tmp_path: Path
+) -> None:
     pytest.importorskip("matplotlib")
     run = _command(
         *("coinrun", "maze", "--server", server.address, "--mode", "easy", "--episodes", "4"),
@@ -168,7 +170,7 @@ def test_the_command_prints_writes_and_draws(server: ServerProcess, tmp_path: Pa
         (["maze", "--mode", "memory"], "one of easy, hard"),
     ],
 )
-def test_the_command_tells_of_mistakes(
+def test_command_reports_invalid_arguments(
     server: ServerProcess, arguments: list[str], message: str
 ) -> None:
     run = _command(*arguments, "--server", server.address)

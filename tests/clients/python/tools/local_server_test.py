@@ -1,4 +1,4 @@
-"""Without an address a program has a server of its own, which ends with it."""
+"""A program without a server address starts a local server, which ends with the program."""
 
 from __future__ import annotations
 
@@ -57,7 +57,7 @@ def _socket(address: str) -> Path:
     return Path(address.removeprefix("unix:"))
 
 
-def test_environments_share_one_server_which_ends_with_the_program() -> None:
+def test_environments_share_one_server_that_ends_with_the_program() -> None:
     run = subprocess.run(
         [sys.executable, "-c", _TWO_OF_ONE_SERVER],
         env=_environment(),
@@ -71,7 +71,7 @@ def test_environments_share_one_server_which_ends_with_the_program() -> None:
     assert not _socket(address).parent.exists()
 
 
-def test_a_killed_program_leaves_no_server() -> None:
+def test_killed_program_leaves_no_server() -> None:
     with subprocess.Popen(
         [sys.executable, "-c", _WAITS],
         env=_environment(),
@@ -88,11 +88,11 @@ def test_a_killed_program_leaves_no_server() -> None:
     folder = _socket(address).parent
     assert folder.name.startswith("procgen-server-")
     for file in folder.iterdir():
-        file.unlink(missing_ok=True)  # the server may be about it, too
+        file.unlink(missing_ok=True)  # the server may remove it, too
     folder.rmdir()
 
 
-def test_the_environment_names_another(server: ServerProcess, client: Client) -> None:
+def test_environment_variable_selects_another_server(server: ServerProcess, client: Client) -> None:
     address = server.address
     run = subprocess.run(
         [sys.executable, "-c", _BEGIN + "print(env.env.pool._client.address)"],
@@ -105,7 +105,7 @@ def test_the_environment_names_another(server: ServerProcess, client: Client) ->
     assert client.list_pools() == []
 
 
-def test_without_the_program_the_error_says_what_to_do(tmp_path: Path) -> None:
+def test_missing_server_binary_error_names_the_remedy(tmp_path: Path) -> None:
     run = subprocess.run(
         [sys.executable, "-c", _BEGIN],
         env=_environment(PROCGEN_SERVER_BINARY="", PATH=str(tmp_path)),
@@ -141,19 +141,19 @@ def _run_with_art(folder: str) -> subprocess.CompletedProcess[str]:
     )
 
 
-def test_upstreams_art_is_drawn_by_a_server_of_its_own() -> None:
+def test_each_art_dir_has_its_own_server() -> None:
     art = os.environ.get("PROCGEN_PAINTED_ART_DIR")
     if art is None:
-        pytest.skip("PROCGEN_PAINTED_ART_DIR names no folder of art; CTest sets it")
+        pytest.skip("PROCGEN_PAINTED_ART_DIR is not set; CTest sets it")
     run = _run_with_art(os.path.dirname(art))
     assert run.returncode == 0, run.stderr
 
 
-def test_a_folder_without_art_is_refused(tmp_path: Path) -> None:
+def test_folder_without_art_is_rejected(tmp_path: Path) -> None:
     assert f"art folder '{tmp_path}'" in _run_with_art(str(tmp_path)).stderr
 
 
-def test_a_tied_server_stops_as_any_other(tmp_path: Path) -> None:
+def test_tied_server_stops_like_any_other(tmp_path: Path) -> None:
     address = f"unix:{tmp_path}/socket"
     with ServerProcess(server_binary(), address=address, tied=True) as server:
         assert server.address == address

@@ -1,4 +1,4 @@
-"""Videos hold the frames that were captured; where ffmpeg is missing the error says so."""
+"""Videos contain the captured frames; errors of ffmpeg are reported."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def _frames(path: Path, width: int, height: int) -> np.ndarray:
 
 
 @_NEEDS_FFMPEG
-def test_frames_are_the_pictures(client: Client, tmp_path: Path) -> None:
+def test_video_contains_the_captured_frames(client: Client, tmp_path: Path) -> None:
     path = tmp_path / "three.mp4"
     pictures = []
     with client.create_pool("coinrun", 4, distribution_mode="easy", rand_seed=1) as pool:
@@ -38,7 +38,7 @@ def test_frames_are_the_pictures(client: Client, tmp_path: Path) -> None:
     frames = _frames(path, 192, 192).astype(int)
     assert len(frames) == 10
     for frame, (first, second, third) in zip(frames, pictures, strict=True):
-        # The codec loses a little; another environment's picture would be far off.
+        # The codec is lossy; another environment's frame would differ far more.
         assert abs(frame[:96, :96] - first).mean() < 12
         assert abs(frame[:96, 96:] - second).mean() < 12
         assert abs(frame[96:, :96] - third).mean() < 12
@@ -46,7 +46,7 @@ def test_frames_are_the_pictures(client: Client, tmp_path: Path) -> None:
 
 
 @_NEEDS_FFMPEG
-def test_odd_sides_are_padded(client: Client, tmp_path: Path) -> None:
+def test_odd_frame_sizes_are_padded(client: Client, tmp_path: Path) -> None:
     path = tmp_path / "odd.mp4"
     with client.create_pool("maze", 1) as pool:
         video = VideoRecorder(pool, path, size_px=65)
@@ -57,7 +57,7 @@ def test_odd_sides_are_padded(client: Client, tmp_path: Path) -> None:
 
 
 @_NEEDS_FFMPEG
-def test_what_ffmpeg_says_is_told(client: Client, tmp_path: Path) -> None:
+def test_ffmpeg_errors_are_reported(client: Client, tmp_path: Path) -> None:
     with client.create_pool("maze", 1) as pool:
         video = VideoRecorder(pool, tmp_path / "no such folder" / "a.mp4", size_px=512)
         with pytest.raises(OSError, match="No such file"):
@@ -67,7 +67,7 @@ def test_what_ffmpeg_says_is_told(client: Client, tmp_path: Path) -> None:
             video.close()
 
 
-def test_without_ffmpeg_the_error_says_so(
+def test_missing_ffmpeg_is_reported(
     client: Client, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv("PATH", str(tmp_path))
@@ -77,7 +77,7 @@ def test_without_ffmpeg_the_error_says_so(
 
 
 @_NEEDS_FFMPEG
-def test_wrong_numbers_are_refused(client: Client, tmp_path: Path) -> None:
+def test_invalid_arguments_are_rejected(client: Client, tmp_path: Path) -> None:
     with client.create_pool("maze", 1) as pool:
         for arguments, message in (
             ({"environments": []}, "environments is empty"),

@@ -14,9 +14,9 @@ TEST(PixelTest, MulIsExactAtBothEnds) {
   }
 }
 
-TEST(PixelTest, MulRoundsAsTheRulesSay) { EXPECT_EQ(Mul(200, 100), 78); }
+TEST(PixelTest, MulRoundsAsSpecified) { EXPECT_EQ(Mul(200, 100), 78); }
 
-TEST(PixelTest, LayingOverNeverOverflows) {
+TEST(PixelTest, LayOverDoesNotOverflow) {
   for (uint32_t a = 0; a < 256; ++a) {
     for (uint32_t below = 0; below < 256; ++below) {
       EXPECT_LE(Mul(255, a) + Mul(below, 255 - a), 255U);
@@ -24,13 +24,13 @@ TEST(PixelTest, LayingOverNeverOverflows) {
   }
 }
 
-TEST(PixelTest, LayingOverKeepsWhatATransparentPixelCovers) {
+TEST(PixelTest, LayOverOfATransparentPixelKeepsThePixelBelow) {
   Rgba below = {1, 127, 255, 255};
   LayOver({0, 0, 0, 0}, below);
   EXPECT_EQ(below, (Rgba{1, 127, 255, 255}));
 }
 
-TEST(PixelTest, LayingOverReplacesWhatAnOpaquePixelCovers) {
+TEST(PixelTest, LayOverOfAnOpaquePixelReplacesThePixelBelow) {
   Rgba below = {1, 127, 255, 255};
   LayOver({4, 5, 6, 255}, below);
   EXPECT_EQ(below, (Rgba{4, 5, 6, 255}));

@@ -23,7 +23,7 @@ std::string RunsOf(uint64_t bits) {
   return runs;
 }
 
-TEST(BitRunsTest, AreTheRunsOfOnes) {
+TEST(BitRunsTest, ReturnsTheRunsOfOnes) {
   EXPECT_EQ(RunsOf(0), "");
   EXPECT_EQ(RunsOf(~uint64_t{0}), "0-64 ");
   EXPECT_EQ(RunsOf(0b1101110U), "1-4 5-7 ");

@@ -15,13 +15,13 @@ std::string Outside(const PixelSet& set, int row, int first, int end) {
   return runs;
 }
 
-TEST(PixelSetTest, AWholeRunIsOutsideTheEmptySet) {
+TEST(PixelSetTest, TheWholeRunIsOutsideAnEmptySet) {
   EXPECT_EQ(Outside({}, 0, -3, 99), "0-64 ");
   EXPECT_EQ(Outside({}, 63, 63, 64), "63-64 ");
   EXPECT_EQ(Outside({}, 5, 7, 7), "");
 }
 
-TEST(PixelSetTest, ItsColumnsSplitTheRun) {
+TEST(PixelSetTest, ColumnsInTheSetSplitTheRun) {
   PixelSet set;
   set.Add(2, BitRange(0, 4));
   set.Add(2, BitRange(10, 20));

@@ -44,7 +44,7 @@ class StaticLayerCacheTest : public ::testing::Test {
   TextFrame frame_{4};
 };
 
-TEST_F(StaticLayerCacheTest, ALayerSeenThreeTimesIsKept) {
+TEST_F(StaticLayerCacheTest, ALayerUsedThreeTimesIsCached) {
   EXPECT_EQ(layer_.Meet(scene_), Use::kDrawOnly);
   EXPECT_EQ(layer_.Meet(scene_), Use::kDrawOnly);
   EXPECT_EQ(layer_.Meet(scene_), Use::kKeep);
@@ -93,7 +93,7 @@ TEST_F(StaticLayerCacheTest, CellsOutOfViewAndSpritesAboveCellsAreIgnored) {
   EXPECT_EQ(layer_.Meet(scene_), Use::kCopy);
 }
 
-TEST_F(StaticLayerCacheTest, GeneratedBackgroundsAreNotKept) {
+TEST_F(StaticLayerCacheTest, GeneratedBackgroundsAreNotCached) {
   const GeneratedArt art;
   scene_.background.generated = &art;
   for (int i = 0; i < 5; ++i) {

@@ -38,8 +38,8 @@ TEST(FleetStateTest, DamagedPoolIsQuarantinedAndOthersAreLoaded) {
       ASSERT_THAT(Journal::Create((*state)->NextPath(), SomePool(name), &metrics), IsOk());
     }
   }
-  std::ofstream(folder.At("pool-2"), std::ios::binary) << "not what it was";
-  std::ofstream(folder.At("pool-2-wal"), std::ios::binary) << "its log";
+  std::ofstream(folder.At("pool-2"), std::ios::binary) << "the quarantined file";
+  std::ofstream(folder.At("pool-2-wal"), std::ios::binary) << "the write-ahead log";
   const auto state = FleetState::Open(folder.path());
   ASSERT_THAT(state, IsOk());
   testing::internal::CaptureStderr();
@@ -55,8 +55,8 @@ TEST(FleetStateTest, DamagedPoolIsQuarantinedAndOthersAreLoaded) {
 
 TEST(FleetStateTest, NumberOfADamagedPoolIsNotReused) {
   const TemporaryFolder folder;
-  std::ofstream(folder.At("pool-3.damaged")) << "of an earlier start";
-  std::ofstream(folder.At("pool-x")) << "no pool's";
+  std::ofstream(folder.At("pool-3.damaged")) << "from an earlier start";
+  std::ofstream(folder.At("pool-x")) << "not a pool's file";
   const auto state = FleetState::Open(folder.path());
   ASSERT_THAT(state, IsOk());
   EXPECT_THAT((*state)->TakeLeft(), testing::IsEmpty());
@@ -84,7 +84,7 @@ TEST(FleetStateTest, PoolOfAnotherVersionIsKept) {
   FlushLog(absl::Seconds(10));
   EXPECT_THAT(testing::internal::GetCapturedStderr(), HasSubstr("is a journal of version"));
   EXPECT_TRUE(std::filesystem::exists(folder.At("pool-7")));
-  EXPECT_EQ((*state)->NextPath(), folder.At("pool-8")) << "which overwrites nothing";
+  EXPECT_EQ((*state)->NextPath(), folder.At("pool-8")) << "overwrites nothing";
 }
 
 TEST(FleetStateTest, FleetNameIsPersistent) {

@@ -25,13 +25,13 @@ TEST(FrameStackWarmupTest, WarmupStepsEachEnvironmentStackDepthMinusOneTimes) {
   warmup.Add(1, StepOf({0, 8}));
   EXPECT_FALSE(warmup.IsComplete({2, 2}, 1));
   warmup.Add(2, StepOf({0, 8}));
-  warmup.Add(3, StepOf({0, 3}));  // the first of the range alone
+  warmup.Add(3, StepOf({0, 3}));  // only the first environment of the range
   EXPECT_FALSE(warmup.IsComplete({2, 2}, 1));
-  warmup.Add(4, StepOf({4, 4}));  // none of it
+  warmup.Add(4, StepOf({4, 4}));  // none of the range
   EXPECT_FALSE(warmup.IsComplete({2, 2}, 1));
   warmup.Add(5, StepOf({3, 1}));
   EXPECT_TRUE(warmup.IsComplete({2, 2}, 1));
-  EXPECT_FALSE(warmup.IsComplete({2, 2}, 2)) << "states of later";
+  EXPECT_FALSE(warmup.IsComplete({2, 2}, 2)) << "states from a later step";
 }
 
 TEST(FrameStackWarmupTest, UnsteppedEnvironmentNeedsNoSteps) {
@@ -39,7 +39,7 @@ TEST(FrameStackWarmupTest, UnsteppedEnvironmentNeedsNoSteps) {
   for (int64_t number = 1; number < 9; ++number) {
     warmup.Add(number, StepOf({1, 1}));
   }
-  EXPECT_TRUE(warmup.IsComplete({0, 2}, 5)) << "the other has been stepped three times since";
+  EXPECT_TRUE(warmup.IsComplete({0, 2}, 5)) << "the other was stepped three times since";
   EXPECT_FALSE(warmup.IsComplete({0, 2}, 6));
 }
 

@@ -1,4 +1,4 @@
-// Journals that are cut or changed: each is read as what it was at some moment, or refused.
+// Truncated and changed journals: each reads as an earlier state of the pool, or is rejected.
 
 #include <fstream>
 #include <iterator>
@@ -17,7 +17,7 @@ namespace {
 
 using testing::HasSubstr;
 
-// The size of a page in the file, and of one in the write-ahead log, after its head of 32 bytes.
+// Page sizes in the database file, and in the write-ahead log after its header of 32 bytes.
 constexpr size_t kPageBytes = 4096;
 constexpr size_t kFrameBytes = kPageBytes + 24;
 constexpr size_t kLogHeadBytes = 32;
@@ -27,7 +27,7 @@ std::string BytesOf(const std::string& path) {
   return {std::istreambuf_iterator<char>(file), {}};
 }
 
-// All that a pool is, as text.
+// All contents of a pool, as text.
 std::string TextOf(const JournaledPool& pool) {
   std::string text = pool.pool.ShortDebugString();
   for (const auto& [first, checkpoint] : pool.checkpoints) {
@@ -65,7 +65,7 @@ TEST_F(JournalDamageTest, PowerCutLeavesAnEarlierCommit) {
   ASSERT_THAT(journal, IsOk());
   const std::string file = BytesOf(path_);
   std::vector<std::string> moments = {TextOf(Read(file).value())};
-  ASSERT_EQ(BytesOf(path_ + "-wal"), "") << "what was created is synced";
+  ASSERT_EQ(BytesOf(path_ + "-wal"), "") << "creation is synced";
   const auto add_moment = [&] {
     const auto pool = Read(file, BytesOf(path_ + "-wal"));
     ASSERT_THAT(pool, IsOk());
@@ -111,7 +111,7 @@ TEST_F(JournalDamageTest, ChangedByteIsDetectedOrHarmless) {
   int found = 0;
   for (size_t at = 0; at < whole.size(); ++at) {
     if (whole[at] == 0 && at % 64 != 0) {
-      continue;  // mostly room between the rows
+      continue;  // mostly unused bytes between rows
     }
     std::string damaged = whole;
     damaged[at] = static_cast<char>(damaged[at] ^ 0x10);
@@ -127,7 +127,7 @@ TEST_F(JournalDamageTest, ChangedByteIsDetectedOrHarmless) {
 TEST_F(JournalDamageTest, AnotherVersionIsNamed) {
   ASSERT_THAT(Journal::Create(path_, SomePool(), &metrics_), IsOk());
   std::string other = BytesOf(path_);
-  other[63] = 3;  // where SQLite keeps user_version
+  other[63] = 3;  // SQLite's user_version
   EXPECT_THAT(Read(other), StatusIs(absl::StatusCode::kFailedPrecondition,
                                     HasSubstr("copy is a journal of version 3, allowed: 2;")));
   EXPECT_THAT(Read("procgen-pool 1\nas it was before databases"),

@@ -28,7 +28,7 @@ class JournalTest : public testing::Test {
     EXPECT_THAT(journal, IsOk());
     return *std::move(journal);
   }
-  // What the next process would read if this one was killed now.
+  // The pool that the next process would read if this one was killed now.
   JournaledPool Read() const {
     const std::string copy = folder_.At("copy");
     const auto replace = std::filesystem::copy_options::overwrite_existing;
@@ -153,7 +153,7 @@ TEST_F(JournalTest, FullDiskLosesNothing) {
   journal->Append(EntryOf(SomeStep(7)));
   testing::internal::CaptureStderr();
   {
-    const FullDisk full(1024);  // enough for what is logged
+    const FullDisk full(1024);  // enough for the log
     journal->Append(EntryOf(SomeStep(8)));
     journal->Append(EntryOf(SomeStep(9)));
     EXPECT_EQ(NotDurable(), "procgen_fleet_pools_not_durable 1");

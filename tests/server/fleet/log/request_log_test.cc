@@ -45,7 +45,7 @@ TEST(RequestLogTest, DroppedEntriesKeepTheNumbersOfOthers) {
   log.ForgetUpTo(3);
   EXPECT_EQ(log.Find(4)->request.sequence_number(), 4);
   EXPECT_EQ(log.end(), 5);
-  EXPECT_EQ(held->request.sequence_number(), 2) << "who has one keeps it";
+  EXPECT_EQ(held->request.sequence_number(), 2) << "a held entry stays valid";
   log.ForgetUpTo(2);
   EXPECT_EQ(log.Find(4)->request.sequence_number(), 4);
   log.ForgetUpTo(9);
@@ -64,7 +64,7 @@ TEST(RequestLogTest, BytesCountLaterEntries) {
   EXPECT_EQ(log.BytesAfter(0), 4 * each);
   EXPECT_EQ(log.BytesAfter(4), 0);
   log.ForgetUpTo(2);
-  EXPECT_EQ(log.BytesAfter(0), 2 * each) << "what is forgotten takes nothing";
+  EXPECT_EQ(log.BytesAfter(0), 2 * each) << "dropped entries take no memory";
   EXPECT_EQ(log.BytesAfter(3), each);
 }
 

@@ -13,7 +13,7 @@ v1::StepPoolRequest Parse(const std::string& text) {
   return request;
 }
 
-// What a shard of `range` is asked; "nothing" if it is left alone.
+// The request of a shard with `range`; "nothing" if it gets none.
 std::string Cut(const std::string& text, Part range) {
   const std::optional<v1::StepPoolRequest> cut = CutRequest(Parse(text), range);
   return cut.has_value() ? cut->DebugString() : "nothing";

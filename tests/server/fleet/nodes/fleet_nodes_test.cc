@@ -115,7 +115,7 @@ TEST(FleetNodesTest, CapacityIsReservedUntilTheReservationIsDestroyed) {
     EXPECT_THAT(CountsOf(nodes.PlanShards(12)), ElementsAre(Pair("a", 10), Pair("b", 2)));
     const auto elsewhere = nodes.Reserve(8, "b");
     ASSERT_THAT(elsewhere, IsOk());
-    EXPECT_EQ(elsewhere->node_id(), "a") << "what is preferred has no room";
+    EXPECT_EQ(elsewhere->node_id(), "a") << "preferred nodes have no capacity";
     EXPECT_THAT(nodes.Reserve(8, "b"), StatusIs(absl::StatusCode::kUnavailable,
                                                 "none of 2 nodes has room for 8 environments"));
     const FleetNodes::CapacityReservation moved = *std::move(reserved);
@@ -149,7 +149,7 @@ TEST(FleetNodesTest, WrongResponsesExcludeANodeWithDoublingBackoff) {
   now += absl::Minutes(10);
   nodes.Distrust("a", absl::DataLossError("again")).IgnoreError();
   now += absl::Seconds(1);
-  EXPECT_THAT(nodes.Reserve(4, "a"), IsOk()) << "what was long ago is forgotten";
+  EXPECT_THAT(nodes.Reserve(4, "a"), IsOk()) << "old errors are forgotten";
 }
 
 TEST(FleetNodesTest, OldNodesAreForgotten) {

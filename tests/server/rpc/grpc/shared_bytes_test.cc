@@ -52,7 +52,7 @@ TEST(SharedBytesTest, BytesOutliveTheirSource) {
   EXPECT_EQ(TextOf(buffer), std::string(1000, 'x'));
 }
 
-// A short Cord holds its bytes in itself.
+// A short Cord stores its bytes inline.
 TEST(SharedBytesTest, FewBytesOutliveTheirSource) {
   absl::Cord cord("short");
   const grpc::ByteBuffer buffer = ByteBufferOf(cord);

@@ -28,14 +28,14 @@ TEST(FrameBufferPoolTest, MemoryIsReusedAfterTheLastSliceCopy) {
   const uint8_t* const memory = frames.bytes.data();
   grpc::Slice copy = frames.slice;
   frames = {};
-  EXPECT_NE(ring.Take(1000).bytes.data(), memory) << "the copy has it";
+  EXPECT_NE(ring.Take(1000).bytes.data(), memory) << "the copy holds the memory";
   copy = grpc::Slice();
   EXPECT_EQ(ring.Take(1000).bytes.data(), memory);
-  EXPECT_EQ(ring.Take(10).bytes.data(), memory) << "also for less";
+  EXPECT_EQ(ring.Take(10).bytes.data(), memory) << "also for fewer bytes";
   EXPECT_EQ(ring.Take(2000).bytes.size(), 2000U);
 }
 
-TEST(FrameBufferPoolTest, SlicesOutliveTheRing) {
+TEST(FrameBufferPoolTest, SlicesOutliveThePool) {
   auto ring = std::make_unique<FrameBufferPool>();
   const Frames frames = ring->Take(1000);
   ring = nullptr;

@@ -5,7 +5,7 @@
 namespace procgen {
 namespace {
 
-// Reads a request and puts it into the inbox.
+// Reads a request into the inbox.
 StreamRequest* Read(RequestWindow* window) {
   window->BeginRead();
   StreamRequest* request = window->EndRead(/*ok=*/true);
@@ -33,7 +33,7 @@ TEST(RequestWindowTest, OneIsReadAtATime) {
   window.BeginRead();
   EXPECT_FALSE(window.CanRead());
   StreamRequest* request = window.EndRead(/*ok=*/true);
-  EXPECT_FALSE(window.CanRead()) << "it is being taken in";
+  EXPECT_FALSE(window.CanRead()) << "the request is not taken in yet";
   window.TakeIn(request);
   EXPECT_TRUE(window.CanRead());
 }
@@ -57,7 +57,7 @@ TEST(RequestWindowTest, StoppingDropsQueuedRequests) {
   window.BeginRead();
   StreamRequest* taken_in = window.EndRead(/*ok=*/true);
   window.Stop();
-  EXPECT_FALSE(window.IsOver()) << "one is being taken in";
+  EXPECT_FALSE(window.IsOver()) << "one is not taken in yet";
   window.TakeIn(taken_in);
   EXPECT_TRUE(window.IsOver());
   EXPECT_EQ(window.Next(), nullptr);

@@ -12,7 +12,7 @@ TEST(ResponseQueueTest, DefaultCapacityIsTwoResponses) {
   EXPECT_FALSE(queue.has_free());
   EXPECT_NE(queue.Take(), nullptr);
   queue.GiveBack(first);
-  EXPECT_EQ(queue.Take(), first) << "memory is used again";
+  EXPECT_EQ(queue.Take(), first) << "memory is reused";
 }
 
 TEST(ResponseQueueTest, ReturnedResponseReleasesItsObservations) {

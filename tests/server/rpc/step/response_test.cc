@@ -45,7 +45,7 @@ Request StepOf(int32_t env_count) {
 }
 
 TEST(ResponseTest, BytesAreThoseOfTheWholeMessage) {
-  // Sizes at which lengths take another byte, of the batch and of the field.
+  // Sizes at which the varint lengths of batch and field grow by a byte.
   for (const size_t size : {1U, 90U, 127U, 128U, 16383U, 16384U, 3000000U}) {
     for (const int rows : {1, 341}) {
       Response response = ResponseOf(rows);
@@ -59,7 +59,7 @@ TEST(ResponseTest, BytesAreThoseOfTheWholeMessage) {
   }
 }
 
-TEST(ResponseTest, WithoutObservationsTheMessageIsAll) {
+TEST(ResponseTest, WithoutObservationsTheMessageIsTheWholeResponse) {
   const Response response = ResponseOf(3);
   EXPECT_EQ(BytesOf(Serialized(response)), response.message.SerializeAsString());
 }

@@ -1,5 +1,5 @@
-// Requests that an earlier process had accepted, on a real pool whose calls fail, or are done
-// before they return, as those of a fleet do.
+// Replay of requests that an earlier process accepted, on a pool that next_error or that completes
+// calls before they return, as a fleet's pool does.
 
 #include "server/rpc/step/resume_replay.h"
 
@@ -27,16 +27,17 @@
 namespace procgen {
 namespace {
 
-// A pool whose parts are done when StepAsync returns, if they do not fail.
-class PromptPool final : public PoolBackend {
+// A pool that completes each part within StepAsync.
+class SynchronousPool final : public PoolBackend {
  public:
-  // `fails`: the error of the next part; OK: none. `gone` is notified when this goes.
-  PromptPool(std::unique_ptr<PoolBackend> pool, std::function<absl::Status()> fails,
-             absl::Notification* gone)
-      : pool_(std::move(pool)), fails_(std::move(fails)), gone_(gone) {}
-  ~PromptPool() override {
+  // `next_error`: the error of the next part; OK: it is stepped. Notifies `destroyed` in the
+  // destructor.
+  SynchronousPool(std::unique_ptr<PoolBackend> pool, std::function<absl::Status()> next_error,
+                  absl::Notification* destroyed)
+      : pool_(std::move(pool)), next_error_(std::move(next_error)), destroyed_(destroyed) {}
+  ~SynchronousPool() override {
     pool_ = nullptr;
-    gone_->Notify();
+    destroyed_->Notify();
   }
 
   const PoolOptions& options() const override { return pool_->options(); }
@@ -47,7 +48,7 @@ class PromptPool final : public PoolBackend {
   void StepAsync(const StepInput& part, const Batch& batch, Done done) override {
     const char here = 0;
     NoteStack(reinterpret_cast<intptr_t>(&here));
-    absl::Status status = fails_();
+    absl::Status status = next_error_();
     if (status.ok()) {
       absl::Notification stepped;
       pool_->StepAsync(part, batch, [&](absl::Status result) {
@@ -76,7 +77,7 @@ class PromptPool final : public PoolBackend {
   }
 
   int part_count() const { return part_count_; }
-  // Between the highest and the lowest frame of StepAsync.
+  // Distance between the highest and the lowest stack frame of StepAsync.
   intptr_t stack_bytes() const { return highest_ - lowest_; }
 
  private:
@@ -87,8 +88,8 @@ class PromptPool final : public PoolBackend {
   }
 
   std::unique_ptr<PoolBackend> pool_;
-  const std::function<absl::Status()> fails_;
-  absl::Notification* const gone_;
+  const std::function<absl::Status()> next_error_;
+  absl::Notification* const destroyed_;
   std::atomic<int> part_count_ = 0;
   std::atomic<intptr_t> lowest_ = 0;
   std::atomic<intptr_t> highest_ = 0;
@@ -96,20 +97,20 @@ class PromptPool final : public PoolBackend {
 
 class ResumeReplayTest : public testing::Test {
  protected:
-  // gRPC, whose timers are used, lives longer than any replay, as in a server.
+  // gRPC's timers are used, so gRPC must outlive all replays, as in a server.
   static void SetUpTestSuite() { grpc_init(); }
-  // The last to use the pool may be the thread of a timer, and the context must outlive it.
-  void TearDown() override { gone_.WaitForNotification(); }
+  // A timer's thread may use the pool last, and the context must outlive the pool.
+  void TearDown() override { destroyed_.WaitForNotification(); }
 
-  // A pool that stands before request 1, the only one of an earlier process.
-  std::shared_ptr<PoolSession> Make(int32_t env_count, std::function<absl::Status()> fails) {
+  // A pool before request 1, which an earlier process accepted.
+  std::shared_ptr<PoolSession> Make(int32_t env_count, std::function<absl::Status()> next_error) {
     PoolOptions options;
     options.games = {"maze"};
     options.env_count = env_count;
     auto made = Pool::Create(options, std::make_shared<WorkerPool>(1));
     EXPECT_THAT(made, IsOk());
-    auto pool =
-        std::make_unique<PromptPool>(context_.Backend(*std::move(made)), std::move(fails), &gone_);
+    auto pool = std::make_unique<SynchronousPool>(context_.Backend(*std::move(made)),
+                                                  std::move(next_error), &destroyed_);
     pool_ = pool.get();
     auto session = std::make_shared<PoolSession>("", "pools/7", std::move(pool),
                                                  absl::InfiniteDuration(), context_.Get());
@@ -127,7 +128,7 @@ class ResumeReplayTest : public testing::Test {
     return {request.SerializeAsString()};
   }
 
-  // Waits for a turn.
+  // Takes a turn and ends it; returns its status.
   static absl::Status Turn(PoolSession* session) {
     absl::Notification begun;
     absl::Status turn;
@@ -151,8 +152,8 @@ class ResumeReplayTest : public testing::Test {
   }
 
   TestPoolContext context_;
-  absl::Notification gone_;  // the pool is
-  PromptPool* pool_ = nullptr;
+  absl::Notification destroyed_;  // of the pool
+  SynchronousPool* pool_ = nullptr;
 };
 
 TEST_F(ResumeReplayTest, ManyPartsTakeNoMoreStackThanOne) {
@@ -171,10 +172,10 @@ class PermanentErrorTest : public ResumeReplayTest,
 TEST_P(PermanentErrorTest, EndsTheReplayAndAnswersAttach) {
   const auto session = Make(2, [] { return absl::Status(GetParam(), "the node is of 1970"); });
   StartResumeReplay(session, OneStep(2), int64_t{64} << 20);
-  const auto is_told =
+  const auto is_replay_error =
       StatusIs(GetParam(), "pool pools/7 could not be resumed: the node is of 1970");
-  EXPECT_THAT(Turn(session.get()), is_told);
-  EXPECT_THAT(Attach(session.get()), is_told);
+  EXPECT_THAT(Turn(session.get()), is_replay_error);
+  EXPECT_THAT(Attach(session.get()), is_replay_error);
   EXPECT_EQ(pool_->part_count(), 1);
 }
 
@@ -193,7 +194,7 @@ TEST_F(ResumeReplayTest, OtherErrorsAreRetriedWithBackoff) {
   StartResumeReplay(session, OneStep(2), int64_t{64} << 20);
   EXPECT_THAT(Turn(session.get()), IsOk());
   EXPECT_GE(SteadyNow() - begin, absl::Milliseconds(100 + 200 + 400));
-  EXPECT_EQ(pool_->part_count(), 3 + 2) << "then the request, and how all environments stand";
+  EXPECT_EQ(pool_->part_count(), 3 + 2) << "then the request and the state of all environments";
   EXPECT_EQ(session->oldest_kept_sequence_number(), 1);
 }
 
@@ -211,7 +212,7 @@ TEST_F(ResumeReplayTest, ClosedPoolIsReleasedAtOnce) {
   const int count = failure_count;
   session->Close(absl::AbortedError("it was deleted"));
   session = nullptr;
-  gone_.WaitForNotification();
+  destroyed_.WaitForNotification();
   EXPECT_EQ(failure_count, count);
 }
 

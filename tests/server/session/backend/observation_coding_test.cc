@@ -21,7 +21,7 @@ TEST(ObservationCodingTest, EncodedSizeBoundIsOneAndAHalfTimesRaw) {
         const ObservationCoding coding(format, Encoding::kDeltaZstd);
         ASSERT_EQ(coding.drawn_bytes(), static_cast<int64_t>(format.bytes()));
         ASSERT_GT(coding.sent_bytes_max(), coding.drawn_bytes()) << size_px;
-        // The bound that the proto documents (Attach.resumable).
+        // The bound in the proto's comment of Attach.resumable.
         ASSERT_LE(coding.sent_bytes_max(), coding.drawn_bytes() * 3 / 2 + 128) << size_px;
         ASSERT_EQ(ShapeOf(format).bytes(), format.bytes());
       }

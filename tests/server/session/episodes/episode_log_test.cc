@@ -20,17 +20,17 @@ using testing::SizeIs;
 
 constexpr int64_t kPlenty = int64_t{1} << 30;
 
-// A fake pool: by default each environment takes action 4 and its episode continues.
-class MadeUpPool {
+// A fake pool. An episode continues unless a step ends it.
+class FakePool {
  public:
-  MadeUpPool(int32_t env_count, EpisodeLog* log) : env_count_(env_count), log_(log) {}
+  FakePool(int32_t env_count, EpisodeLog* log) : env_count_(env_count), log_(log) {}
 
-  // Steps all; `ends`: whose episode that ends.
+  // Steps all environments; `ends`: environments whose episode ends.
   void Step(int32_t action, const std::vector<int32_t>& ends = {}, float reward = 0) {
     StepSlice({0, env_count_}, action, ends, reward);
   }
 
-  // Steps a slice; `completes`: all of it complete a level, and their episodes continue.
+  // Steps a slice; `completes`: all its environments complete a level within their episode.
   void StepSlice(Part slice, int32_t action, const std::vector<int32_t>& ends = {},
                  float reward = 0, bool completes = false) {
     const std::vector<int32_t> actions(static_cast<size_t>(slice.count), action);
@@ -69,7 +69,7 @@ Episode EpisodeOf(const EpisodeLog* log, int32_t environment, bool under_way) {
 TEST(EpisodeLogTest, ReturnsActionsRewardsAndTheEnd) {
   ByteBudget bytes(kPlenty);
   EpisodeLog log(2, &bytes);
-  MadeUpPool pool(2, &log);
+  FakePool pool(2, &log);
   pool.Step(7, {}, 0.5F);
   pool.Step(-1, {1}, -1);
   pool.Step(3);
@@ -92,7 +92,7 @@ TEST(EpisodeLogTest, ReturnsActionsRewardsAndTheEnd) {
 TEST(EpisodeLogTest, ReturnedEpisodesDoNotChange) {
   ByteBudget bytes(kPlenty);
   EpisodeLog log(1, &bytes);
-  MadeUpPool pool(1, &log);
+  FakePool pool(1, &log);
   pool.Step(7);
   const auto recording = log.Read(0, true);
   ASSERT_THAT(recording, IsOk());
@@ -104,7 +104,7 @@ TEST(EpisodeLogTest, ReturnedEpisodesDoNotChange) {
 TEST(EpisodeLogTest, UnneededStepsAreDropped) {
   ByteBudget bytes(kPlenty);
   EpisodeLog log(100, &bytes);
-  MadeUpPool pool(100, &log);
+  FakePool pool(100, &log);
   std::vector<int32_t> all(100);
   for (int32_t i = 0; i < 100; ++i) {
     all[static_cast<size_t>(i)] = i;
@@ -115,7 +115,7 @@ TEST(EpisodeLogTest, UnneededStepsAreDropped) {
     }
     pool.Step(-1, all);
   }
-  // Two buffers of 128 bytes an environment.
+  // Two buffers of 128 bytes per environment.
   EXPECT_EQ(bytes.reserved_bytes(), 100 * 2 * 128);
   EXPECT_THAT(EpisodeOf(&log, 50, false).actions, SizeIs(100));
   EXPECT_EQ(EpisodeOf(&log, 50, false).incomplete_reason, IncompleteReason::kNone);
@@ -124,7 +124,7 @@ TEST(EpisodeLogTest, UnneededStepsAreDropped) {
 TEST(EpisodeLogTest, FullLogDropsTheOldestStepsAndReportsIt) {
   ByteBudget bytes(300'000);
   EpisodeLog log(1000, &bytes);
-  MadeUpPool pool(1000, &log);
+  FakePool pool(1000, &log);
   pool.Step(1);
   pool.Step(-1, {7});
   for (int32_t step = 0; step < 2000; ++step) {
@@ -145,7 +145,7 @@ TEST(EpisodeLogTest, FullLogDropsTheOldestStepsAndReportsIt) {
 TEST(EpisodeLogTest, AlternatingSlicesKeepTheLatestStepInSmallMemory) {
   ByteBudget bytes(200'000);
   EpisodeLog log(64, &bytes);
-  MadeUpPool pool(64, &log);
+  FakePool pool(64, &log);
   int32_t checked = 0;
   for (int32_t step = 0; step < 6000; ++step) {
     const Part slice = {step % 2 * 32, 32};
@@ -155,7 +155,7 @@ TEST(EpisodeLogTest, AlternatingSlicesKeepTheLatestStepInSmallMemory) {
     if (bytes.reserved_bytes() >= before && step % 500 != 0) {
       continue;
     }
-    ++checked;  // memory was given back, or it is time for a check
+    ++checked;  // after freed memory, and every 500 steps
     const Episode episode = EpisodeOf(&log, slice.first, true);
     ASSERT_THAT(episode.actions, Not(IsEmpty())) << "step " << step;
     EXPECT_EQ(episode.actions.back(), static_cast<char>(step % 15));
@@ -170,7 +170,7 @@ TEST(EpisodeLogTest, MemoryIsReturned) {
   ByteBudget bytes(kPlenty);
   {
     EpisodeLog log(10, &bytes);
-    MadeUpPool pool(10, &log);
+    FakePool pool(10, &log);
     pool.Step(1, {}, 1);
     EXPECT_GT(bytes.reserved_bytes(), 0);
   }
@@ -180,7 +180,7 @@ TEST(EpisodeLogTest, MemoryIsReturned) {
 TEST(EpisodeLogTest, LogWithoutMemoryStoresNothing) {
   ByteBudget bytes(50);
   EpisodeLog log(10, &bytes);
-  MadeUpPool pool(10, &log);
+  FakePool pool(10, &log);
   pool.Step(1);
   pool.Step(-1, {3});
   EXPECT_EQ(EpisodeOf(&log, 3, false).incomplete_reason, IncompleteReason::kTooOld);

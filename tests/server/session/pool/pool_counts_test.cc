@@ -24,7 +24,7 @@ PoolOptions OptionsOf(std::vector<std::string> games, int32_t first_env) {
   return options;
 }
 
-// How `metrics` tell the steps of a game.
+// The step count of `game` in the metrics.
 std::string Steps(const std::string& game, int64_t count) {
   return absl::StrCat("procgen_steps_total{game=\"", game, R"(",mode="easy"} )", count, "\n");
 }

@@ -33,7 +33,7 @@ class PoolSessionTest : public testing::Test {
                                          context_.Get());
   }
 
-  // Attaches, where nobody has to be waited for.
+  // Attaches to a pool without a stream.
   static absl::Status Attach(
       PoolSession* session, const AttachOptions& options = {},
       PoolSession::EndStream end_stream = [](StreamEnd, const absl::Status&) {}) {
@@ -179,7 +179,7 @@ TEST_F(PoolSessionTest, SavingStopsOnRequest) {
   EXPECT_THAT(taken, ElementsAre(3, 1));
 }
 
-TEST_F(PoolSessionTest, OnlyChangesOfEnvironmentsChangeTheNumber) {
+TEST_F(PoolSessionTest, OnlyStepsAndRestoresChangeTheChangeNumber) {
   const std::unique_ptr<PoolSession> session = Make();
   const std::vector<int32_t> actions(kEnvCount, 4);
   const int64_t made = session->change_number();

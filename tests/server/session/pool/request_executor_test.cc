@@ -22,7 +22,7 @@ using testing::HasSubstr;
 
 constexpr int32_t kEnvCount = 7;
 
-// Has no memory for a part until Free is called for it.
+// A sink without memory for a part until is_free is set.
 class LateSink final : public ResponseSink {
  public:
   absl::StatusOr<std::optional<Batch>> PreparePart(Part /*part*/) override {
@@ -101,7 +101,7 @@ TEST_F(RequestExecutorTest, APartWaitsUntilItsSinkHasMemory) {
   const auto sink = std::make_shared<LateSink>();
   session->Execute(&request, sink);
   EXPECT_EQ(sink->asked, 1);
-  EXPECT_EQ(sink->flushed, 1) << "what is ready can be sent, so that memory becomes free";
+  EXPECT_EQ(sink->flushed, 1) << "finished parts are sent, which frees memory";
   session->Resume();
   EXPECT_EQ(sink->asked, 2);
   EXPECT_EQ(sink->done, std::nullopt);
@@ -146,12 +146,12 @@ TEST_F(RequestExecutorTest, CancelledRequestIsNotExecutedOnItsTurn) {
 }
 
 TEST_F(RequestExecutorTest, ResponseIsKeptAfterItsRequestIsDestroyed) {
-  class Forgetful final : public ResponseSink {
+  class RequestDestroyingSink final : public ResponseSink {
    public:
     absl::StatusOr<std::optional<Batch>> PreparePart(Part /*part*/) override { return Batch(); }
     absl::Cord PartDone(Part /*part*/, bool keep) override {
       EXPECT_TRUE(keep);
-      request = Request();  // as when the response was sent, and the next request was read
+      request = Request();  // as if the next request was read meanwhile
       return absl::Cord("answer");
     }
     absl::Status Recall(const Answer& /*answer*/) override { return absl::OkStatus(); }
@@ -167,7 +167,7 @@ TEST_F(RequestExecutorTest, ResponseIsKeptAfterItsRequestIsDestroyed) {
   session->Attach(
       {.resumable = true}, [](StreamEnd, const absl::Status&) {},
       [](const absl::Status& status) { EXPECT_THAT(status, IsOk()); });
-  const auto sink = std::make_shared<Forgetful>();
+  const auto sink = std::make_shared<RequestDestroyingSink>();
   sink->request.sequence_number = 1;
   session->Execute(&sink->request, sink);
   sink->done.WaitForNotification();
@@ -175,7 +175,7 @@ TEST_F(RequestExecutorTest, ResponseIsKeptAfterItsRequestIsDestroyed) {
   session->Detach();
 }
 
-// Executes one request after the other in one turn, each begun when the one before is done.
+// Executes requests in one turn, each when the previous one is done.
 class Series final : public ResponseSink, public std::enable_shared_from_this<Series> {
  public:
   Series(std::shared_ptr<PoolSession> session, int count)
@@ -207,7 +207,7 @@ class Series final : public ResponseSink, public std::enable_shared_from_this<Se
 };
 
 TEST_F(RequestExecutorTest, ConsecutiveRequestsDoNotNestOnTheStack) {
-  const auto session = Make(1);  // whose single environment is observed on this very thread
+  const auto session = Make(1);  // a single environment is observed on this thread
   const auto series = std::make_shared<Series>(session, 50000);
   session->TakeTurn([&](const absl::Status& turn) {
     ASSERT_THAT(turn, IsOk());

@@ -1,4 +1,4 @@
-// A pool whose streams break, are taken over and resumed, and its lease.
+// Broken, resumed and taken-over streams of a pool, and its lease.
 
 #include <memory>
 #include <optional>
@@ -22,7 +22,7 @@ using testing::HasSubstr;
 constexpr int32_t kEnvCount = 2;
 const AttachOptions kResumable = {.requests_in_flight_max = 2, .resumable = true};
 
-// A stream, as the pool sees it.
+// Records the callbacks of a stream.
 struct Stream {
   void Attach(PoolSession* session, const AttachOptions& options) {
     session->Attach(
@@ -57,7 +57,7 @@ class ResumedSessionTest : public testing::Test {
                                          context->Get(), encoding);
   }
 
-  // Executes request `number`. An answer: it was executed before.
+  // Executes request `number`. Returns the kept answer if it was executed before.
   absl::StatusOr<std::optional<Answer>> Ask(int64_t number, int64_t acknowledged = 0) {
     Request request = RequestOf(number);
     request.acknowledged = acknowledged;
@@ -162,7 +162,7 @@ TEST_F(ResumedSessionTest, ResumeBufferFollowsTheWindowOfTheStream) {
   Stream stream;
   stream.Attach(session_.get(), {.requests_in_flight_max = 4, .resumable = true});
   EXPECT_EQ(bytes.reserved_bytes(), 4 * kAnswerBytes);
-  // The successor's window counts until it has the pool, and the smaller one from then on.
+  // During a takeover the larger window counts; afterwards the new one.
   Stream successor;
   successor.Attach(session_.get(),
                    {.requests_in_flight_max = 6, .resumable = true, .take_over = true});

@@ -1,4 +1,4 @@
-// A pool that shares memory with its learners.
+// A pool in shared memory.
 
 #include <filesystem>
 #include <memory>
@@ -55,7 +55,7 @@ class SharedSessionTest : public testing::Test {
     return status;
   }
 
-  // The batch that request `number` is given; -1: it is answered again.
+  // The batch slot of request `number`; -1 if it was executed before.
   absl::StatusOr<int32_t> Ask(int64_t number, const std::vector<int32_t>& released = {}) {
     Request request = RequestOf(number);
     request.released = released;
@@ -79,7 +79,7 @@ TEST_F(SharedSessionTest, RequestsGetFreeBatches) {
   EXPECT_EQ(session_->shared_batch_slots()->batch_count(), 3);
   EXPECT_THAT(Ask(1), IsOkAndHolds(0));
   EXPECT_THAT(Ask(2), IsOkAndHolds(1));
-  EXPECT_THAT(Ask(3, {0}), IsOkAndHolds(0)) << "request 1 cannot be asked for again";
+  EXPECT_THAT(Ask(3, {0}), IsOkAndHolds(0)) << "request 1 cannot be repeated";
   EXPECT_THAT(Ask(4), IsOkAndHolds(2));
   EXPECT_THAT(Ask(5), StatusIs(absl::StatusCode::kFailedPrecondition, HasSubstr("holds 3")));
   EXPECT_EQ(session_->next_sequence_number(), 5);

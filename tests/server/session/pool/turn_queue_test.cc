@@ -36,10 +36,10 @@ TEST(TurnQueueTest, CallersBeyondTheLimitAreRejected) {
   for (size_t i = 0; i < kTurnsWaitingMax + 1; ++i) {
     turns.Take(count);
   }
-  absl::Status refused;
-  turns.Take([&](const absl::Status& status) { refused = status; });
-  EXPECT_THAT(refused, StatusIs(absl::StatusCode::kResourceExhausted,
-                                "64 calls wait for pool pools/7, allowed: 64"));
+  absl::Status rejected;
+  turns.Take([&](const absl::Status& status) { rejected = status; });
+  EXPECT_THAT(rejected, StatusIs(absl::StatusCode::kResourceExhausted,
+                                 "64 calls wait for pool pools/7, allowed: 64"));
   EXPECT_EQ(begun, 1);
 }
 

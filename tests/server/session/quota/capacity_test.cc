@@ -51,7 +51,7 @@ TEST(CapacityTest, AReservationIsReleasedOnceHoweverItWasMoved) {
   EXPECT_EQ(capacity.env_count(), 9);
   other = *std::move(held);
   held.reset();
-  EXPECT_EQ(capacity.env_count(), 6) << "that of the three went with the moved one";
+  EXPECT_EQ(capacity.env_count(), 6) << "the moved reservation of three was released";
   other = Capacity::Reservation();
   EXPECT_EQ(capacity.env_count(), 0);
   EXPECT_THAT(capacity.Reserve(6, kFrameBytes), IsOk());

@@ -56,7 +56,7 @@ TEST(QuotasTest, ReturnedQuotaIsAvailable) {
     auto reservation = quotas.Reserve("alice", {.env_count = 10});
     ASSERT_THAT(reservation, IsOk());
     Quotas::Reservation moved = *std::move(reservation);
-    EXPECT_FALSE(quotas.Reserve("alice", {.env_count = 1}).ok()) << "moved, not given back";
+    EXPECT_FALSE(quotas.Reserve("alice", {.env_count = 1}).ok()) << "moved, not released";
     moved = Quotas::Reservation();
     EXPECT_THAT(quotas.Reserve("alice", {.env_count = 1}), IsOk());
   }

@@ -18,7 +18,7 @@ std::string Binary(const std::string& header, const std::string& rest) {
   return absl::StrCat(bytes, header, rest);
 }
 
-std::string Refusal(const std::string& bytes, bool is_binary) {
+std::string ErrorOf(const std::string& bytes, bool is_binary) {
   return std::string(ParseRequest(bytes, is_binary).status().message());
 }
 
@@ -46,22 +46,22 @@ TEST(ParseRequestTest, BinaryHasPartsInTheirOrder) {
 }
 
 TEST(ParseRequestTest, InvalidMessagesAreExplained) {
-  EXPECT_EQ(Refusal("[]", false), "the message is not a JSON object");
-  EXPECT_EQ(Refusal("\xff", false), "the message is not a JSON object");
-  EXPECT_THAT(Refusal(R"({"id": -1, "method": ""})", false), HasSubstr("id is not an integer"));
-  EXPECT_THAT(Refusal(R"({"id": 1e3, "method": ""})", false), HasSubstr("id is not an integer"));
-  EXPECT_THAT(Refusal(R"({"id": 1})", false), HasSubstr("method is not a text"));
-  EXPECT_THAT(Refusal(std::string(kHeaderBytesMax + 1, ' '), false), HasSubstr("65537 bytes"));
-  EXPECT_THAT(Refusal("abc", true), HasSubstr("shorter than the header"));
-  EXPECT_THAT(Refusal("\x05{}", true), HasSubstr("shorter than the header"));
-  EXPECT_THAT(Refusal(Binary(R"({"id":1,"method":"m"})", "x"), true), HasSubstr("1 bytes more"));
-  EXPECT_THAT(Refusal(Binary(R"({"id":1,"method":"m","parts":7})", ""), true),
+  EXPECT_EQ(ErrorOf("[]", false), "the message is not a JSON object");
+  EXPECT_EQ(ErrorOf("\xff", false), "the message is not a JSON object");
+  EXPECT_THAT(ErrorOf(R"({"id": -1, "method": ""})", false), HasSubstr("id is not an integer"));
+  EXPECT_THAT(ErrorOf(R"({"id": 1e3, "method": ""})", false), HasSubstr("id is not an integer"));
+  EXPECT_THAT(ErrorOf(R"({"id": 1})", false), HasSubstr("method is not a text"));
+  EXPECT_THAT(ErrorOf(std::string(kHeaderBytesMax + 1, ' '), false), HasSubstr("65537 bytes"));
+  EXPECT_THAT(ErrorOf("abc", true), HasSubstr("shorter than the header"));
+  EXPECT_THAT(ErrorOf("\x05{}", true), HasSubstr("shorter than the header"));
+  EXPECT_THAT(ErrorOf(Binary(R"({"id":1,"method":"m"})", "x"), true), HasSubstr("1 bytes more"));
+  EXPECT_THAT(ErrorOf(Binary(R"({"id":1,"method":"m","parts":7})", ""), true),
               HasSubstr("parts is not a list"));
 }
 
 TEST(ParseRequestTest, DeepNestingIsHarmless) {
   const std::string depth(30000, '[');
-  EXPECT_THAT(Refusal(depth, false), HasSubstr("not a JSON object"));
+  EXPECT_THAT(ErrorOf(depth, false), HasSubstr("not a JSON object"));
   const std::string object =
       absl::StrCat(R"({"id":1,"method":"m","x":)", depth, std::string(30000, ']'), "}");
   const auto request = ParseRequest(object, false);

@@ -36,7 +36,7 @@ TEST(PoolHistoryTest, PoolsWithTheSameNameAreDistinguished) {
   history.Add(2, {PoolOf("alice", 1, 7), PoolOf("bob", 1, 9)});
   EXPECT_EQ(history.StepsPerSecond(PoolOf("alice", 1, 0)), 7);
   EXPECT_EQ(history.StepsPerSecond(PoolOf("bob", 1, 0)), 9);
-  // Deleted, and made again under the same name.
+  // Deleted and created again with the same name.
   history.Add(3, {PoolOf("alice", 2, 1), PoolOf("bob", 1, 9)});
   EXPECT_EQ(history.RowsOf(PoolOf("alice", 2, 0))["rows"].size(), 1U);
   EXPECT_EQ(history.RowsOf(PoolOf("alice", 1, 0))["rows"].size(), 0U);

@@ -1,4 +1,4 @@
-"""The wall clock is set back or forth by an hour, and nothing that waits notices."""
+"""The wall clock moves by an hour, and no wait is affected."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from testbed import WallClock, run, wait_until
 from procgen_client import Client
 
 _HOUR_S = 3600
-# Abseil's clock follows the machine's within two seconds and a half.
+# Abseil's clock follows the machine's clock within 2.5 s.
 _NOTICED_S = 3.0
 _jumps = pytest.mark.parametrize("jump_s", [-_HOUR_S, _HOUR_S], ids=["back", "forth"])
 
@@ -26,7 +26,7 @@ def test_drain_timeout_ignores_the_wall_clock(jump_s: int, tmp_path: Path) -> No
     with run(*flags, log_path=tmp_path / "log", environment=clock.environment) as server:
         with Client(server.address) as client:
             pool = client.create_pool("coinrun", 2)
-            pool.step([4, 4])  # a pool that nobody deletes
+            pool.step([4, 4])  # keeps the drain waiting
             begun = time.monotonic()
             server.process.terminate()
             wait_until(lambda: "event=draining" in server.log(), "the drain has begun")
@@ -47,14 +47,14 @@ def test_pages_work_after_a_clock_change(jump_s: int, tmp_path: Path) -> None:
             while time.monotonic() - begun < _NOTICED_S + 2:
                 await page.event("pools")
             assert not page.has_event("pools_closed")
-            # More than a page may save up, so that some must wait for their turn.
+            # More than the rate limit's burst, so some requests wait.
             await asyncio.gather(*[page.call("pools.unfollow") for _ in range(250)])
             assert time.monotonic() - begun < 30
 
     clock = WallClock(tmp_path)
     flags = ["--workers=1", "--web_address=127.0.0.1:0"]
     with run(*flags, log_path=tmp_path / "log", environment=clock.environment) as server:
-        asyncio.run(look(server.told("web"), clock))
+        asyncio.run(look(server.log_field("web"), clock))
         assert server.stop() == 0
 
 
@@ -77,6 +77,6 @@ def test_nodes_stay_in_the_cluster_after_a_clock_change(jump_s: int, tmp_path: P
         with a.create_pool("coinrun", 3, pool_id="late"):
             wait_until(
                 lambda: sorted(node.pool_count for node in b.list_nodes().nodes) == [0, 1],
-                "the node hears of others",
+                "the node receives the other's status",
                 10,
             )

@@ -1,4 +1,4 @@
-"""Standard error is a pipe that nobody reads, or whose reader has gone."""
+"""Standard error is a full pipe, or a pipe whose reader closed it."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from testbed import STOP_GRACE_S, run
 from procgen_client import Client
 
 _F_SETPIPE_SZ = 1031
-# More lines than the pipe and the server's memory hold: each pool is two.
+# More lines than the pipe and the server's buffer hold. Each pool gives two.
 _POOL_COUNT = 1000
 
 
@@ -25,7 +25,7 @@ def _make_and_delete_pools(address: str, count: int) -> None:
 
 
 def _pipe() -> tuple[int, int]:
-    """A pipe that holds little."""
+    """A pipe with a capacity of 4096 bytes."""
     read, write = os.pipe()
     fcntl.fcntl(write, _F_SETPIPE_SZ, 4096)
     return read, write
@@ -51,8 +51,8 @@ def test_dropped_lines_are_counted_in_the_log() -> None:
     dropped = [line for line in lines if "event=log_lines_dropped" in line]
     assert dropped
     count = sum(int(line.rsplit("count=", 1)[1]) for line in dropped)
-    told = sum("event=pool_" in line for line in lines)
-    assert 2 * _POOL_COUNT - 20 <= count + told <= 2 * _POOL_COUNT + 20
+    written = sum("event=pool_" in line for line in lines)
+    assert 2 * _POOL_COUNT - 20 <= count + written <= 2 * _POOL_COUNT + 20
     assert "event=stopped" in lines[-1]
 
 
@@ -67,7 +67,7 @@ def test_a_closed_log_pipe_is_harmless() -> None:
 
 @pytest.fixture
 def certificate(tmp_path: Path) -> list[str]:
-    """The flags of a server that speaks TLS."""
+    """Flags of a server with TLS."""
     command = ["openssl", "req", "-x509", "-newkey", "ec", "-pkeyopt", "ec_paramgen_curve:P-256"]
     command += ["-nodes", "-days", "1", "-subj", "/CN=server", "-keyout", "key", "-out", "cert"]
     subprocess.run(command, cwd=tmp_path, check=True, stderr=subprocess.DEVNULL)

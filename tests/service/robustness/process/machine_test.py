@@ -1,4 +1,4 @@
-"""Cores, folders and files of the machine, and incomplete requests to the metrics page."""
+"""CPU affinity, unwritable folders, truncated files, incomplete requests for metrics."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ def test_workers_follow_the_cpu_affinity(tmp_path: Path) -> None:
     core = min(os.sched_getaffinity(0))
     prefix = ["taskset", "-c", str(core)]
     with run(log_path=tmp_path / "log", prefix=prefix) as server:
-        assert server.told("workers") == "1"
+        assert server.log_field("workers") == "1"
 
 
 def test_unwritable_folders_are_rejected_at_startup(tmp_path: Path) -> None:
@@ -40,10 +40,10 @@ def test_truncating_the_shared_file_harms_only_its_learner(tmp_path: Path) -> No
             for _ in range(10):
                 assert learner.step().last
                 other.step([4] * 8)
-        with pytest.raises(grpc.RpcError) as refused, pool.attach():
+        with pytest.raises(grpc.RpcError) as raised, pool.attach():
             pass
-        assert refused.value.code() == grpc.StatusCode.FAILED_PRECONDITION
-        assert "has truncated" in refused.value.details()
+        assert raised.value.code() == grpc.StatusCode.FAILED_PRECONDITION
+        assert "has truncated" in raised.value.details()
         assert server.stop() == 0
 
 
@@ -53,7 +53,7 @@ def test_incomplete_requests_do_not_block_the_metrics_page(
 ) -> None:
     flags = ["--workers=1", "--metrics_address=127.0.0.1:0"]
     with run(*flags, log_path=tmp_path / "log") as server:
-        host, port = server.told("metrics").rsplit(":", 1)
+        host, port = server.log_field("metrics").rsplit(":", 1)
         strangers = [socket.create_connection((host, int(port))) for _ in range(16)]
         for stranger in strangers:
             stranger.sendall(half)

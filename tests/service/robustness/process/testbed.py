@@ -1,4 +1,4 @@
-"""The program procgen-server, run in surroundings that a test chooses."""
+"""Runs procgen-server as another user, with a given log, or with a wall clock that a test sets."""
 
 from __future__ import annotations
 
@@ -19,17 +19,17 @@ import grpc
 
 from procgen_client._proto import pools_pb2, pools_pb2_grpc, step_pb2, step_pb2_grpc
 
-# No wait of these tests is longer, on the slowest machine and under the sanitizers.
+# Longer than any wait of these tests, on the slowest machine and under sanitizers.
 TIMEOUT_S = 60.0
-# What a server may take to end besides its --drain_timeout, as server/README.md documents.
+# Maximum time for shutdown after --drain_timeout, as server/README.md documents.
 STOP_GRACE_S = 10.0
-# As many processes as a user may have, as prlimit takes it.
+# Maximum number of processes of a user, in the form that prlimit takes.
 _HARD_LIMIT = resource.getrlimit(resource.RLIMIT_NPROC)[1]
 _PROCESS_COUNT_MAX = "unlimited" if _HARD_LIMIT == resource.RLIM_INFINITY else str(_HARD_LIMIT)
 
 
 def binary() -> str:
-    """The program of this build: what CTest says, else what was built last in this checkout."""
+    """The path in PROCGEN_SERVER_BINARY, else the newest build of this checkout."""
     if "PROCGEN_SERVER_BINARY" in os.environ:
         return os.environ["PROCGEN_SERVER_BINARY"]
     found = list(Path(__file__).resolve().parents[4].glob("build/*/bin/procgen-server"))
@@ -38,7 +38,7 @@ def binary() -> str:
 
 
 def wait_until(is_so: Callable[[], object], what: str, timeout_s: float = TIMEOUT_S) -> None:
-    """Waits for something that nobody reports."""
+    """Polls `is_so` until it is true; fails after `timeout_s`."""
     end = time.monotonic() + timeout_s
     while not is_so():
         assert time.monotonic() < end, f"{what}: not within {timeout_s:g} s"
@@ -46,7 +46,7 @@ def wait_until(is_so: Callable[[], object], what: str, timeout_s: float = TIMEOU
 
 
 class Server:
-    """A process procgen-server that has said where it listens, or has ended."""
+    """A procgen-server process that listens, or has ended."""
 
     def __init__(
         self, process: subprocess.Popen[bytes], log_path: Path | None, prefix: Sequence[str]
@@ -59,12 +59,12 @@ class Server:
         self.address = line.removeprefix("listening on ")
 
     def log(self) -> str:
-        """What is in its log file."""
+        """The content of the log file."""
         assert self.log_path is not None
         return self.log_path.read_text()
 
-    def told(self, name: str) -> str:
-        """A value of the log line `listening`."""
+    def log_field(self, name: str) -> str:
+        """The value of a field of the log event `listening`."""
         found = re.search(rf'event=listening .*\b{name}=("[^"]*"|\S+)', self.log())
         assert found is not None, self.log()
         return found.group(1).strip('"')
@@ -73,9 +73,9 @@ class Server:
         return len(os.listdir(f"/proc/{self.process.pid}/task"))
 
     def allow_threads(self, more: int | None) -> None:
-        """Lets it have so many threads more than it has; None: as many as it wants."""
+        """Limits the server to `more` additional threads; None: no limit."""
         most = _PROCESS_COUNT_MAX if more is None else str(self.thread_count() + more)
-        user = self._prefix  # may change the limit
+        user = self._prefix  # the owner may change the limit
         command = [*user, "prlimit", f"--pid={self.process.pid}", f"--nproc={most}:"]
         subprocess.run(command, check=True)
 
@@ -83,7 +83,7 @@ class Server:
         return self.process.poll() is None
 
     def stop(self, within_s: float = TIMEOUT_S) -> int:
-        """Asks it to end; gives its exit status, negative where a signal ended it."""
+        """Sends SIGTERM; returns the exit status, negative if a signal ended the process."""
         self.process.send_signal(signal.SIGTERM)
         return self.process.wait(within_s)
 
@@ -96,7 +96,7 @@ def run(
     prefix: Sequence[str] = (),
     environment: dict[str, str] | None = None,
 ) -> Iterator[Server]:
-    """Runs the program. `log`: standard error, where it is not the file `log_path`."""
+    """Runs the program. `log`: its standard error, unless `log_path` is given."""
     with contextlib.ExitStack() as stack:
         if log_path is not None:
             log = stack.enter_context(open(log_path, "wb"))
@@ -117,7 +117,7 @@ def run(
 
 
 class SharedStream:
-    """A stream of a pool that shares memory, message by message; nothing is mapped."""
+    """A raw stream of a shared memory pool; it maps nothing."""
 
     def __init__(self, stub: step_pb2_grpc.StepServiceStub, pool: str, env_count: int) -> None:
         self._actions = [4] * env_count
@@ -129,7 +129,7 @@ class SharedStream:
         self._released: list[int] = []
 
     def step(self) -> step_pb2.Batch:
-        """Steps all environments, and is done with the answer at once."""
+        """Steps all environments and releases the batch at once."""
         request = step_pb2.StepPoolRequest(
             sequence_number=self._number,
             released_batches=self._released,
@@ -143,7 +143,7 @@ class SharedStream:
 
 
 class SharedPool:
-    """A pool that shares memory."""
+    """A shared memory pool."""
 
     def __init__(self, channel: grpc.Channel, env_count: int = 2) -> None:
         spec = pools_pb2.PoolSpec(
@@ -164,13 +164,13 @@ class SharedPool:
 
 @contextlib.contextmanager
 def shared_pool(server: Server) -> Iterator[SharedPool]:
-    """Makes one on a connection of its own."""
+    """Creates a pool over a new connection."""
     with grpc.insecure_channel(server.address) as channel:
         yield SharedPool(channel)
 
 
 class WallClock:
-    """The wall clock of a process that runs with `environment`."""
+    """The wall clock of processes that run with the variables in `environment`."""
 
     def __init__(self, folder: Path) -> None:
         self._file = folder / "wall_clock"
@@ -179,11 +179,11 @@ class WallClock:
         self.environment = {
             "LD_PRELOAD": os.environ["PROCGEN_WALL_CLOCK"],
             "PROCGEN_WALL_CLOCK_FILE": str(self._file),
-            # The sanitizer's library comes second.
+            # AddressSanitizer's library is not the first one then.
             "ASAN_OPTIONS": ":".join(filter(None, [sanitizer, "verify_asan_link_order=0"])),
         }
 
     def move(self, seconds: int) -> None:
-        """Sets it so far from the machine's."""
+        """Sets the offset from the machine's clock."""
         with self._file.open("r+b") as file:
             file.write(struct.pack("=q", seconds * 10**9))

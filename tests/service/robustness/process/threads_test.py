@@ -19,17 +19,17 @@ from procgen_client import Client, errors
 
 pytestmark = pytest.mark.skipif(
     os.geteuid() != 0,
-    reason="limits on processes are a user's: root runs the server as one that nobody else is",
+    reason="process limits are per user: only root can run the server as an unused user",
 )
 
-# A user of this test alone.
+# A user id of this test alone.
 _USER = 100_000 + os.getpid() % 100_000
 _AS_USER = ["setpriv", f"--reuid={_USER}", f"--regid={_USER}", "--clear-groups"]
 
 
 @contextlib.contextmanager
 def _as_user() -> Iterator[None]:
-    """What this process does is done by the server's user."""
+    """Runs the block with the server's user id."""
     os.setegid(_USER)
     os.seteuid(_USER)
     try:
@@ -55,7 +55,7 @@ def test_without_threads_a_page_gets_a_retry_error(tmp_path: Path) -> None:
 
     flags = ["--workers=1", "--web_address=127.0.0.1:0"]
     with run(*flags, log_path=tmp_path / "log", prefix=_AS_USER) as server:
-        asyncio.run(look(server.told("web"), server))
+        asyncio.run(look(server.log_field("web"), server))
         assert server.stop() == 0
 
 
@@ -104,13 +104,13 @@ def test_without_threads_a_server_stops_on_request(tmp_path: Path) -> None:
     flags = ["--workers=1", "--drain_timeout=0s"]
     with run(*flags, log_path=tmp_path / "log", prefix=_AS_USER) as server:
         server.allow_threads(0)
-        # gRPC wants more threads, and may stop without.
+        # gRPC would start more threads, and may abort without them.
         learners = [threading.Thread(target=_learn, args=[server.address]) for _ in range(20)]
         for learner in learners:
             learner.start()
         for learner in learners:
             learner.join()
-        # 0: it has stopped; 3: it has not, and its watchdog has ended it.
+        # 0: regular exit; 3: the watchdog ended the process.
         assert server.stop(STOP_GRACE_S + 10) in (0, 3)
         assert "event=stop" in server.log().splitlines()[-1]
 

@@ -1,4 +1,4 @@
-"""Connections that are made in numbers: they say nothing, or stall in TLS."""
+"""Many connections from one address that send nothing or stall."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ def connect(server: Server, source: str) -> socket.socket:
 
 
 def is_closed(connection: socket.socket, timeout: float) -> bool:
-    """Whether the server closes it within this time."""
+    """Whether the server closes the connection within the timeout."""
     end = time.monotonic() + timeout
     while True:
         connection.settimeout(max(end - time.monotonic(), 0.001))
@@ -93,7 +93,7 @@ def test_connections_without_a_token_are_closed(tmp_path: Path) -> None:
             watching.flush()
             assert is_closed(silent, 20)
             assert idle.awaits_close(20)
-            assert not watching.awaits_close(2), "it has a call under way"
+            assert not watching.awaits_close(2), "it has a running call"
         with Http2Connection(server.address) as known:
             stream = known.begin(LIST_POOLS, METADATA)
             known.send(stream, message(b""), ends=True)

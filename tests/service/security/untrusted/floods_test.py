@@ -41,7 +41,7 @@ _CONTROL_FRAMES = {
 
 
 def reset_calls(connection: Http2Connection, method: str, count: int, **begin: object) -> int:
-    """Begins calls and resets them at once; gives how many before the connection closed."""
+    """Starts calls and resets them at once; returns their number when the connection closed."""
     for sent in range(0, count, _AT_ONCE):
         for _ in range(_AT_ONCE):
             connection.reset(connection.begin(method, **begin))  # type: ignore[arg-type]
@@ -54,14 +54,14 @@ def reset_calls(connection: Http2Connection, method: str, count: int, **begin: o
 
 
 def identify(connection: Http2Connection) -> None:
-    """Makes a call with a token, whose connection may do more from then on."""
+    """Makes a call with a token, which raises the limits of the connection."""
     stream = connection.begin(LIST_POOLS, METADATA)
     connection.send(stream, message(b""), ends=True)
     assert connection.trailers(stream)["grpc-status"] == "0"
 
 
 def send_control_frames(connection: Http2Connection, kind: str, count: int) -> None:
-    """Sends that many frames, unless the connection closes, and reads nothing."""
+    """Sends `count` frames, or until the connection closes, without reading."""
     for _ in range(0, count, 1000):
         connection.waiting += _CONTROL_FRAMES[kind] * 1000
         connection.flush(timeout=2)
@@ -108,8 +108,8 @@ def test_rejected_calls_close_the_connection(
 
 
 def test_headers_that_never_end_close_the_connection(tmp_path: Path) -> None:
-    # gRPC 1.51 reads a length again from its begin with each frame: time in the square of the bytes
-    # (CVE-2023-33953).
+    # gRPC 1.51 parses a length again from its start with each frame, so the time is quadratic in
+    # the bytes (CVE-2023-33953).
     flood = frame(CONTINUATION, 0, 1, b"\x80" * 16) * 400
     with serve(tmp_path) as server, victim(server) as learner:
         before_s = server.cpu_s()
@@ -171,7 +171,7 @@ def test_control_frames_of_a_known_caller_delay_nothing(tmp_path: Path, kind: st
 def test_headers_that_expand_close_the_connection(
     tmp_path: Path, value_bytes: int, metadata: list[tuple[str, str]]
 ) -> None:
-    # One byte each names an entry of the dynamic table of HPACK: 16 KiB become 47 MB.
+    # Each byte names an entry of HPACK's dynamic table: 16 KiB expand to 47 MB.
     low, high = (value_bytes - 127) & 0x7F, (value_bytes - 127) >> 7
     entry = b"\x40\x01x\x7f" + bytes([low | 0x80, high]) + b"v" * value_bytes
     with serve(tmp_path) as server, victim(server) as learner:

@@ -1,4 +1,4 @@
-"""TLS handshakes in numbers: begun and left, or finished one after another."""
+"""Many TLS handshakes: abandoned ones, and successive complete ones."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ _FLOOD_S = 3.0
 
 @pytest.fixture
 def tls(tmp_path: Path) -> list[str]:
-    """Flags of a server with a certificate that vouches for itself."""
+    """Flags of a server with a self-signed certificate."""
     subprocess.run(
         ["openssl", "req", "-x509", "-newkey", "rsa:2048", "-nodes", "-days", "2", "-subj",
          "/CN=localhost", "-addext", "subjectAltName=DNS:localhost,IP:127.0.0.1",
@@ -41,7 +41,7 @@ def connect(server: Server, source: str) -> socket.socket:
 
 
 def client_hello(context: ssl.SSLContext) -> bytes:
-    """What a client of TLS says first."""
+    """The first message of a TLS client."""
     incoming, outgoing = ssl.MemoryBIO(), ssl.MemoryBIO()
     tls = context.wrap_bio(incoming, outgoing, server_hostname="localhost")
     with contextlib.suppress(ssl.SSLWantReadError):
@@ -91,7 +91,7 @@ def test_successive_handshakes_do_not_block_a_learner(
         floods = [threading.Thread(target=flood, args=(server, which)) for which in (0, 1)]
         for thread in floods:
             thread.start()
-        time.sleep(_FLOOD_S)  # How long it lasts; nobody is waited for.
+        time.sleep(_FLOOD_S)  # The duration of the attack.
         end.set()
         for thread in floods:
             thread.join()

@@ -1,20 +1,20 @@
-"""Header blocks of HTTP/2 (RFC 7541), as far as a call of gRPC needs them.
+"""Header blocks of HTTP/2 (RFC 7541), as far as gRPC calls need them.
 
-What is written is literal. What is read may be of any form but for the dynamic table, of which the
-reader's settings say that it has no room, and has printable ASCII, as all metadata of gRPC.
+Writes literal fields. Reads all forms except the dynamic table, which the reader's settings
+disable. Values are printable ASCII, as all metadata of gRPC.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterable
 
-# Of the static table only what tells a status: indices 8 ... 14. The names of others do not matter.
+# The static table's entries for :status, indices 8 to 14. The names of other fields do not matter.
 _STATUS_BEGIN = 8
 _STATUSES = ("200", "204", "206", "304", "400", "404", "500")
 _STATIC_COUNT = 61
 
-# Lengths in bits of the Huffman codes of bytes 32 ... 126 (appendix B). The code is a canonical
-# one, so they are all of it; those of other bytes are longer.
+# Lengths in bits of the Huffman codes of bytes 32 to 126 (appendix B). The code is canonical, so
+# the lengths determine it. Codes of other bytes are longer.
 _CODE_LENGTHS = (
     6, 10, 10, 12, 13, 6, 8, 11, 10, 10, 8, 11, 8, 6, 6, 6,
     5, 5, 5, 6, 6, 6, 6, 6, 6, 6, 7, 8, 15, 6, 12, 10,
@@ -26,26 +26,26 @@ _FIRST_CODED = 32
 
 
 class HeaderError(Exception):
-    """A header block that cannot be read."""
+    """A header block is invalid."""
 
 
 def write_headers(headers: Iterable[tuple[str, str]]) -> bytes:
-    """Gives a header block: literal fields without indexing."""
+    """Returns a header block of literal fields without indexing."""
     return b"".join(b"\0" + _string(name) + _string(value) for name, value in headers)
 
 
 def read_headers(block: bytes) -> list[tuple[str, str]]:
-    """Lists the fields of a header block; those whose names do not matter have an empty one.
+    """Returns the fields of a header block. Names that do not matter are empty.
 
     Raises:
-        HeaderError: It is damaged, or uses what the reader's settings forbid.
+        HeaderError: The block is damaged, or uses the dynamic table.
     """
     headers: list[tuple[str, str]] = []
     position = 0
     try:
         while position < len(block):
             first = block[position]
-            if first & 0xE0 == 0x20:  # The size of the dynamic table.
+            if first & 0xE0 == 0x20:  # A new size of the dynamic table.
                 _, position = _number(block, position, 5)
             elif first & 0x80:
                 index, position = _number(block, position, 7)
@@ -85,7 +85,7 @@ def _string(text: str) -> bytes:
 
 
 def _number(block: bytes, position: int, prefix_bits: int) -> tuple[int, int]:
-    """Reads a number whose first byte has so many bits for it; gives it and what follows it."""
+    """Reads an integer with a prefix of `bits` bits; returns it and the position after it."""
     most = (1 << prefix_bits) - 1
     value = block[position] & most
     position += 1
@@ -110,7 +110,7 @@ def _text(block: bytes, position: int) -> tuple[str, int]:
 
 
 def _codes() -> dict[tuple[int, int], str]:
-    """Gives characters by length and code: the next code each, in order of length and byte."""
+    """Returns characters by length and code: codes ascend by length, then by byte."""
     codes: dict[tuple[int, int], str] = {}
     code, last_length = 0, 0
     for length, byte in sorted((length, i) for i, length in enumerate(_CODE_LENGTHS)):
@@ -133,6 +133,6 @@ def _decoded(written: bytes) -> str:
             if (length, code) in _CODES:
                 characters.append(_CODES[length, code])
                 length = code = 0
-    if length > 7 or code != (1 << length) - 1:  # The rest of the last byte has ones.
+    if length > 7 or code != (1 << length) - 1:  # The last byte is padded with ones.
         raise HeaderError("a text in a header block is not of printable ASCII")
     return "".join(characters)

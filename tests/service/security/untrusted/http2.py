@@ -1,4 +1,4 @@
-"""A raw HTTP/2 client: frames by hand, for what no gRPC library would send."""
+"""A raw HTTP/2 client that sends single frames, also ones that no gRPC library sends."""
 
 from __future__ import annotations
 
@@ -33,12 +33,12 @@ def frame(kind: int, flags: int, stream: int, payload: bytes) -> bytes:
 
 
 def message(content: bytes) -> bytes:
-    """A message as gRPC frames it."""
+    """A message with gRPC's length prefix."""
     return b"\0" + struct.pack(">I", len(content)) + content
 
 
 class Http2Connection:
-    """A connection; what is to be sent waits until flush."""
+    """A connection. Frames are buffered until flush()."""
 
     def __init__(
         self,
@@ -47,14 +47,14 @@ class Http2Connection:
         source: str = "",
         wrap: Callable[[socket.socket], socket.socket] | None = None,
     ) -> None:
-        """Connects to HOST:PORT from the address `source`; `wrap` makes TLS of a socket."""
+        """Connects to HOST:PORT from the address `source`; `wrap` adds TLS to the socket."""
         host, port = address.rsplit(":", 1)
         self.socket = socket.create_connection((host.strip("[]"), int(port)), 10, (source, 0))
         if wrap is not None:
             self.socket = wrap(self.socket)
         self.is_closed = False
-        self.window = _WINDOW  # Bytes of content that may be sent, of all streams together.
-        self.stream_window = _WINDOW  # Of a stream at its begin.
+        self.window = _WINDOW  # Send window of the connection, in bytes.
+        self.stream_window = _WINDOW  # Initial send window of a stream.
         self.windows: dict[int, int] = {}
         self._last_stream = -1
         self._received = b""
@@ -69,7 +69,7 @@ class Http2Connection:
 
     @staticmethod
     def block(method: str, metadata: Iterable[tuple[str, str]] = ()) -> bytes:
-        """The headers of a call of `method`, "package.Service/Method"."""
+        """The header block of a call of `method`, "package.Service/Method"."""
         return write_headers([
             (":method", "POST"), (":scheme", "http"), (":path", f"/{method}"),
             (":authority", "server"), ("te", "trailers"), ("content-type", "application/grpc"),
@@ -79,7 +79,7 @@ class Http2Connection:
     def begin(
         self, method: str, metadata: Iterable[tuple[str, str]] = (), block_end: bytes = b""
     ) -> int:
-        """Begins a call, whose header block ends with `block_end`; gives its stream."""
+        """Starts a call; appends `block_end` to its header block. Returns its stream."""
         self._last_stream += 2
         self.windows[self._last_stream] = self.stream_window
         block = self.block(method, metadata) + block_end
@@ -90,7 +90,7 @@ class Http2Connection:
         self.waiting += frame(RST_STREAM, 0, stream, struct.pack(">I", _CANCEL))
 
     def send(self, stream: int, content: bytes, *, ends: bool = False) -> None:
-        """Sends bytes of a stream, whatever its window."""
+        """Sends bytes on a stream, regardless of its window."""
         self.waiting += frame(DATA, END_STREAM if ends else 0, stream, content)
         self.window -= len(content)
         self.windows[stream] -= len(content)
@@ -99,7 +99,7 @@ class Http2Connection:
         return min(self.window, self.windows[stream], 16384)
 
     def flush(self, timeout: float = 10.0) -> None:
-        """Sends what waits; notes it if the server has closed the connection."""
+        """Sends the buffered frames. Sets is_closed if the server closed the connection."""
         waiting, self.waiting = self.waiting, b""
         self.socket.settimeout(timeout)
         try:
@@ -108,7 +108,7 @@ class Http2Connection:
             self.is_closed = True
 
     def frames(self, timeout: float = 0.0) -> Iterator[Frame]:
-        """What has arrived; waits for the first bytes. Settings, pings and windows are seen to."""
+        """Yields received frames; waits for the first bytes. Handles settings, pings, windows."""
         end = time.monotonic() + timeout
         self._receive(timeout)
         while True:
@@ -119,13 +119,13 @@ class Http2Connection:
                 kind, flags, stream = struct.unpack(">BBI", self._received[3:9])
                 arrived = Frame(kind, flags, stream, self._received[9 : 9 + length])
                 self._received = self._received[9 + length :]
-                self._see_to(arrived)
+                self._handle(arrived)
                 yield arrived
             if self.is_closed or time.monotonic() >= end or not self._receive(0.0):
                 break
 
     def trailers(self, stream: int, timeout: float = 30.0) -> dict[str, str]:
-        """Waits for the end of a stream; gives its trailers, {} if it was reset or closed."""
+        """Waits for the end of a stream; returns its trailers, {} if it was reset or closed."""
         end = time.monotonic() + timeout
         while time.monotonic() < end and not self.is_closed:
             self.flush()
@@ -139,14 +139,14 @@ class Http2Connection:
         return {}
 
     def awaits_close(self, timeout: float) -> bool:
-        """Whether the server closes the connection in this time."""
+        """Whether the server closes the connection within `timeout` seconds."""
         end = time.monotonic() + timeout
         while not self.is_closed and time.monotonic() < end:
             for _ in self.frames(0.1):
                 pass
         return self.is_closed
 
-    def _see_to(self, arrived: Frame) -> None:
+    def _handle(self, arrived: Frame) -> None:
         if arrived.kind == SETTINGS and not arrived.flags & ACK:
             for at in range(0, len(arrived.payload), 6):
                 name, value = struct.unpack_from(">HI", arrived.payload, at)
@@ -167,7 +167,7 @@ class Http2Connection:
                 self.windows[arrived.stream] += more
 
     def _receive(self, timeout: float) -> bool:
-        """Whether bytes have come."""
+        """Receives bytes; returns whether there were any."""
         if self.is_closed or not select.select([self.socket], [], [], timeout)[0]:
             return False
         try:

@@ -1,4 +1,4 @@
-"""Calls that are begun and not finished: what they hold, and for how long."""
+"""Unfinished requests: their memory and their timeouts."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ _CALLS = 64
 
 
 def send_unfinished(connection: Http2Connection, streams: list[int], content: bytes) -> None:
-    """Sends as much of a content on each stream as is let in, until nothing moves any more."""
+    """Sends content on all streams as far as flow control allows, until nothing is accepted."""
     left = {stream: memoryview(content) for stream in streams}
     fruitless = 0
     while fruitless < 20 and any(left.values()) and not connection.is_closed:

@@ -1,4 +1,4 @@
-"""gRPC's own services, which ask for no token: health and reflection."""
+"""gRPC's standard services, health and reflection, which require no token."""
 
 from __future__ import annotations
 
@@ -26,12 +26,12 @@ _BOTH = [REFLECTION, REFLECTION.replace("v1alpha", "v1")]
 
 
 def field(number: int, text: str) -> bytes:
-    """A short field of a message."""
+    """Encodes a short length-delimited field."""
     return bytes([number << 3 | 2, len(text)]) + text.encode()
 
 
 def fields(content: bytes) -> list[tuple[int, bytes]]:
-    """The fields of a message that are bytes, with their numbers."""
+    """The length-delimited fields of a message, with their numbers."""
     found, at = [], 0
 
     def varint() -> int:
@@ -60,7 +60,7 @@ def reflect(channel: grpc.Channel, method: str, *requests: bytes) -> list[bytes]
 
 
 def check(channel: grpc.Channel, service: str) -> int:
-    """The status of a service, by a client that knows health by reflection alone."""
+    """The status of a service, by a client that gets the health protocol through reflection."""
     request = field(_FILE_CONTAINING_SYMBOL, "grpc.health.v1.Health")
     (answer,) = reflect(channel, REFLECTION, request)
     pool = descriptor_pool.DescriptorPool()
@@ -87,7 +87,7 @@ def test_silent_reflection_streams_take_no_threads(tmp_path: Path) -> None:
     with serve(tmp_path) as server, Http2Connection(server.address) as connection:
         before = server.thread_count()
         streams = [connection.begin(REFLECTION) for _ in range(100)]
-        assert connection.trailers(streams[-1])["grpc-status"] == "8", "beyond 8 of a connection"
+        assert connection.trailers(streams[-1])["grpc-status"] == "8", "the limit is 8"
         assert server.thread_count() - before < 10
 
 
@@ -131,7 +131,8 @@ def test_reflection_reports_unknown_names(tmp_path: Path, symbol: str) -> None:
 
 
 def test_reflection_does_not_store_unknown_names(tmp_path: Path) -> None:
-    # Requests of a million characters each, by a known caller: others may not send so much.
+    # A caller with a token sends requests of a million characters each; others may not send as
+    # much.
     requests = [
         b"\x22\xc0\x84\x3d" + (f"{number:06d}".encode() * 166_667)[:1_000_000]
         for number in range(60)

@@ -1,4 +1,4 @@
-"""A server that asks for tokens, what its process holds, and a victim: a learner that steps."""
+"""A server that requires tokens, its process resources, and a learner during attacks."""
 
 from __future__ import annotations
 
@@ -24,12 +24,12 @@ WATCH_POOL = "procgen.v1.RenderService/WatchPool"
 HEALTH_CHECK = "grpc.health.v1.Health/Check"
 HEALTH_WATCH = "grpc.health.v1.Health/Watch"
 REFLECTION = "grpc.reflection.v1alpha.ServerReflection/ServerReflectionInfo"
-# Of a program's memory under ThreadSanitizer, at most this is the program's own.
-_NOTED_SHARE = 1 / 6
+# At most this part of resident memory under ThreadSanitizer is the program's own.
+_OWN_SHARE_MAX = 1 / 6
 
 
 class Server:
-    """A running server, which must end well."""
+    """A running server."""
 
     def __init__(self, process: ServerProcess, log_path: Path) -> None:
         self.process = process
@@ -40,9 +40,9 @@ class Server:
         return Client(self.address, credentials=credentials or Credentials(token=TOKEN))
 
     def memory_mb(self) -> float:
-        """Resident memory, without what ThreadSanitizer notes of it."""
+        """Resident memory, without ThreadSanitizer's shadow memory."""
         folder = Path(f"/proc/{self.process.process_id}")
-        share = _NOTED_SHARE if "libtsan" in (folder / "maps").read_text() else 1
+        share = _OWN_SHARE_MAX if "libtsan" in (folder / "maps").read_text() else 1
         for line in (folder / "status").read_text().splitlines():
             if line.startswith("VmRSS:"):
                 return int(line.split()[1]) / 1024 * share
@@ -52,14 +52,14 @@ class Server:
         return len(os.listdir(f"/proc/{self.process.process_id}/task"))
 
     def cpu_s(self) -> float:
-        """Processor time of all its threads."""
+        """CPU time of all threads."""
         fields = Path(f"/proc/{self.process.process_id}/stat").read_text().rsplit(")", 1)[1].split()
         return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
 
 
 @contextlib.contextmanager
 def serve(folder: Path, *flags: str, address: str = "127.0.0.1:0") -> Iterator[Server]:
-    """Runs a server with the tokens of two owners."""
+    """Runs a server with tokens of two owners; expects that it exits with status 0."""
     tokens = folder / "tokens"
     tokens.write_text(f"alice {TOKEN}\nbob {_OTHER_TOKEN}\n")
     tokens.chmod(0o600)
@@ -71,7 +71,7 @@ def serve(folder: Path, *flags: str, address: str = "127.0.0.1:0") -> Iterator[S
 
 
 class Victim:
-    """Steps a pool of its own in a thread, and keeps how long each step took."""
+    """A learner that steps a pool in a thread and measures each step."""
 
     def __init__(self, client: Client) -> None:
         self._client = client
@@ -84,7 +84,7 @@ class Victim:
         self._thread.start()
 
     def _step_on(self) -> None:
-        """Steps until it is stopped, and at least once."""
+        """Steps until stop(), at least once."""
         while True:
             begin = time.monotonic()
             self._pool.step(self._actions)
@@ -93,10 +93,10 @@ class Victim:
                 return
 
     def stop(self) -> list[float]:
-        """Ends it; gives the times of its steps, the longest first."""
+        """Stops; returns the durations of its steps in seconds, longest first."""
         self._stopped.set()
         self._thread.join(60)
-        assert not self._thread.is_alive(), "the victim's step does not end"
+        assert not self._thread.is_alive(), "the learner's step does not end"
         self._pool.close()
         self._client.close()
         return sorted(self.step_s, reverse=True)

@@ -1,4 +1,4 @@
-"""A bad network between client and server, for tests."""
+"""A faulty network between client and server."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ _PROXY_VARIABLE = "PROCGEN_FAULT_PROXY"
 
 
 class Proxy:
-    """The program fault-proxy: a bad network (tests/service/fault_proxy.h)."""
+    """The program fault-proxy (tests/service/robustness/fault_proxy.h)."""
 
     def __init__(
         self, target: str, seed: int, bytes_between_faults: int, silence_max_ms: int = 0
@@ -31,18 +31,18 @@ class Proxy:
         )
         assert self._process.stdout is not None
         line = self._process.stdout.readline()
-        assert line.startswith("listening on "), "the program has ended"
+        assert line.startswith("listening on "), "fault-proxy has ended"
         self.address = line.removeprefix("listening on ").strip()
 
     def stop(self) -> int:
-        """Ends it and gives how many connections it broke."""
+        """Stops it; returns the number of broken connections."""
         output, _ = self._process.communicate()
         return int(output.removesuffix(" broken\n"))
 
 
 @contextmanager
 def connected(address: str) -> Iterator[Client]:
-    """A client, also where its first tries are cut."""
+    """Connects a client; retries if the network breaks the connection."""
     while True:
         try:
             client = Client(address)
