@@ -215,7 +215,8 @@ class Client:
             chunk_count: In how many chunks the pool is stepped, 1 to 64. None: as many as pay.
             screen_size, grayscale_obs, layout, frame_stack: See options.observation_format.
             encoding: "raw", or for thin networks "delta_zstd".
-            lease_duration: How long it lives while nobody steps it, in seconds. None: for good.
+            lease_duration: Lease in seconds: time that the pool lives without a stream. None: the
+                server's default (10 minutes); 0: no lease.
             level_sampler: Chooses the levels, in place of num_levels and start_level.
             transport: "stream"; or "shared_memory", raw, on the server's machine and as its user.
             held_batches_max: How many shared batches arrays may refer to between steps. 0: 2.

@@ -201,8 +201,8 @@ def pool_spec(
         total_env_count: For the same: number of environments of the whole.
         observation_format: From observation_format. None: upstream's.
         encoding: How observations travel, one of ENCODINGS.
-        lease_duration: How long it lives while nobody steps it, in seconds. None: until it is
-            deleted.
+        lease_duration: Lease in seconds: time that the pool lives without a stream. None: the
+                server's default (10 minutes); 0: no lease.
         level_sampler: Chooses the levels. None: the options do.
         transport: How batches reach the learner, one of TRANSPORTS.
 
