@@ -11,6 +11,13 @@
 - :mod:`procgen_client.errors`: what can go wrong.
 """
 
+import importlib.util
+import sys
+from pathlib import Path
+
+if importlib.util.find_spec("google") is None or importlib.util.find_spec("google.protobuf") is None:
+    sys.path.append(str(Path(__file__).resolve().parent / "_vendor"))  # In the wheel with everything.
+
 try:
     from procgen_client import _proto  # noqa: F401 - only to see whether it is there
 except ImportError:

@@ -59,7 +59,7 @@ def local_address(art_dir: str = "") -> str:
         art_dir: Folder of the art that it draws with. Empty: the built-in art.
 
     Raises:
-        FileNotFoundError: There is no program procgen-server, as ServerProcess looks for it.
+        ServerNotFoundError: There is no program procgen-server, as ServerProcess looks for it.
         UnavailableError: It ended at once.
     """
     with _lock:

@@ -14,10 +14,11 @@ from pathlib import Path
 from typing import IO
 
 from procgen_client import _fork
-from procgen_client.errors import UnavailableError
+from procgen_client.errors import ServerNotFoundError, UnavailableError
+from procgen_client.tools.programs import FOLDER
 
-# Where to look for the program if nobody says: this variable, then PATH.
 BINARY_VARIABLE = "PROCGEN_SERVER_BINARY"
+_CHECKOUT_BINARY = Path(__file__).resolve().parents[4] / "build/release/bin/procgen-server"
 
 # Runs a program until standard input ends, which it does with whoever holds its other end. The
 # program's own standard input is empty, and standard output ends with it.
@@ -52,7 +53,8 @@ class ServerProcess:
         """Starts it and waits until it listens.
 
         Args:
-            binary: The program. None: what the variable PROCGEN_SERVER_BINARY says, else
+            binary: The program. None: the first of the environment variable
+                PROCGEN_SERVER_BINARY, the wheel's own, a release build of the checkout, and
                 procgen-server in PATH.
             flags: More flags, e.g. ["--workers=2"]; see ``procgen-server --help``.
             address: Where it listens: HOST:PORT (port 0: one that the system chooses) or
@@ -62,7 +64,7 @@ class ServerProcess:
             start_timeout: How long to wait for it, in seconds.
 
         Raises:
-            FileNotFoundError: There is no such program.
+            ServerNotFoundError: There is no such program.
             UnavailableError: It ended, or did not listen in time; the message bears its last words.
         """
         program = _find(binary)
@@ -153,11 +155,20 @@ class ServerProcess:
 
 
 def _find(binary: str | os.PathLike[str] | None) -> str:
-    wanted = binary or os.environ.get(BINARY_VARIABLE) or "procgen-server"
-    found = shutil.which(wanted)
-    if found is None:
-        raise FileNotFoundError(
-            f"there is no program {os.fspath(wanted)}; say where procgen-server is, or set "
-            f"{BINARY_VARIABLE}"
-        )
-    return os.fspath(found)
+    """Returns the path of the program; the error lists what was tried."""
+    chosen = binary or os.environ.get(BINARY_VARIABLE)
+    tried = (
+        [os.fspath(chosen)]
+        if chosen
+        else [str(FOLDER / "procgen-server"), str(_CHECKOUT_BINARY), "procgen-server"]
+    )
+    for program in tried:
+        found = shutil.which(program)
+        if found is not None:
+            return os.fspath(found)
+    raise ServerNotFoundError(
+        f"there is no server program; tried: {', '.join(tried)}. Install the wheel procgen-server for "
+        "Linux (x86-64) or the Debian package, build a checkout (deploy/quickstart.sh), set "
+        f"{BINARY_VARIABLE} to the program, or give the address of a running server "
+        "(server=HOST:PORT)"
+    )
