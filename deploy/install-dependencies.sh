@@ -50,6 +50,7 @@ test_packages=(
   python3-pip             # builds its wheel
   python3-wheel           # the wheel's format
   python3-setuptools      # build backend of the wheel
+  patchelf                # bundles libraries into the wheel
   mypy                    # checks its types
   ffmpeg                  # its videos
   nodejs                  # the Node.js client and its tests; npm fetches the rest

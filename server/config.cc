@@ -219,6 +219,8 @@ absl::Status CheckConfig(const Config& config) {
         Range{"episode_history_bytes_max", limits.episode_history_bytes_max, 0, int64_t{1} << 40},
         Range{"lease_duration_max in seconds", absl::ToInt64Seconds(limits.lease_duration_max), 1,
               kLeaseSecondsMax},
+        Range{"lease_duration_default in seconds",
+              absl::ToInt64Seconds(limits.lease_duration_default), 1, INT64_MAX},
         Range{"keepalive_time in milliseconds",
               absl::ToInt64Milliseconds(config.server.keepalive_time), 100, kKeepaliveMsMax},
         Range{"keepalive_timeout in milliseconds",

@@ -3,6 +3,7 @@
 
 #include <unistd.h>
 
+#include <algorithm>
 #include <csignal>
 #include <cstdint>
 #include <cstdio>
@@ -59,6 +60,10 @@ ABSL_FLAG(int64_t, episode_history_bytes_max, procgen::Limits().episode_history_
           "bytes of the history of the last episodes, of all pools; 0: no history");
 ABSL_FLAG(int64_t, shared_memory_bytes_max, procgen::Limits().shared_memory_bytes_max,
           "bytes of memory shared with learners, of all pools");
+ABSL_FLAG(
+    absl::Duration, lease_duration_default, procgen::Limits().lease_duration_default,
+    "lease of a pool whose learner chooses none, at most --lease_duration_max; 0: such a pool "
+    "lives until it is deleted");
 ABSL_FLAG(absl::Duration, lease_duration_max, procgen::Limits().lease_duration_max,
           "longest lease of a pool without a stream");
 ABSL_FLAG(absl::Duration, keepalive_time, procgen::ServerOptions().keepalive_time,
@@ -130,6 +135,10 @@ absl::StatusOr<Config> ReadConfig() {
   limits.episode_history_bytes_max = absl::GetFlag(FLAGS_episode_history_bytes_max);
   limits.shared_memory_bytes_max = absl::GetFlag(FLAGS_shared_memory_bytes_max);
   limits.lease_duration_max = absl::GetFlag(FLAGS_lease_duration_max);
+  const absl::Duration lease_duration_default = absl::GetFlag(FLAGS_lease_duration_default);
+  limits.lease_duration_default = lease_duration_default == absl::ZeroDuration()
+                                      ? absl::InfiniteDuration()
+                                      : std::min(lease_duration_default, limits.lease_duration_max);
   config.server.keepalive_time = absl::GetFlag(FLAGS_keepalive_time);
   config.server.keepalive_timeout = absl::GetFlag(FLAGS_keepalive_timeout);
   ReadSecurityFlags(&config);

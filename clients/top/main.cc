@@ -16,6 +16,8 @@
 #include "absl/flags/usage.h"
 #include "absl/status/statusor.h"
 #include "absl/strings/str_cat.h"
+#include "absl/strings/string_view.h"
+#include "absl/strings/strip.h"
 #include "absl/time/time.h"
 #include "clients/top/sample.h"
 #include "clients/top/screen.h"
@@ -25,6 +27,7 @@ ABSL_FLAG(std::string, server, "127.0.0.1:50051", "address of the server: HOST:P
 ABSL_FLAG(absl::Duration, interval, absl::Seconds(1),
           "time between two updates, 100ms to 1h; rates and latencies are of this time");
 ABSL_FLAG(bool, once, false, "print one screen, for one interval, and exit");
+ABSL_FLAG(std::string, delete, "", "delete this pool (ID or pools/ID) and exit");
 
 namespace procgen_top {
 namespace {
@@ -116,10 +119,22 @@ void ShowUntilStopped(procgen_client::Client* client, const std::string& title, 
   }
 }
 
+int Delete(procgen_client::Client* client, absl::string_view pool) {
+  const std::string name = absl::StrCat("pools/", absl::StripPrefix(pool, "pools/"));
+  if (const absl::Status status = client->DeletePool(name); !status.ok()) {
+    return Fail(status);
+  }
+  std::printf("deleted %s\n", name.c_str());
+  return 0;
+}
+
 int Show() {
   auto client = procgen_client::Client::Connect(absl::GetFlag(FLAGS_server));
   if (!client.ok()) {
     return Fail(client.status());
+  }
+  if (const std::string pool = absl::GetFlag(FLAGS_delete); !pool.empty()) {
+    return Delete(client->get(), pool);
   }
   const absl::StatusOr<std::string> title = TitleOf(client->get());
   if (!title.ok()) {

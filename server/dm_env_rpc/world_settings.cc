@@ -157,7 +157,8 @@ absl::Status ReadFrameStack(absl::string_view name, const dm::Tensor& tensor, Wo
 absl::Status ReadLeaseDuration(absl::string_view name, const dm::Tensor& tensor, WorldPlan* plan) {
   const absl::StatusOr<double> seconds = ReadNumber(name, tensor);
   if (seconds.ok()) {
-    plan->session_options.lease_duration = absl::Seconds(*seconds);
+    plan->session_options.lease_duration =
+        *seconds == 0 ? absl::InfiniteDuration() : absl::Seconds(*seconds);
   }
   return seconds.status();
 }
@@ -223,7 +224,8 @@ absl::Status CheckPlan(const Settings& settings, const WorldPlan& plan, const Li
         absl::StrCat("total_env_count is ", total,
                      ", allowed: first_env + num_envs = ", least_total, " to ", INT32_MAX));
   }
-  if (settings.contains(std::string(kLeaseDuration))) {
+  if (settings.contains(std::string(kLeaseDuration)) &&
+      plan.session_options.lease_duration != absl::InfiniteDuration()) {
     return CheckLeaseDuration(kLeaseDuration, plan.session_options.lease_duration, limits);
   }
   return absl::OkStatus();
@@ -233,6 +235,7 @@ absl::Status CheckPlan(const Settings& settings, const WorldPlan& plan, const Li
 
 absl::StatusOr<WorldPlan> ReadWorldSettings(const Settings& settings, const Limits& limits) {
   WorldPlan plan;
+  plan.session_options.lease_duration = limits.lease_duration_default;
   plan.options.env_count = 1;
   plan.options.autoreset_mode = AutoresetMode::kDisabled;
   for (const auto& [name, tensor] : settings) {

@@ -1,6 +1,8 @@
 #include "server/session/pool_supervisor.h"
 
 #include <algorithm>
+#include <cstddef>
+#include <limits>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
@@ -23,8 +25,8 @@ absl::Status CheckLeaseDuration(absl::string_view field, absl::Duration lease_du
   if (lease_duration < kLeaseDurationMin) {
     return absl::InvalidArgumentError(
         absl::StrCat(field, " is ", absl::FormatDuration(lease_duration),
-                     ", allowed: ", absl::FormatDuration(kLeaseDurationMin), " to ",
-                     absl::FormatDuration(limits.lease_duration_max)));
+                     ", allowed: 0 (no lease), or ", absl::FormatDuration(kLeaseDurationMin),
+                     " to ", absl::FormatDuration(limits.lease_duration_max)));
   }
   if (lease_duration > limits.lease_duration_max) {
     return absl::ResourceExhaustedError(absl::StrCat(
@@ -76,6 +78,20 @@ void PoolSupervisor::Create(absl::string_view owner, absl::string_view id,
                            });
 }
 
+absl::Status PoolSupervisor::WithIdlePools(const absl::Status& error,
+                                           absl::string_view owner) const {
+  const auto pools = pools_.List(owner, 0, std::numeric_limits<size_t>::max());
+  const auto idle_count = std::count_if(
+      pools.begin(), pools.end(), [](const auto& numbered) { return !numbered.pool->attached(); });
+  if (error.code() != absl::StatusCode::kResourceExhausted || idle_count == 0) {
+    return error;
+  }
+  return {error.code(),
+          absl::StrCat(error.message(), "; ", idle_count, " of your ", pools.size(),
+                       " pools have no learner attached: DeletePool or `procgen-top --delete POOL` "
+                       "frees one")};
+}
+
 absl::StatusOr<PoolRegistry::Key> PoolSupervisor::Reserve(absl::string_view owner,
                                                           absl::string_view id,
                                                           const PoolOptions& options) {
@@ -85,12 +101,12 @@ absl::StatusOr<PoolRegistry::Key> PoolSupervisor::Reserve(absl::string_view owne
   absl::StatusOr<Capacity::Reservation> room =
       capacity_.Reserve(options.env_count, FrameBytes(options));
   if (!room.ok()) {
-    return room.status();
+    return WithIdlePools(room.status(), owner);
   }
   absl::StatusOr<Quotas::Reservation> reservation =
       quotas_.Reserve(owner, {.pool_count = 1, .env_count = options.env_count});
   if (!reservation.ok()) {
-    return reservation.status();
+    return WithIdlePools(reservation.status(), owner);
   }
   return pools_.Reserve(owner, id, {*std::move(room), *std::move(reservation)});
 }

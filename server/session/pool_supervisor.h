@@ -144,6 +144,8 @@ class PoolSupervisor {
   // Reserves capacity, quota and a name for a pool.
   absl::StatusOr<PoolRegistry::Key> Reserve(absl::string_view owner, absl::string_view id,
                                             const PoolOptions& options);
+  // Appends to a RESOURCE_EXHAUSTED error how many pools of `owner` have no stream attached.
+  absl::Status WithIdlePools(const absl::Status& error, absl::string_view owner) const;
   // Creates a session that is freed on the background executor.
   std::shared_ptr<PoolSession> MakeSession(const CreatePoolOptions& create_options,
                                            std::unique_ptr<PoolBackend> pool);

@@ -128,6 +128,8 @@ void FillLimits(const Limits& limits, v1::Limits* message) {
   message->set_resume_buffer_bytes_max(limits.resume_buffer_bytes_max);
   message->set_shared_memory_bytes_max(limits.shared_memory_bytes_max);
   *message->mutable_lease_duration_max() = DurationMessageOf(limits.lease_duration_max);
+  *message->mutable_lease_duration_default() =
+      LeaseDurationMessageOf(limits.lease_duration_default);
 }
 
 void FillLatencyHistogram(const HistogramCounts& seconds, v1::LatencyHistogram* message) {

@@ -173,6 +173,11 @@ google::protobuf::Duration DurationMessageOf(absl::Duration duration) {
   return message;
 }
 
+google::protobuf::Duration LeaseDurationMessageOf(absl::Duration lease_duration) {
+  return lease_duration == absl::InfiniteDuration() ? google::protobuf::Duration()
+                                                    : DurationMessageOf(lease_duration);
+}
+
 absl::StatusOr<PoolOptions> PoolOptionsOf(const v1::PoolSpec& spec) {
   if (absl::Status status = CheckSpec(spec); !status.ok()) {
     return status;
@@ -272,6 +277,9 @@ absl::StatusOr<absl::Duration> LeaseDurationOf(absl::string_view field,
   }
   const absl::Duration lease_duration =
       absl::Seconds(message.seconds()) + absl::Nanoseconds(message.nanos());
+  if (lease_duration == absl::ZeroDuration()) {
+    return absl::InfiniteDuration();
+  }
   absl::Status status = CheckLeaseDuration(field, lease_duration, limits);
   if (!status.ok()) {
     return status;
@@ -294,9 +302,8 @@ v1::Pool PoolMessageOf(const PoolSession& session) {
   message.set_owner(session.owner());
   FillStatistics(session, &message);
   FillTimestamp(session.create_time(), message.mutable_create_time());
-  if (session.lease_duration() != absl::InfiniteDuration()) {
-    *message.mutable_spec()->mutable_lease_duration() = DurationMessageOf(session.lease_duration());
-  }
+  *message.mutable_spec()->mutable_lease_duration() =
+      LeaseDurationMessageOf(session.lease_duration());
   if (const absl::Time expires = session.expire_time(); expires != absl::InfiniteFuture()) {
     FillTimestamp(expires, message.mutable_expire_time());
   }

@@ -31,8 +31,9 @@ v1::EnvironmentOptions EnvironmentOptionsMessageOf(const EnvironmentOptions& opt
 // the encoding, CompressionOf checks.
 absl::StatusOr<bool> SharesMemory(const v1::PoolSpec& spec, bool offered);
 
-// How long a pool is to live without a stream; `field` is what to call it. Errors: INVALID_ARGUMENT
-// no duration, or a too short one; RESOURCE_EXHAUSTED longer than the limit.
+// The lease of a pool; infinite for a duration of 0, which means none. `field`: its name in errors.
+// Errors: INVALID_ARGUMENT an invalid or too short duration; RESOURCE_EXHAUSTED longer than the
+// limit.
 absl::StatusOr<absl::Duration> LeaseDurationOf(absl::string_view field,
                                                const google::protobuf::Duration& message,
                                                const Limits& limits);
@@ -47,6 +48,8 @@ absl::StatusOr<std::shared_ptr<const LevelSampler>> HoldSampler(
     absl::string_view owner, std::shared_ptr<const LevelSampler> sampler, Quotas* quotas);
 
 google::protobuf::Duration DurationMessageOf(absl::Duration duration);
+// The inverse of LeaseDurationOf: 0 for an infinite lease.
+google::protobuf::Duration LeaseDurationMessageOf(absl::Duration lease_duration);
 void FillTimestamp(absl::Time time, google::protobuf::Timestamp* message);
 
 // The pool as a resource, its spec with every default filled in, but without the level sampler,

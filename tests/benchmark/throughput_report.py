@@ -38,7 +38,8 @@ def engine_rates(programs: Path, games: list[str], seconds: float) -> dict[Case,
     """Returns the engine's environment steps per second."""
     rates = {}
     for cores in _CORES:
-        pattern = f"step/({'|'.join(games)})/({'|'.join(_MODES)})/workers:{cores}/drawn:1/art:built-in"
+        cases = f"step/({'|'.join(games)})/({'|'.join(_MODES)})"
+        pattern = f"{cases}/workers:{cores}/drawn:1/art:built-in"
         output = subprocess.run(
             [
                 *_pinned(cores),

@@ -179,5 +179,5 @@ def test_a_failed_server_start_is_reported(tmp_path: Path) -> None:
         cwd=tmp_path,
     )
     assert process.returncode == 1
-    assert "there is no program /no/such/server" in process.stderr
+    assert "tried: /no/such/server" in process.stderr
     assert "Traceback" not in process.stderr

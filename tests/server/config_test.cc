@@ -192,6 +192,11 @@ TEST(ConfigTest, LeasesResumeBuffersAndKeepaliveHaveRanges) {
               StatusIs(absl::StatusCode::kInvalidArgument,
                        "--lease_duration_max in seconds is 0, allowed: 1 to 31622400"));
   config.server.limits = {};
+  config.server.limits.lease_duration_default = absl::Milliseconds(999);
+  EXPECT_THAT(CheckConfig(config),
+              StatusIs(absl::StatusCode::kInvalidArgument,
+                       HasSubstr("--lease_duration_default in seconds is 0, allowed: 1 to ")));
+  config.server.limits = {};
   config.server.keepalive_time = absl::Milliseconds(99);
   EXPECT_THAT(CheckConfig(config),
               StatusIs(absl::StatusCode::kInvalidArgument,

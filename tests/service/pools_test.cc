@@ -137,20 +137,35 @@ TEST_F(PoolsTest, LeaseIsReturnedAndRenewed) {
   EXPECT_FALSE((*stream)->pool().has_expire_time());
 }
 
+TEST_F(PoolsTest, LeaseHasADefault) {
+  const absl::StatusOr<v1::Pool> pool = client_->CreatePool(MazeSpec(1));
+  ASSERT_THAT(pool, IsOk());
+  EXPECT_EQ(pool->spec().lease_duration().seconds(), 600);
+  EXPECT_GE(pool->expire_time().seconds(), pool->create_time().seconds() + 600);
+  const absl::StatusOr<v1::Catalog> catalog = client_->GetCatalog();
+  ASSERT_THAT(catalog, IsOk());
+  EXPECT_EQ(catalog->limits().lease_duration_default().seconds(), 600);
+}
+
 TEST_F(PoolsTest, PoolWithoutALeaseDoesNotExpireUntilItGetsOne) {
-  const std::string name = CreatePool(MazeSpec(1));
+  v1::PoolSpec spec = MazeSpec(1);
+  spec.mutable_lease_duration();
+  const std::string name = CreatePool(spec);
   const absl::StatusOr<v1::Pool> renewed = client_->RenewPool(name);
   ASSERT_THAT(renewed, IsOk());
   EXPECT_FALSE(renewed->has_expire_time());
-  EXPECT_FALSE(renewed->spec().has_lease_duration());
+  EXPECT_TRUE(renewed->spec().has_lease_duration());
+  EXPECT_EQ(renewed->spec().lease_duration().seconds(), 0);
   EXPECT_TRUE(client_->RenewPool(name, absl::Hours(1))->has_expire_time());
+  EXPECT_FALSE(client_->RenewPool(name, absl::ZeroDuration())->has_expire_time());
 }
 
 TEST_F(PoolsTest, LeaseOutOfRangeIsRejected) {
   v1::PoolSpec spec = MazeSpec(1);
-  spec.mutable_lease_duration();
-  EXPECT_THAT(client_->CreatePool(spec), StatusIs(absl::StatusCode::kInvalidArgument,
-                                                  "spec.lease_duration is 0, allowed: 1s to 24h"));
+  spec.mutable_lease_duration()->set_nanos(1'000'000);
+  EXPECT_THAT(client_->CreatePool(spec),
+              StatusIs(absl::StatusCode::kInvalidArgument,
+                       "spec.lease_duration is 1ms, allowed: 0 (no lease), or 1s to 24h"));
   EXPECT_THAT(client_->RenewPool(CreatePool(MazeSpec(1)), absl::Hours(25)),
               StatusIs(absl::StatusCode::kResourceExhausted,
                        "lease_duration is 25h, limit lease_duration_max is 24h"));

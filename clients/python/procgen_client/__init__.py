@@ -9,6 +9,14 @@
 - :mod:`procgen_client.errors`: the exceptions.
 """
 
+import sys
+from pathlib import Path
+
+try:
+    import google.protobuf  # noqa: F401
+except ImportError:  # The wheel with native parts has a copy.
+    sys.path.append(str(Path(__file__).resolve().parent / "_vendor"))
+
 try:
     from procgen_client import _proto  # noqa: F401 - checks that the modules were generated
 except ImportError:

@@ -64,6 +64,12 @@ class ProcgenError(Exception):
         return type(self), (self.message, self.code)
 
 
+class ServerNotFoundError(ProcgenError, FileNotFoundError):
+    """There is no server program to start; the message lists the places that were tried."""
+
+    default_code = StatusCode.NOT_FOUND
+
+
 class InvalidArgumentError(ProcgenError, ValueError):
     """A value is out of range, of a wrong length, or not available in a game."""
 

@@ -199,7 +199,8 @@ def pool_spec(
         total_env_count: For the same: number of environments of the whole.
         observation_format: From observation_format. None: upstream's.
         encoding: Encoding of observations, one of ENCODINGS.
-        lease_duration: Lifetime without a stream, in seconds. None: until it is deleted.
+        lease_duration: Lifetime without a stream, in seconds. None: the server's default (10
+            minutes). 0: until it is deleted.
         level_sampler: Chooses the levels. None: the options do.
         transport: Way of the batches to the learner, one of TRANSPORTS.
 

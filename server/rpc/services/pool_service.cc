@@ -89,7 +89,9 @@ absl::StatusOr<SessionOptions> SessionOptionsOf(const v1::PoolSpec& spec,
       return status;
     }
   }
-  SessionOptions session_options = {.encoding = *encoding, .shares_memory = *shares_memory};
+  SessionOptions session_options = {.lease_duration = supervisor.limits().lease_duration_default,
+                                    .encoding = *encoding,
+                                    .shares_memory = *shares_memory};
   if (spec.has_lease_duration()) {
     const absl::StatusOr<absl::Duration> lease_duration =
         LeaseDurationOf("spec.lease_duration", spec.lease_duration(), supervisor.limits());

@@ -38,6 +38,8 @@ struct Limits {
   int64_t episode_history_bytes_max = int64_t{256} << 20;
   // Longest lease of a pool.
   absl::Duration lease_duration_max = absl::Hours(24);
+  // Lease of pools whose learners choose none; infinite: no lease.
+  absl::Duration lease_duration_default = absl::Minutes(10);
 };
 
 // Defaults of a stream: gRPC clients' default message limit, in bytes, and enough requests in

@@ -109,8 +109,8 @@ TEST_F(PoolSupervisorTest, DeletionAndFailureFreeTheQuota) {
   unknown.games = {"chess"};
   EXPECT_THAT(create(unknown), StatusIs(absl::StatusCode::kNotFound, testing::_));
   ASSERT_THAT(create(MazeOptions(1)), IsOk());
-  EXPECT_THAT(create(MazeOptions(1)),
-              StatusIs(absl::StatusCode::kResourceExhausted, HasSubstr("owner alice has 1 pools")));
+  EXPECT_THAT(create(MazeOptions(1)), StatusIs(absl::StatusCode::kResourceExhausted,
+                                               testing::HasSubstr("owner alice has 1 pools")));
   ASSERT_THAT(supervisor.Delete("alice", "pools/2"), IsOk());
   EXPECT_THAT(create(MazeOptions(1)), IsOk());
 }
@@ -133,9 +133,13 @@ TEST_F(PoolSupervisorTest, IdInUseIsRejected) {
 TEST_F(PoolSupervisorTest, TooManyPoolsAreRejectedUntilOneIsDeleted) {
   ASSERT_THAT(Create("a", MazeOptions(1)), IsOk());
   ASSERT_THAT(Create("b", MazeOptions(1)), IsOk());
-  EXPECT_THAT(Create("c", MazeOptions(1)),
-              StatusIs(absl::StatusCode::kResourceExhausted,
-                       "there are 2 pools, limit pool_count_max is 2"));
+  EXPECT_THAT(
+      Create("c", MazeOptions(1)),
+      StatusIs(
+          absl::StatusCode::kResourceExhausted,
+          HasSubstr(
+              "there are 2 pools, limit pool_count_max is 2; 2 of your 2 pools have no learner "
+              "attached")));
   ASSERT_THAT(supervisor_.Delete("", "pools/a"), IsOk());
   EXPECT_THAT(Create("c", MazeOptions(1)), IsOk());
 }

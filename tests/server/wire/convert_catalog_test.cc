@@ -85,6 +85,7 @@ TEST(ConvertCatalogTest, ResumeAndLeaseLimitsAreReported) {
   EXPECT_EQ(catalog.limits().resume_buffer_bytes_max(), 123456);
   EXPECT_EQ(catalog.limits().lease_duration_max().seconds(), 90);
   EXPECT_EQ(catalog.limits().lease_duration_max().nanos(), 500'000'000);
+  EXPECT_EQ(catalog.limits().lease_duration_default().seconds(), 600);
 }
 
 TEST(ConvertCatalogTest, ObservationFormatsAreReported) {

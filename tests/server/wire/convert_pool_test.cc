@@ -171,10 +171,18 @@ TEST(ConvertPoolTest, LeaseIsADuration) {
   EXPECT_EQ(DurationMessageOf(*lease).nanos(), 500'000'000);
 }
 
+TEST(ConvertPoolTest, ZeroIsNoLease) {
+  EXPECT_EQ(*LeaseDurationOf("lease", google::protobuf::Duration(), Limits()),
+            absl::InfiniteDuration());
+  EXPECT_EQ(LeaseDurationMessageOf(absl::InfiniteDuration()).seconds(), 0);
+}
+
 TEST(ConvertPoolTest, InvalidLeaseDurationIsRejected) {
   google::protobuf::Duration message;
+  message.set_seconds(-1);
   EXPECT_THAT(LeaseDurationOf("lease", message, Limits()),
-              StatusIs(absl::StatusCode::kInvalidArgument, "lease is 0, allowed: 1s to 24h"));
+              StatusIs(absl::StatusCode::kInvalidArgument,
+                       "lease is -1s, allowed: 0 (no lease), or 1s to 24h"));
   message.set_seconds(INT64_MAX);
   EXPECT_THAT(LeaseDurationOf("lease", message, Limits()),
               StatusIs(absl::StatusCode::kResourceExhausted, HasSubstr("lease_duration_max")));

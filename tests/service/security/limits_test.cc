@@ -17,9 +17,11 @@ TEST_F(LimitsTest, TooManyPoolsAreRejected) {
   for (int i = 0; i < 3; ++i) {
     CreatePool(MazeSpec(1));
   }
-  EXPECT_THAT(client_->CreatePool(MazeSpec(1)),
-              StatusIs(absl::StatusCode::kResourceExhausted,
-                       "there are 4 pools, limit pool_count_max is 4"));
+  EXPECT_THAT(
+      client_->CreatePool(MazeSpec(1)),
+      StatusIs(absl::StatusCode::kResourceExhausted,
+               HasSubstr("there are 4 pools, limit pool_count_max is 4; 3 of your 4 pools have no "
+                         "learner attached")));
 }
 
 TEST_F(LimitsTest, TooManyEnvironmentsInOnePoolAreRejected) {
@@ -32,8 +34,8 @@ TEST_F(LimitsTest, TooManyEnvironmentsInAllPoolsAreRejected) {
   const std::string name = CreatePool(MazeSpec(400));
   EXPECT_THAT(client_->CreatePool(MazeSpec(199)),
               StatusIs(absl::StatusCode::kResourceExhausted,
-                       "spec.env_count is 199 and there are 402 environments, limit "
-                       "env_count_max is 600"));
+                       HasSubstr("spec.env_count is 199 and there are 402 environments, limit "
+                                 "env_count_max is 600; 1 of your 2 pools have")));
   ASSERT_THAT(client_->DeletePool(name), IsOk());
   EXPECT_THAT(client_->CreatePool(MazeSpec(199)), IsOk());
 }

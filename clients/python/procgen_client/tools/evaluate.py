@@ -274,7 +274,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         client = open_client(given.server)
         told = ProgressLine(sys.stderr, len(games))
         scores = evaluate(client, games, make_policy, protocol, told)
-    except (ProcgenError, FileNotFoundError) as error:
+    except ProcgenError as error:
         print(f"procgen-evaluate: {error}", file=sys.stderr)
         return 2
     finally:

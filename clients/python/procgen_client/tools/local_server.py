@@ -59,7 +59,7 @@ def local_address(art_dir: str = "") -> str:
         art_dir: Folder of the art to render with. Empty: the built-in art.
 
     Raises:
-        FileNotFoundError: ServerProcess finds no procgen-server.
+        ServerNotFoundError: ServerProcess finds no procgen-server.
         UnavailableError: The server ended at once.
     """
     with _lock:

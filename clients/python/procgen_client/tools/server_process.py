@@ -14,10 +14,12 @@ from pathlib import Path
 from typing import IO
 
 from procgen_client import _fork
-from procgen_client.errors import UnavailableError
+from procgen_client.errors import ServerNotFoundError, UnavailableError
+from procgen_client.tools.programs import FOLDER
 
-# Path of the program. If unset, it is searched in PATH.
+# Path of the program. If unset, ServerProcess searches the places that its docstring lists.
 BINARY_VARIABLE = "PROCGEN_SERVER_BINARY"
+_CHECKOUT_BINARY = Path(__file__).resolve().parents[4] / "build/release/bin/procgen-server"
 
 # Shell script that runs a program and stops it at the end of the shell's standard input, which is a
 # pipe that the parent process holds. The program's standard input is empty, and standard output
@@ -53,7 +55,8 @@ class ServerProcess:
         """Starts the server and waits until it listens.
 
         Args:
-            binary: Path of the program. None: the variable PROCGEN_SERVER_BINARY, else
+            binary: Path of the program. None: the first of the environment variable
+                PROCGEN_SERVER_BINARY, the wheel's program, a release build of the checkout, and
                 procgen-server in PATH.
             flags: More flags, e.g. ["--workers=2"]; see ``procgen-server --help``.
             address: HOST:PORT (port 0: the system chooses) or unix:PATH.
@@ -62,7 +65,7 @@ class ServerProcess:
             start_timeout: Time to wait for it, in seconds.
 
         Raises:
-            FileNotFoundError: There is no such program.
+            ServerNotFoundError: There is no such program.
             UnavailableError: It ended, or did not listen in time. The message has the end of its
                 log.
         """
@@ -154,11 +157,20 @@ class ServerProcess:
 
 
 def _find(binary: str | os.PathLike[str] | None) -> str:
-    wanted = binary or os.environ.get(BINARY_VARIABLE) or "procgen-server"
-    found = shutil.which(wanted)
-    if found is None:
-        raise FileNotFoundError(
-            f"there is no program {os.fspath(wanted)}; set {BINARY_VARIABLE} to the path of "
-            "procgen-server"
-        )
-    return os.fspath(found)
+    """Returns the path of the program; the error lists what was tried."""
+    chosen = binary or os.environ.get(BINARY_VARIABLE)
+    tried = (
+        [os.fspath(chosen)]
+        if chosen
+        else [str(FOLDER / "procgen-server"), str(_CHECKOUT_BINARY), "procgen-server"]
+    )
+    for program in tried:
+        found = shutil.which(program)
+        if found is not None:
+            return os.fspath(found)
+    raise ServerNotFoundError(
+        f"there is no server program; tried: {', '.join(tried)}. Install the wheel procgen-server "
+        "for Linux (x86-64) or the Debian package, build a checkout (deploy/quickstart.sh), set "
+        f"{BINARY_VARIABLE} to the program, or give the address of a running server "
+        "(server=HOST:PORT)"
+    )

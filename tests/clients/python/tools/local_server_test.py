@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import shutil
 import signal
 import socket
 import subprocess
@@ -12,6 +13,7 @@ from pathlib import Path
 import pytest
 from conftest import server_binary
 
+import procgen_client
 from procgen_client import Client, ServerProcess, errors
 from procgen_client.tools.local_server import SERVER_VARIABLE
 
@@ -105,16 +107,34 @@ def test_environment_variable_selects_another_server(server: ServerProcess, clie
     assert client.list_pools() == []
 
 
-def test_missing_server_binary_error_names_the_remedy(tmp_path: Path) -> None:
+def test_missing_server_binary_error_lists_what_was_tried(tmp_path: Path) -> None:
+    # A copy: the checkout of the original may have a release build.
+    package = Path(procgen_client.__file__).parent
+    shutil.copytree(package, tmp_path / "procgen_client")
     run = subprocess.run(
         [sys.executable, "-c", _BEGIN],
-        env=_environment(PROCGEN_SERVER_BINARY="", PATH=str(tmp_path)),
+        env=_environment(PROCGEN_SERVER_BINARY="", PATH="/", PYTHONPATH=str(tmp_path)),
         capture_output=True,
         text=True,
         check=False,
     )
-    assert "there is no program procgen-server" in run.stderr
+    assert "ServerNotFoundError: NOT_FOUND: there is no server program; tried: " in run.stderr
+    assert f"{tmp_path}/procgen_client/bin/procgen-server" in run.stderr
     assert "PROCGEN_SERVER_BINARY" in run.stderr
+
+
+def test_program_of_a_wheel_is_found(tmp_path: Path) -> None:
+    shutil.copytree(Path(procgen_client.__file__).parent, tmp_path / "procgen_client")
+    (tmp_path / "procgen_client/bin").mkdir()
+    (tmp_path / "procgen_client/bin/procgen-server").symlink_to(server_binary())
+    run = subprocess.run(
+        [sys.executable, "-c", _BEGIN],
+        env=_environment(PROCGEN_SERVER_BINARY="", PATH="/bin", PYTHONPATH=str(tmp_path)),
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert run.returncode == 0, run.stderr
 
 
 _OTHER_ART = """
