@@ -213,8 +213,7 @@ class Client:
             chunk_count: Chunks of a whole-pool step, 1 to 64. None: one for each 2 MiB, up to 4.
             screen_size, grayscale_obs, layout, frame_stack: See options.observation_format.
             encoding: "raw", or "delta_zstd" for slow networks.
-            lease_duration: Lifetime without a stream, in seconds. None: the server's default (10
-                minutes). 0: unlimited.
+            lease_duration: Lifetime without a stream, in seconds. 0: unlimited. None: 10 minutes.
             level_sampler: Chooses the levels, in place of num_levels and start_level.
             transport: "stream"; or "shared_memory", raw, on the server's machine as its user.
             held_batches_max: Shared batches that arrays may refer to between steps. 0: 2.
