@@ -119,7 +119,7 @@ absl::Status ReadStreamRequest(StreamRequest* request) {
       break;
   }
   return absl::InvalidArgumentError(
-      "the request asks for nothing, allowed: step, reset, observe or level_sampler");
+      "the request is empty, allowed: step, reset, observe or level_sampler");
 }
 
 absl::StatusOr<int32_t> ResponseRowsMax(absl::string_view limit, const Request& request,

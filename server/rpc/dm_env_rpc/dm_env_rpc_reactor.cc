@@ -167,7 +167,7 @@ void DmEnvRpcReactor::EndNow(const absl::Status& status, bool cancelled) {
       status_ = status;
     }
   }
-  session_->GiveUp();
+  session_->CancelWait();
   Drive();
 }
 

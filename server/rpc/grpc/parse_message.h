@@ -15,7 +15,7 @@ template <typename Message>
 absl::Status ParsedStatus(bool is_valid, size_t byte_count) {
   return is_valid ? absl::OkStatus()
                   : absl::InvalidArgumentError(absl::StrCat("the request's ", byte_count,
-                                                            " bytes are no valid ",
+                                                            " bytes are not a valid ",
                                                             Message::descriptor()->full_name()));
 }
 

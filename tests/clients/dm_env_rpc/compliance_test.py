@@ -365,7 +365,7 @@ class TestStream:
 
     def test_a_request_for_nothing_is_answered(self, agent: Agent) -> None:
         agent.send(agent.protocol.pb2.EnvironmentRequest())
-        with refused(INVALID_ARGUMENT, "asks for nothing, allowed: create_world"):
+        with refused(INVALID_ARGUMENT, "is empty, allowed: create_world"):
             agent.receive()
 
     def test_unknown_extensions_are_answered(self, agent: Agent) -> None:
