@@ -11,8 +11,8 @@ TEST(ResponseQueueTest, DefaultCapacityIsTwoResponses) {
   queue.Take();
   EXPECT_FALSE(queue.has_free());
   EXPECT_NE(queue.Take(), nullptr);
-  queue.GiveBack(first);
-  EXPECT_EQ(queue.Take(), first) << "memory is used again";
+  queue.Release(first);
+  EXPECT_EQ(queue.Take(), first) << "memory is reused";
 }
 
 TEST(ResponseQueueTest, ReturnedResponseReleasesItsObservations) {
