@@ -1,9 +1,9 @@
 #ifndef SERVER_RPC_STEP_FRAME_BUFFER_POOL_H_
 #define SERVER_RPC_STEP_FRAME_BUFFER_POOL_H_
 
-#include <buffer>
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 
 #include "absl/types/span.h"
 #include "grpcpp/support/slice.h"

@@ -195,7 +195,7 @@ absl::Status StepStream::ReserveLarge(StreamRequest* request) const {
   if (request->message_bytes <= kLargeMessageBytes) {
     return absl::OkStatus();
   }
-  absl::StatusOr<Quotas::Reservation> reservation = context_.accounting->HoldBytes(
+  absl::StatusOr<Quotas::Reservation> reservation = context_.accounting->ReserveBytes(
       caller_.owner, static_cast<int64_t>(request->message.SpaceUsedLong()));
   if (!reservation.ok()) {
     return reservation.status();

@@ -120,7 +120,7 @@ TEST(TopTest, CredentialsAreThoseOfTheClient) {
   EXPECT_THAT(let_in.output, HasSubstr("pools/hers  alice"));
   const Result refused = RunTop(flags);
   EXPECT_EQ(refused.exit_status, 1);
-  EXPECT_THAT(refused.output, HasSubstr("procgen-top: the call bears no token"));
+  EXPECT_THAT(refused.output, HasSubstr("procgen-top: the call has no token"));
 }
 
 TEST(TopTest, InvalidFlagsAreReported) {

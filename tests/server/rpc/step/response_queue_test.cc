@@ -18,14 +18,14 @@ TEST(ResponseQueueTest, DefaultCapacityIsTwoResponses) {
 TEST(ResponseQueueTest, ReturnedResponseReleasesItsObservations) {
   ResponseQueue queue;
   Response* response = queue.Take();
-  bool let_go = false;
+  bool released = false;
   response->observations = grpc::Slice(
-      &let_go, 1, [](void* held) { *static_cast<bool*>(held) = true; }, &let_go);
+      &released, 1, [](void* held) { *static_cast<bool*>(held) = true; }, &released);
   queue.Push({response, {}, nullptr});
   queue.BeginWrite();
-  EXPECT_FALSE(let_go);
+  EXPECT_FALSE(released);
   queue.EndWrite();
-  EXPECT_TRUE(let_go);
+  EXPECT_TRUE(released);
 }
 
 TEST(ResponseQueueTest, OneIsWrittenAtATimeAndInOrder) {
