@@ -139,12 +139,12 @@ class GrpcServer final : public Server {
     grpc::ServerBuilder builder;
     Acceptor acceptor =
         AddAcceptor(tls_ == nullptr ? grpc::InsecureServerCredentials() : tls_->Make(), &builder);
-    auto listener_within = Listener::ListenWithin(std::make_shared<Connections>(
+    auto internal_listener = Listener::ListenInternal(std::make_shared<Connections>(
         options.limits.connection_count_max, absl::InfiniteDuration()));
-    if (!listener_within.ok()) {
-      return listener_within.status();
+    if (!internal_listener.ok()) {
+      return internal_listener.status();
     }
-    Acceptor acceptor_within = AddAcceptor(grpc::InsecureServerCredentials(), &builder);
+    Acceptor internal_acceptor = AddAcceptor(grpc::InsecureServerCredentials(), &builder);
     SetLimits(options.limits, &builder);
     SetKeepalive(options, &builder);
     services_.RegisterWith(&builder);
@@ -161,9 +161,9 @@ class GrpcServer final : public Server {
     advertised_address_ =
         AdvertisedAddress(options.advertised_address, address_, listener_->port());
     services_.SetServing(true);
-    listener_within_ = *std::move(listener_within);
+    internal_listener_ = *std::move(internal_listener);
     HandOver(std::move(acceptor), listener_.get());
-    HandOver(std::move(acceptor_within), listener_within_.get());
+    HandOver(std::move(internal_acceptor), internal_listener_.get());
     reporter_ = std::make_unique<NodeReporter>(cluster_.get(), [this] { return TakeSnapshot(); });
     return absl::OkStatus();
   }
@@ -176,7 +176,7 @@ class GrpcServer final : public Server {
     arguments.SetMaxReceiveMessageSize(-1);
     arguments.SetInt(GRPC_ARG_ENABLE_HTTP_PROXY, 0);
     // Not gRPC's in-process transport, which leaks streams that end while their client writes.
-    return grpc::CreateCustomChannel(listener_within_->target_within(),
+    return grpc::CreateCustomChannel(internal_listener_->internal_target(),
                                      grpc::InsecureChannelCredentials(), arguments);
   }
 
@@ -210,7 +210,7 @@ class GrpcServer final : public Server {
       listener_->HangUp();
     }
     listener_.reset();
-    listener_within_.reset();
+    internal_listener_.reset();
     services_.EndWatches();
     server_->Shutdown(GrpcDeadlineIn(std::min(end - SteadyNow(), kConnectionCloseTimeout)));
     server_->Wait();
@@ -281,7 +281,7 @@ class GrpcServer final : public Server {
   Services services_;
   std::unique_ptr<grpc::Server> server_;
   std::unique_ptr<Listener> listener_;  // hands its connections to server_
-  std::unique_ptr<Listener> listener_within_;
+  std::unique_ptr<Listener> internal_listener_;
   std::unique_ptr<NodeReporter> reporter_;  // last, because it reads other members
 };
 
