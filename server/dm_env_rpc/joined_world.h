@@ -47,7 +47,8 @@ class Interruption {
 // any time: by a take-over, a deletion or a drain. A running request completes before the pool is
 // detached.
 // Threads: any method from any thread, but one use (InTurn, Run) at a time, and no Leave during
-// one. Lock order: mutex_ is not held during calls to other objects.
+// one.
+// Lock order: mutex_ is not held during calls to other objects.
 class JoinedWorld : public std::enable_shared_from_this<JoinedWorld> {
  public:
   using Done = PoolSession::Done;
@@ -76,7 +77,7 @@ class JoinedWorld : public std::enable_shared_from_this<JoinedWorld> {
   // Detaches from the pool.
   void Leave();
 
-  // Queues a reset, of which the stream that joined this world is notified by its next step.
+  // Queues a reset. The next step of the stream that joined this world reports it.
   void Interrupt(std::shared_ptr<Interruption> interruption);
   // Removes and returns the open interruptions; the caller must settle them.
   std::vector<std::shared_ptr<Interruption>> TakeInterruptions();
@@ -102,7 +103,8 @@ class JoinedWorld : public std::enable_shared_from_this<JoinedWorld> {
   std::vector<std::shared_ptr<Interruption>> interruptions_ ABSL_GUARDED_BY(mutex_);
 };
 
-// The joined worlds of all streams of a server. Threads: any method from any thread.
+// The joined worlds of all streams of a server.
+// Threads: any method from any thread.
 class JoinedWorlds {
  public:
   // Returns the joined world of `pool`; null: no stream has joined it.

@@ -18,7 +18,8 @@ namespace procgen {
 // The listening sockets of a server, a thread that accepts connections, and one that inspects them.
 // gRPC's own listener stops permanently once the process runs out of file descriptors, so a caller
 // could disable it. This one continues when descriptors are available, within the limits of
-// Connections. Threads: one at a time.
+// Connections.
+// Threads: one at a time.
 class Listener {
  public:
   // Takes ownership of an accepted `connection`. `listening`: the socket that accepted it.

@@ -15,7 +15,8 @@
 namespace procgen {
 
 // Reports the status of this server to the cluster: at construction, every second, and by
-// ReportNow. Threads: any method from any thread.
+// ReportNow.
+// Threads: any method from any thread.
 class NodeReporter {
  public:
   // The state of a server; status.steps_per_second is not set.

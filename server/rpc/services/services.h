@@ -26,7 +26,8 @@
 namespace procgen {
 
 // All services: those of the API, dm_env_rpc, and gRPC's health and reflection. Must outlive the
-// gRPC server. Threads: any method from any thread.
+// gRPC server.
+// Threads: any method from any thread.
 class Services {
  public:
   // `pipe_listener`: for pools that share memory; null: pipes are not offered. The pointers must

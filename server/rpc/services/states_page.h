@@ -17,7 +17,8 @@ namespace procgen {
 
 // One page of SaveStates: the environments left to save, and the size of the response so far. A
 // page token contains the number of environments in earlier pages, the pool's change number and a
-// hash of the request. The server keeps no state between pages. Threads: compatible.
+// hash of the request. The server keeps no state between pages.
+// Threads: compatible.
 class StatesPage {
  public:
   // Errors: INVALID_ARGUMENT an environment is out of range or listed twice, a size is out of

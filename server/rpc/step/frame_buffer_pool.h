@@ -18,7 +18,8 @@ struct Frames {
 
 // Allocates memory for frames and reuses it. A buffer returns to the pool when the last copy of its
 // slice is destroyed: gRPC has sent it and no kept answer refers to it. Slices may outlive the
-// pool. Threads: compatible; slices may be destroyed on any thread, at any time, under any lock.
+// pool.
+// Threads: compatible; slices may be destroyed on any thread, at any time, under any lock.
 class FrameBufferPool {
  public:
   FrameBufferPool();

@@ -96,7 +96,7 @@ class StepStream final : public ResponseSink,
   enum class Interruption : uint8_t {
     kNone,
     kTakenOver,  // another stream waits for the pool
-    kCancelled,  // nobody reads the responses
+    kCancelled,  // the learner has cancelled or disconnected
     kPoolClosed,
   };
   enum class Action : uint8_t {

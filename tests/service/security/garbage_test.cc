@@ -62,7 +62,8 @@ TEST_F(GarbageTest, StreamAnswersRequestsBeforeAnInvalidMessage) {
   const RawResult result =
       CallRaw(channel_, "/procgen.v1.StepService/StepPool",
               {attach.SerializeAsString(), step.SerializeAsString(), kGarbage});
-  EXPECT_THAT(result.status, StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr("not a valid")));
+  EXPECT_THAT(result.status,
+              StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr("not a valid")));
   ASSERT_EQ(result.responses.size(), 2U);
   v1::StepPoolResponse answer;
   ASSERT_TRUE(answer.ParseFromString(result.responses[1]));
