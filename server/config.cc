@@ -50,13 +50,13 @@ absl::Status CheckAccess(const Config& config) {
         "--tls_client_ca is given without --tls_certificate and --tls_key, which it needs");
   }
   const bool has_tls = !tls.certificate.empty();
-  const bool asks_who_calls = !tls.client_ca.empty() || !config.tokens.empty();
-  if (OthersCanReach(config) && !config.allow_insecure && (!has_tls || !asks_who_calls)) {
+  const bool has_authentication = !tls.client_ca.empty() || !config.tokens.empty();
+  if (OthersCanReach(config) && !config.allow_insecure && (!has_tls || !has_authentication)) {
     return absl::InvalidArgumentError(absl::StrCat(
         "--address is ", config.server.address, ", which other machines can reach, ",
         has_tls ? "" : "without TLS: give --tls_certificate and --tls_key",
-        has_tls || asks_who_calls ? "" : "; and ",
-        asks_who_calls ? "" : "without asking who calls: give --tokens or --tls_client_ca",
+        has_tls || has_authentication ? "" : "; and ",
+        has_authentication ? "" : "without authentication: give --tokens or --tls_client_ca",
         "; or listen on loopback or a unix socket; or --allow_insecure"));
   }
   return absl::OkStatus();
@@ -78,8 +78,8 @@ absl::Status CheckMetricsAddress(const Config& config) {
   if (!IsLocal(*address) && !config.allow_insecure) {
     return absl::InvalidArgumentError(
         absl::StrCat("--metrics_address is ", given,
-                     ", which other machines can reach, and whoever asks is told, in plain text: "
-                     "listen on loopback; or --allow_insecure"));
+                     ", which other machines can reach, without TLS and authentication: listen on "
+                     "loopback; or --allow_insecure"));
   }
   return absl::OkStatus();
 }
@@ -103,18 +103,17 @@ absl::Status CheckWebAccess(const Config& config, const Address& address) {
   const bool has_tls = !config.tls.certificate.empty();
   const bool has_tokens = !config.tokens.empty();
   if (!config.tls.client_ca.empty() && !has_tokens) {
-    return absl::InvalidArgumentError(
-        absl::StrCat("--web_address is ", config.web_address,
-                     " with --tls_client_ca alone, by which the pages, which call from within the "
-                     "server, cannot "
-                     "say whose they are: give --tokens as well"));
+    return absl::InvalidArgumentError(absl::StrCat(
+        "--web_address is ", config.web_address,
+        " with --tls_client_ca and without --tokens, but the pages call the server from "
+        "within and present no certificate: give --tokens as well"));
   }
   if (!IsLocal(address) && !config.allow_insecure && (!has_tls || !has_tokens)) {
     return absl::InvalidArgumentError(
         absl::StrCat("--web_address is ", config.web_address, ", which other machines can reach, ",
                      has_tls ? "" : "without TLS: give --tls_certificate and --tls_key",
                      has_tls || has_tokens ? "" : "; and ",
-                     has_tokens ? "" : "without asking who calls: give --tokens",
+                     has_tokens ? "" : "without authentication: give --tokens",
                      "; or listen on loopback; or --allow_insecure"));
   }
   return absl::OkStatus();
@@ -152,7 +151,7 @@ absl::Status CheckAdvertisedAddress(const Config& config) {
   if (!config.cluster.name.empty() && address.ok() && IsWildcard(*address)) {
     return absl::InvalidArgumentError(
         absl::StrCat("--address is ", config.server.address,
-                     ", which is no address that others of --cluster could reach: give "
+                     ", to which the other nodes of --cluster cannot connect: give "
                      "--advertised_address=HOST:PORT"));
   }
   return absl::OkStatus();

@@ -220,7 +220,7 @@ int FailToStart(const absl::Status& status) {
 // Terminate handler during the start: std::thread throws if a required thread cannot be started,
 // and nothing catches the exception.
 [[noreturn]] void EndBeforeStart() {
-  std::string why = "an exception that nobody caught";
+  std::string why = "uncaught exception";
   try {
     std::rethrow_exception(std::current_exception());
   } catch (const std::system_error& error) {
@@ -244,7 +244,7 @@ class StopWatchdog {
  private:
   static absl::Time End(absl::Time /*now*/) {
     LogEvent(LogLevel::kError, "stop_timed_out",
-             {{"message", "the server did not stop in time, and is ended as it is"}});
+             {{"message", "the server did not stop in time; the process exits"}});
     FlushLog(kLogTimeout);
     _exit(kExitStopTimedOut);
   }

@@ -9,14 +9,15 @@
 namespace procgen {
 namespace {
 
-// No world has a longer name, in bytes.
+// Largest size of a world's name, in bytes.
 constexpr size_t kWorldNameBytesMax = 69;
 
-// What is no name at all is not looked for: errors repeat names, but not whatever comes.
+// Bounds the length of names, because errors repeat them.
 absl::Status CheckWorldName(const std::string& name) {
   if (name.size() > kWorldNameBytesMax) {
-    return absl::InvalidArgumentError(absl::StrCat(
-        "world_name is '", Shown(name), "', allowed: at most ", kWorldNameBytesMax, " characters"));
+    return absl::InvalidArgumentError(absl::StrCat("world_name is '", Truncated(name),
+                                                   "', allowed: at most ", kWorldNameBytesMax,
+                                                   " characters"));
   }
   return absl::OkStatus();
 }
@@ -72,13 +73,13 @@ void DmEnvRpcSession::Dispatch(const dm::EnvironmentRequest& request) {
       Finish(DestroyWorld(request.destroy_world()));
       return;
     case dm::EnvironmentRequest::kExtension:
-      lost.ok() ? Extend(request.extension()) : Finish(lost);
+      lost.ok() ? AnswerExtension(request.extension()) : Finish(lost);
       return;
     case dm::EnvironmentRequest::PAYLOAD_NOT_SET:
       break;
   }
   Finish(absl::InvalidArgumentError(
-      "the request asks for nothing, allowed: create_world, join_world, step, reset, reset_world, "
+      "the request is empty, allowed: create_world, join_world, step, reset, reset_world, "
       "leave_world, destroy_world, extension"));
 }
 
@@ -86,35 +87,35 @@ void DmEnvRpcSession::Finish(const absl::Status& status) {
   if (!status.ok()) {
     SetError(status, response_);
   }
-  // Out of here first: the next request may come before the call returns.
+  // Moved out first: the next request may arrive before done() returns.
   Done done = std::move(done_);
   done(status);
 }
 
-void DmEnvRpcSession::GiveUp() {
+void DmEnvRpcSession::CancelWait() {
   std::shared_ptr<Interruption> interruption;
   {
     absl::MutexLock lock(&mutex_);
-    given_up_ = true;
+    cancelled_ = true;
     interruption = interruption_;
   }
   if (interruption != nullptr) {
-    interruption->Settle(Interruption::End::kGivenUp);
+    interruption->Settle(Interruption::End::kCancelled);
   }
 }
 
 void DmEnvRpcSession::End() {
-  if (play_ != nullptr) {
-    play_->world().Leave();
-    play_ = nullptr;
+  if (world_session_ != nullptr) {
+    world_session_->world().Leave();
+    world_session_ = nullptr;
   }
 }
 
 absl::Status DmEnvRpcSession::DropLostWorld() {
-  if (play_ == nullptr) {
+  if (world_session_ == nullptr) {
     return absl::OkStatus();
   }
-  absl::Status status = play_->world().status();
+  absl::Status status = world_session_->world().status();
   if (!status.ok()) {
     End();
   }
@@ -122,7 +123,7 @@ absl::Status DmEnvRpcSession::DropLostWorld() {
 }
 
 absl::Status DmEnvRpcSession::CheckJoined() const {
-  if (play_ == nullptr) {
+  if (world_session_ == nullptr) {
     return absl::FailedPreconditionError("no world is joined; join one first");
   }
   return absl::OkStatus();
@@ -137,13 +138,13 @@ absl::StatusOr<std::shared_ptr<PoolSession>> DmEnvRpcSession::FindWorld(
 }
 
 void DmEnvRpcSession::CreateWorld(const dm::CreateWorldRequest& request) {
-  const absl::StatusOr<WorldPlan> plan =
+  const absl::StatusOr<WorldOptions> options =
       ReadWorldSettings(request.settings(), supervisor_->limits());
-  if (!plan.ok()) {
-    Finish(plan.status());
+  if (!options.ok()) {
+    Finish(options.status());
     return;
   }
-  supervisor_->Create(owner_, plan->pool_id, plan->options, plan->session_options,
+  supervisor_->Create(owner_, options->pool_id, options->pool_options, options->session_options,
                       [this](const absl::StatusOr<std::shared_ptr<PoolSession>>& pool) {
                         if (pool.ok()) {
                           response_->mutable_create_world()->set_world_name((*pool)->name());
@@ -155,7 +156,7 @@ void DmEnvRpcSession::CreateWorld(const dm::CreateWorldRequest& request) {
 void DmEnvRpcSession::JoinWorld(const dm::JoinWorldRequest& request) {
   absl::Status status = CheckNoSettings("join_world", request.settings());
   status.Update(CheckWorldName(request.world_name()));
-  if (play_ != nullptr) {
+  if (world_session_ != nullptr) {
     status = absl::FailedPreconditionError("a world is joined; leave it before another is joined");
   }
   if (!status.ok()) {
@@ -168,24 +169,24 @@ void DmEnvRpcSession::JoinWorld(const dm::JoinWorldRequest& request) {
     Finish(pool.status());
     return;
   }
-  const WorldForm form = WorldForm::Of(**pool);
+  const WorldSignature signature = WorldSignature::Of(**pool);
   JoinedWorld::Join(*std::move(pool), worlds_, on_drain_,
-                    [this, form](absl::StatusOr<std::shared_ptr<JoinedWorld>> world) {
-                      OnJoined(std::move(world), form);
+                    [this, signature](absl::StatusOr<std::shared_ptr<JoinedWorld>> world) {
+                      OnJoined(std::move(world), signature);
                     });
 }
 
 void DmEnvRpcSession::OnJoined(absl::StatusOr<std::shared_ptr<JoinedWorld>> world,
-                               const WorldForm& form) {
+                               const WorldSignature& signature) {
   if (!world.ok()) {
     Finish(world.status());
     return;
   }
-  play_ = std::make_unique<WorldSession>(*std::move(world), form);
-  play_->Observe([this](const absl::Status& status) {
+  world_session_ = std::make_unique<WorldSession>(*std::move(world), signature);
+  world_session_->Observe([this](const absl::Status& status) {
     if (status.ok()) {
       supervisor_->metrics().AddStream(false);
-      *response_->mutable_join_world()->mutable_specs() = SpecsOf(play_->form());
+      *response_->mutable_join_world()->mutable_specs() = SpecsOf(world_session_->signature());
     } else {
       End();
     }
@@ -198,17 +199,17 @@ void DmEnvRpcSession::Step(const dm::StepRequest& request) {
     Finish(status);
     return;
   }
-  play_->Step(request, supervisor_->limits().response_bytes_max, response_->mutable_step(),
-              [this](const absl::Status& status) { Finish(status); });
+  world_session_->Step(request, supervisor_->limits().response_bytes_max, response_->mutable_step(),
+                       [this](const absl::Status& status) { Finish(status); });
 }
 
 void DmEnvRpcSession::Reset(const dm::ResetRequest& request) {
   absl::Status status = CheckJoined();
   if (status.ok()) {
-    status = play_->Reset(request.settings());
+    status = world_session_->Reset(request.settings());
   }
   if (status.ok()) {
-    *response_->mutable_reset()->mutable_specs() = SpecsOf(play_->form());
+    *response_->mutable_reset()->mutable_specs() = SpecsOf(world_session_->signature());
   }
   Finish(status);
 }
@@ -220,12 +221,12 @@ void DmEnvRpcSession::ResetWorld(const dm::ResetWorldRequest& request) {
     return;
   }
   response_->mutable_reset_world();
-  if (play_ != nullptr && play_->world().Is(**pool)) {
-    Finish(play_->Reset(request.settings()));
+  if (world_session_ != nullptr && world_session_->world().Is(**pool)) {
+    Finish(world_session_->Reset(request.settings()));
     return;
   }
   const absl::StatusOr<EpisodeSettings> settings =
-      ReadEpisodeSettings(request.settings(), WorldForm::Of(**pool).shape());
+      ReadEpisodeSettings(request.settings(), WorldSignature::Of(**pool).shape());
   if (!settings.ok()) {
     Finish(settings.status());
     return;
@@ -246,25 +247,25 @@ void DmEnvRpcSession::Interrupt(JoinedWorld* other, std::shared_ptr<PoolSession>
           interruption_ = nullptr;
         }
         switch (end) {
-          case Interruption::End::kTold:
+          case Interruption::End::kNotified:
             Finish(absl::OkStatus());
             return;
           case Interruption::End::kLeft:
             ResetUnjoined(pool, settings);
             return;
-          case Interruption::End::kGivenUp:
+          case Interruption::End::kCancelled:
             Finish(absl::CancelledError("the stream ended before the world's other agent stepped"));
             return;
         }
       });
-  bool given_up = false;
+  bool cancelled = false;
   {
     absl::MutexLock lock(&mutex_);
     interruption_ = interruption;
-    given_up = given_up_;
+    cancelled = cancelled_;
   }
-  if (given_up) {
-    interruption->Settle(Interruption::End::kGivenUp);
+  if (cancelled) {
+    interruption->Settle(Interruption::End::kCancelled);
   } else {
     other->Interrupt(std::move(interruption));
   }
@@ -272,19 +273,20 @@ void DmEnvRpcSession::Interrupt(JoinedWorld* other, std::shared_ptr<PoolSession>
 
 void DmEnvRpcSession::ResetUnjoined(std::shared_ptr<PoolSession> pool,
                                     const EpisodeSettings& settings) {
-  const WorldForm form = WorldForm::Of(*pool);
-  JoinedWorld::Join(std::move(pool), worlds_, on_drain_,
-                    [this, form, settings](absl::StatusOr<std::shared_ptr<JoinedWorld>> world) {
-                      if (!world.ok()) {
-                        Finish(world.status());
-                        return;
-                      }
-                      auto visit = std::make_shared<WorldSession>(*std::move(world), form);
-                      visit->ResetNow(settings, [this, visit](const absl::Status& status) {
-                        visit->world().Leave();
-                        Finish(status);
-                      });
-                    });
+  const WorldSignature signature = WorldSignature::Of(*pool);
+  JoinedWorld::Join(
+      std::move(pool), worlds_, on_drain_,
+      [this, signature, settings](absl::StatusOr<std::shared_ptr<JoinedWorld>> world) {
+        if (!world.ok()) {
+          Finish(world.status());
+          return;
+        }
+        auto session = std::make_shared<WorldSession>(*std::move(world), signature);
+        session->ResetNow(settings, [this, session](const absl::Status& status) {
+          session->world().Leave();
+          Finish(status);
+        });
+      });
 }
 
 absl::Status DmEnvRpcSession::DestroyWorld(const dm::DestroyWorldRequest& request) {
@@ -295,30 +297,31 @@ absl::Status DmEnvRpcSession::DestroyWorld(const dm::DestroyWorldRequest& reques
   if ((*pool)->attached()) {
     return absl::FailedPreconditionError(
         absl::StrCat("world ", (*pool)->name(),
-                     play_ != nullptr && play_->world().Is(**pool) ? " is joined by this stream"
-                                                                   : " is joined by another stream",
-                     ", allowed: one that nobody has joined; leave it first"));
+                     world_session_ != nullptr && world_session_->world().Is(**pool)
+                         ? " is joined by this stream"
+                         : " is joined by another stream",
+                     ", allowed: a world that no stream has joined; leave it first"));
   }
   return supervisor_->Delete(owner_, request.world_name());
 }
 
-void DmEnvRpcSession::Extend(const google::protobuf::Any& extension) {
+void DmEnvRpcSession::AnswerExtension(const google::protobuf::Any& extension) {
   property_request_.Clear();
   property_response_.Clear();
   if (!extension.Is<dm_properties::PropertyRequest>()) {
     Finish(absl::UnimplementedError(
-        absl::StrCat("the extension has type ", Shown(extension.type_url()),
+        absl::StrCat("the extension has type ", Truncated(extension.type_url()),
                      ", offered: ", dm_properties::PropertyRequest::descriptor()->full_name())));
     return;
   }
   if (!extension.UnpackTo(&property_request_)) {
     Finish(absl::InvalidArgumentError(
-        absl::StrCat("the extension's ", extension.value().size(), " bytes are no valid ",
+        absl::StrCat("the extension's ", extension.value().size(), " bytes are not a valid ",
                      dm_properties::PropertyRequest::descriptor()->full_name())));
     return;
   }
-  AnswerPropertyRequest(*supervisor_, owner_, play_.get(), property_request_, &property_response_,
-                        [this](const absl::Status& status) {
+  AnswerPropertyRequest(*supervisor_, owner_, world_session_.get(), property_request_,
+                        &property_response_, [this](const absl::Status& status) {
                           if (status.ok()) {
                             response_->mutable_extension()->PackFrom(property_response_);
                           }

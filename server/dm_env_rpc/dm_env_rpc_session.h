@@ -16,49 +16,52 @@
 
 namespace procgen {
 
-// Makes `response` an error.
+// Replaces the content of `response` with an error.
 void SetError(const absl::Status& status, dm::EnvironmentResponse* response);
 
-// One stream of the protocol, free of the wire: each request is answered once, by what it asked for
-// or by an error, which has changed nothing.
+// One stream of the protocol, independent of gRPC. Each request gets one response; an error
+// response means that nothing changed.
 //
-// Threads: compatible, one call at a time, Answer lasting until its `done`; but GiveUp from any
-// thread at any time.
+// Threads: compatible, one call at a time; a call of Answer lasts until its `done`. CancelWait may
+// be called from any thread at any time.
 class DmEnvRpcSession {
  public:
   using Done = absl::AnyInvocable<void(const absl::Status&)>;
 
-  // Of `owner`, whose pools its worlds are. `on_drain` is called, on any thread, when the server
-  // drains while a world is joined. `supervisor` and `worlds` must outlive this.
+  // Worlds are pools of `owner`. `on_drain` is called, on any thread, when the server drains while
+  // a world is joined. `supervisor` and `worlds` must outlive this.
   DmEnvRpcSession(PoolSupervisor* supervisor, JoinedWorlds* worlds, std::string owner,
                   JoinedWorld::OnDrain on_drain);
-  // REQUIRES: End was called, if anything was answered.
+  // REQUIRES: End was called after the last Answer.
   ~DmEnvRpcSession() = default;
   DmEnvRpcSession(const DmEnvRpcSession&) = delete;
   DmEnvRpcSession& operator=(const DmEnvRpcSession&) = delete;
 
-  // Fills `response`, with an error if there is one, and calls `done` once, on any thread, with
-  // that error or OK. Both must stay valid until then; nothing here is touched afterwards.
+  // Fills `response`, which contains an error if the request failed. Calls `done` once, on any
+  // thread, with that error or OK. `request` and `response` must stay valid until then. The session
+  // is not accessed after `done`.
   void Answer(const dm::EnvironmentRequest& request, dm::EnvironmentResponse* response, Done done);
 
-  // Waits for no other stream, now or later: what would is answered with CANCELLED.
-  void GiveUp();
+  // Ends waiting for other streams, now and in later calls: such a request gets CANCELLED.
+  void CancelWait();
 
-  // Leaves the world that is joined, if one is.
+  // Leaves the joined world, if there is one.
   void End();
 
  private:
   void Dispatch(const dm::EnvironmentRequest& request);
   void Finish(const absl::Status& status);
-  // Ends the play of a world that was lost, and tells by what; OK: there is none.
+  // If the joined world was lost, leaves it and returns the reason; otherwise OK.
   absl::Status DropLostWorld();
   absl::Status CheckJoined() const;
-  // A world of the owner by its name. Errors: those of PoolSupervisor::Find.
+  // Returns the owner's world of this name. Errors: INVALID_ARGUMENT the name is too long; those of
+  // PoolSupervisor::Find.
   absl::StatusOr<std::shared_ptr<PoolSession>> FindWorld(const std::string& name) const;
 
   void CreateWorld(const dm::CreateWorldRequest& request);
   void JoinWorld(const dm::JoinWorldRequest& request);
-  void OnJoined(absl::StatusOr<std::shared_ptr<JoinedWorld>> world, const WorldForm& form);
+  void OnJoined(absl::StatusOr<std::shared_ptr<JoinedWorld>> world,
+                const WorldSignature& signature);
   void Step(const dm::StepRequest& request);
   void Reset(const dm::ResetRequest& request);
   void ResetWorld(const dm::ResetWorldRequest& request);
@@ -66,23 +69,23 @@ class DmEnvRpcSession {
                  const EpisodeSettings& settings);
   void ResetUnjoined(std::shared_ptr<PoolSession> pool, const EpisodeSettings& settings);
   absl::Status DestroyWorld(const dm::DestroyWorldRequest& request);
-  void Extend(const google::protobuf::Any& extension);
+  void AnswerExtension(const google::protobuf::Any& extension);
 
   PoolSupervisor* const supervisor_;
   JoinedWorlds* const worlds_;
   const std::string owner_;
   const JoinedWorld::OnDrain on_drain_;
-  std::unique_ptr<WorldSession> play_;  // null: no world is joined
+  std::unique_ptr<WorldSession> world_session_;  // null: no world is joined
 
-  // Of the request that is answered.
+  // Of the current request.
   dm::EnvironmentResponse* response_ = nullptr;
   Done done_;
   dm_properties::PropertyRequest property_request_;
   dm_properties::PropertyResponse property_response_;
 
   absl::Mutex mutex_;
-  bool given_up_ ABSL_GUARDED_BY(mutex_) = false;
-  // What is waited for; null: nothing.
+  bool cancelled_ ABSL_GUARDED_BY(mutex_) = false;
+  // The interruption that the current request waits for; null: none.
   std::shared_ptr<Interruption> interruption_ ABSL_GUARDED_BY(mutex_);
 };
 

@@ -29,10 +29,9 @@ void JoinedWorld::Join(std::shared_ptr<PoolSession> pool, JoinedWorlds* worlds, 
                        JoinDone done) {
   PoolSession* const session = pool.get();
   if (session->shared_batch_slots() != nullptr) {
-    done(
-        absl::FailedPreconditionError(absl::StrCat("pool ", session->name(),
-                                                   " shares memory with its learners, allowed: one "
-                                                   "whose observations are sent")));
+    done(absl::FailedPreconditionError(absl::StrCat("pool ", session->name(),
+                                                    " shares memory with its learners, allowed: a "
+                                                    "pool with TRANSPORT_STREAM")));
     return;
   }
   const std::shared_ptr<JoinedWorld> world(
@@ -96,7 +95,7 @@ void JoinedWorld::Detach(const std::shared_ptr<PoolSession>& pool) {
   }
   worlds_->Remove(identity_, this);
   pool->Detach();
-  // Who waits for this stream to be told finds the pool free.
+  // After Detach, so that the streams that wait here can attach.
   for (const std::shared_ptr<Interruption>& interruption : TakeInterruptions()) {
     interruption->Settle(Interruption::End::kLeft);
   }
@@ -177,7 +176,7 @@ std::vector<std::shared_ptr<Interruption>> JoinedWorld::TakeInterruptions() {
   absl::MutexLock lock(&mutex_);
   std::vector<std::shared_ptr<Interruption>> taken;
   taken.swap(interruptions_);
-  // Those for which nobody waits any more have not happened.
+  // Cancelled interruptions have no effect.
   taken.erase(std::remove_if(taken.begin(), taken.end(),
                              [](const auto& interruption) { return !interruption->IsOpen(); }),
               taken.end());
@@ -198,7 +197,7 @@ void JoinedWorlds::Add(const PoolSession* pool, std::weak_ptr<JoinedWorld> joine
 void JoinedWorlds::Remove(const PoolSession* pool, const JoinedWorld* joined) {
   absl::MutexLock lock(&mutex_);
   const auto found = joined_.find(pool);
-  // Another one may have joined in the meantime.
+  // Another stream may have joined in the meantime.
   if (found != joined_.end() && found->second.lock().get() == joined) {
     joined_.erase(found);
   }

@@ -19,22 +19,22 @@ namespace procgen {
 
 class JoinedWorlds;
 
-// A reset of a world that another stream has joined. It is settled once: when that stream has been
-// told, when it has left the world, or when nobody waits for it any more.
+// A request to reset a world that another stream has joined. It is settled once: when that stream
+// was notified, when that stream left the world, or when the request was cancelled.
 // Threads: any method from any thread.
 class Interruption {
  public:
-  enum class End { kTold, kLeft, kGivenUp };
+  enum class End { kNotified, kLeft, kCancelled };
   using Done = absl::AnyInvocable<void(End)>;
 
-  // `settings`: of the episodes that follow. `done` is called when it is settled.
+  // `settings`: of the next episodes. `done` is called when the interruption is settled.
   Interruption(EpisodeSettings settings, Done done)
       : settings_(std::move(settings)), done_(std::move(done)) {}
 
   const EpisodeSettings& settings() const { return settings_; }
-  // Whether it waits.
+  // Whether it is not settled yet.
   bool IsOpen() const;
-  // Settles it, unless it is.
+  // Settles it and calls `done`. No effect if it is settled already.
   void Settle(End end);
 
  private:
@@ -43,47 +43,50 @@ class Interruption {
   Done done_ ABSL_GUARDED_BY(mutex_);  // null: settled
 };
 
-// A pool as a stream has joined it: attached to it, and taking turns. It can be lost at any time:
-// to a stream that takes over, to who deletes the pool, to a lease or a drain; what runs is carried
-// out before the pool is let go. Threads: any method from any thread, but one use (InTurn, Run) at
-// a time, and Leave not during one. Lock order: mutex_ is held by none of the calls out.
+// A pool that a stream has joined: the stream is attached to it and takes turns. It can be lost at
+// any time: by a take-over, a deletion or a drain. A running request completes before the pool is
+// detached.
+// Threads: any method from any thread, but one use (InTurn, Run) at a time, and no Leave during
+// one.
+// Lock order: mutex_ is not held during calls to other objects.
 class JoinedWorld : public std::enable_shared_from_this<JoinedWorld> {
  public:
   using Done = PoolSession::Done;
   using JoinDone = absl::AnyInvocable<void(absl::StatusOr<std::shared_ptr<JoinedWorld>>)>;
-  // Something done in a turn at the pool, which ends when `end` is called, once.
+  // Work in a turn of the pool. It calls `end` once, which ends the turn.
   using Work = absl::AnyInvocable<void(PoolSession* pool, Done end)>;
   using OnDrain = std::function<void(const absl::Status&)>;
 
   // Joins `pool` and calls `done` once. `on_drain` is called when the server drains. Until Leave,
-  // others find it in `worlds`, which must outlive it. Errors: those of PoolSession::Attach;
-  // FAILED_PRECONDITION the pool shares memory with its learners.
+  // other streams find it in `worlds`, which must outlive it.
+  // Errors: those of PoolSession::Attach; FAILED_PRECONDITION the pool shares memory with its
+  // learners.
   static void Join(std::shared_ptr<PoolSession> pool, JoinedWorlds* worlds, OnDrain on_drain,
                    JoinDone done);
 
-  // OK as long as it is joined; otherwise by what it was lost.
+  // OK until the pool is lost; then the reason.
   absl::Status status() const;
-  // Whether this is what is joined, or was.
+  // Whether `pool` is the joined pool, also after it was lost or left.
   bool Is(const PoolSession& pool) const { return identity_ == &pool; }
 
-  // Takes a turn for `work`, and calls `done` when it has ended, with the error if there is one.
+  // Runs `work` in a turn, then calls `done` with its status or the error that prevented it.
   void InTurn(Work work, Done done);
-  // Carries out a request on the whole pool in a turn of its own. What the spans in it and `batch`
-  // refer to must stay valid until `done`. Errors: those of PoolSession::Execute.
+  // Executes a request on the whole pool in its own turn. The memory that the spans of `request`
+  // and `batch` refer to must stay valid until `done`. Errors: those of PoolSession::Execute.
   void Run(const Request& request, const Batch& batch, Done done);
-  // Lets go of the pool.
+  // Detaches from the pool.
   void Leave();
 
-  // Has the stream that has joined told of a reset, with its next step.
+  // Queues a reset. The next step of the stream that joined this world reports it.
   void Interrupt(std::shared_ptr<Interruption> interruption);
-  // The interruptions that it was not told of yet; they must be settled.
+  // Removes and returns the open interruptions; the caller must settle them.
   std::vector<std::shared_ptr<Interruption>> TakeInterruptions();
 
  private:
   JoinedWorld(std::shared_ptr<PoolSession> pool, JoinedWorlds* worlds, OnDrain on_drain);
 
   void OnStreamEnd(StreamEnd why, const absl::Status& reason);
-  // The pool, for a use; null: it is lost.
+  // Begins a use and returns the pool; null: it is lost or left.
   std::shared_ptr<PoolSession> BeginUse();
   void EndUse();
   void Detach(const std::shared_ptr<PoolSession>& pool);
@@ -91,19 +94,20 @@ class JoinedWorld : public std::enable_shared_from_this<JoinedWorld> {
   const PoolSession* const identity_;
   JoinedWorlds* const worlds_;
   const OnDrain on_drain_;
-  Request request_;  // the one that runs
+  Request request_;  // the running one
 
   mutable absl::Mutex mutex_;
-  std::shared_ptr<PoolSession> pool_ ABSL_GUARDED_BY(mutex_);  // null: let go
+  std::shared_ptr<PoolSession> pool_ ABSL_GUARDED_BY(mutex_);  // null: detached
   bool in_use_ ABSL_GUARDED_BY(mutex_) = false;
   absl::Status lost_ ABSL_GUARDED_BY(mutex_);
   std::vector<std::shared_ptr<Interruption>> interruptions_ ABSL_GUARDED_BY(mutex_);
 };
 
-// Who has joined what, of all streams of a server. Threads: any method from any thread.
+// The joined worlds of all streams of a server.
+// Threads: any method from any thread.
 class JoinedWorlds {
  public:
-  // Who has joined `pool`; null: nobody.
+  // Returns the joined world of `pool`; null: no stream has joined it.
   std::shared_ptr<JoinedWorld> Find(const PoolSession& pool) const;
 
  private:

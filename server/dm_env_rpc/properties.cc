@@ -16,89 +16,89 @@ namespace {
 
 enum class Kind : uint8_t { kGames, kWorlds, kLevelSeed, kNextLevelSeed, kState, kStepCount };
 
-struct PropertyFacts {
+struct PropertyInfo {
   absl::string_view name;
   const char* description;
   dm::DataType type;
   Kind kind;
-  bool is_of_world;         // otherwise of the server
-  bool is_per_environment;  // in a batch, "NAME.I" is that of environment I
-  bool is_list;             // one value has shape [-1], otherwise it is a scalar
+  bool is_of_world;         // false: of the server
+  bool is_per_environment;  // in a batch, "NAME.I" is the property of environment I
+  bool is_list;             // a value has shape [-1]; false: it is a scalar
   bool is_readable;
   bool is_writable;
 };
 
-constexpr PropertyFacts kProperties[] = {
-    {"games", "Names of the games, what a world's env_name may be.", dm::STRING, Kind::kGames,
-     false, false, true, true, false},
+constexpr PropertyInfo kProperties[] = {
+    {"games", "Names of the games: the values of env_name.", dm::STRING, Kind::kGames, false, false,
+     true, true, false},
     {"worlds", "Names of the worlds that can be joined.", dm::STRING, Kind::kWorlds, false, false,
      true, true, false},
-    {"level_seed", "Seed of the level that is played.", dm::INT32, Kind::kLevelSeed, true, true,
-     false, true, false},
-    {"next_level_seed", "Seed of the level that is played next, in place of one drawn.", dm::INT32,
+    {"level_seed", "Seed of the current level.", dm::INT32, Kind::kLevelSeed, true, true, false,
+     true, false},
+    {"next_level_seed", "Seed of the next episode's level, in place of a drawn one.", dm::INT32,
      Kind::kNextLevelSeed, true, true, false, false, true},
-    {"state", "Snapshot: all that influences the future. What is written goes on as what was read.",
+    {"state", "Snapshot: the complete state. A written snapshot continues as the original would.",
      dm::UINT8, Kind::kState, true, true, true, true, true},
-    {"step_count", "Environment steps since the world was made.", dm::INT64, Kind::kStepCount, true,
-     false, false, true, false},
+    {"step_count", "Environment steps since the world was created.", dm::INT64, Kind::kStepCount,
+     true, false, false, true, false},
 };
 
-// A property that was named: of the whole world, or of one environment of a batch.
+// A property by its key: of the server, of a whole world, or of one environment of a batch.
 struct Property {
-  const PropertyFacts* facts = nullptr;
+  const PropertyInfo* info = nullptr;
   std::optional<int32_t> environment = std::nullopt;
 };
 
 absl::Status NoSuchProperty(absl::string_view key) {
-  return absl::NotFoundError(absl::StrCat("there is no property '", Shown(key), "' here"));
+  return absl::NotFoundError(absl::StrCat("there is no property '", Truncated(key), "' here"));
 }
 
-absl::StatusOr<Property> FindProperty(absl::string_view key, const WorldSession* play) {
+absl::StatusOr<Property> FindProperty(absl::string_view key, const WorldSession* session) {
   const size_t dot = key.find('.');
   const absl::string_view name = key.substr(0, dot);
-  const auto* const facts =
-      std::find_if(std::begin(kProperties), std::end(kProperties), [&](const PropertyFacts& known) {
-        return known.name == name && (play != nullptr || !known.is_of_world);
+  const auto* const info =
+      std::find_if(std::begin(kProperties), std::end(kProperties), [&](const PropertyInfo& known) {
+        return known.name == name && (session != nullptr || !known.is_of_world);
       });
-  if (facts == std::end(kProperties)) {
+  if (info == std::end(kProperties)) {
     return NoSuchProperty(key);
   }
   if (dot == absl::string_view::npos) {
-    return Property{facts};
+    return Property{info};
   }
   int32_t environment = 0;
   const absl::string_view index = key.substr(dot + 1);
-  if (!facts->is_per_environment || play->form().is_single ||
+  if (!info->is_per_environment || session->signature().is_single ||
       !absl::SimpleAtoi(index, &environment) || absl::StrCat(environment) != index ||
-      environment < 0 || environment >= play->form().env_count) {
+      environment < 0 || environment >= session->signature().env_count) {
     return NoSuchProperty(key);
   }
-  return Property{facts, environment};
+  return Property{info, environment};
 }
 
-// Whether it stands for those of a batch's environments.
-bool IsOfBatch(const Property& property, const WorldSession* play) {
-  return property.facts->is_per_environment && !property.environment.has_value() &&
-         !play->form().is_single;
+// Whether it stands for the values of all environments of a batch.
+bool IsOfBatch(const Property& property, const WorldSession* session) {
+  return property.info->is_per_environment && !property.environment.has_value() &&
+         !session->signature().is_single;
 }
 
-// A batch's states are read and written one by one, for they have lengths of their own.
-bool IsWhole(const Property& property, const WorldSession* play) {
-  return !(IsOfBatch(property, play) && property.facts->is_list);
+// False for all states of a batch: their lengths differ, so they are read and written one by one.
+bool FitsOneTensor(const Property& property, const WorldSession* session) {
+  return !(IsOfBatch(property, session) && property.info->is_list);
 }
 
-bool IsReadable(const Property& property, const WorldSession* play) {
-  return property.facts->is_readable && IsWhole(property, play);
+bool IsReadable(const Property& property, const WorldSession* session) {
+  return property.info->is_readable && FitsOneTensor(property, session);
 }
 
-bool IsWritable(const Property& property, const WorldSession* play) {
-  return property.facts->is_writable && IsWhole(property, play);
+bool IsWritable(const Property& property, const WorldSession* session) {
+  return property.info->is_writable && FitsOneTensor(property, session);
 }
 
 std::string KeyOf(const Property& property) {
   return property.environment.has_value()
-             ? absl::StrCat(property.facts->name, ".", *property.environment)
-             : std::string(property.facts->name);
+             ? absl::StrCat(property.info->name, ".", *property.environment)
+             : std::string(property.info->name);
 }
 
 absl::Status Forbidden(const Property& property, absl::string_view verb) {
@@ -106,42 +106,42 @@ absl::Status Forbidden(const Property& property, absl::string_view verb) {
       absl::StrCat("property '", KeyOf(property), "' cannot be ", verb));
 }
 
-void Describe(const Property& property, const WorldSession* play,
+void Describe(const Property& property, const WorldSession* session,
               dm_properties::PropertySpec* spec) {
-  const PropertyFacts& facts = *property.facts;
+  const PropertyInfo& info = *property.info;
   spec->mutable_spec()->set_name(KeyOf(property));
-  spec->mutable_spec()->set_dtype(facts.type);
-  if (IsOfBatch(property, play)) {
-    spec->mutable_spec()->add_shape(play->form().env_count);
+  spec->mutable_spec()->set_dtype(info.type);
+  if (IsOfBatch(property, session)) {
+    spec->mutable_spec()->add_shape(session->signature().env_count);
   }
-  if (facts.is_list) {
+  if (info.is_list) {
     spec->mutable_spec()->add_shape(TensorShape::kAnyLength);
   }
-  spec->set_is_readable(IsReadable(property, play));
-  spec->set_is_writable(IsWritable(property, play));
-  spec->set_is_listable(IsOfBatch(property, play));
-  spec->set_description(facts.description);
+  spec->set_is_readable(IsReadable(property, session));
+  spec->set_is_writable(IsWritable(property, session));
+  spec->set_is_listable(IsOfBatch(property, session));
+  spec->set_description(info.description);
 }
 
-absl::Status List(const std::string& key, const WorldSession* play,
+absl::Status List(const std::string& key, const WorldSession* session,
                   dm_properties::ListPropertyResponse* response) {
   if (key.empty()) {
-    for (const PropertyFacts& facts : kProperties) {
-      if (play != nullptr || !facts.is_of_world) {
-        Describe({&facts}, play, response->add_values());
+    for (const PropertyInfo& info : kProperties) {
+      if (session != nullptr || !info.is_of_world) {
+        Describe({&info}, session, response->add_values());
       }
     }
     return absl::OkStatus();
   }
-  const absl::StatusOr<Property> property = FindProperty(key, play);
+  const absl::StatusOr<Property> property = FindProperty(key, session);
   if (!property.ok()) {
     return property.status();
   }
-  if (!IsOfBatch(*property, play)) {
+  if (!IsOfBatch(*property, session)) {
     return Forbidden(*property, "listed");
   }
-  for (int32_t i = 0; i < play->form().env_count; ++i) {
-    Describe({property->facts, i}, play, response->add_values());
+  for (int32_t i = 0; i < session->signature().env_count; ++i) {
+    Describe({property->info, i}, session, response->add_values());
   }
   return absl::OkStatus();
 }
@@ -168,32 +168,32 @@ std::vector<std::string> WorldNames(const PoolSupervisor& supervisor, absl::stri
   return names;
 }
 
-void ReadLevelSeed(const Property& property, const WorldSession& play, dm::Tensor* value) {
-  const std::vector<int32_t>& seeds = play.level_seeds();
-  if (IsOfBatch(property, &play)) {
+void ReadLevelSeed(const Property& property, const WorldSession& session, dm::Tensor* value) {
+  const std::vector<int32_t>& seeds = session.level_seeds();
+  if (IsOfBatch(property, &session)) {
     value->mutable_int32s()->mutable_array()->Assign(seeds.begin(), seeds.end());
-    value->add_shape(play.form().env_count);
+    value->add_shape(session.signature().env_count);
   } else {
     const auto environment = static_cast<size_t>(property.environment.value_or(0));
     value->mutable_int32s()->add_array(seeds[environment]);
   }
 }
 
-void ReadState(const Property& property, WorldSession* play, dm::Tensor* value,
+void ReadState(const Property& property, WorldSession* session, dm::Tensor* value,
                PoolSession::Done done) {
-  play->SaveState(property.environment.value_or(0),
-                  [value, done = std::move(done)](absl::StatusOr<std::string> snapshot) mutable {
-                    const absl::Status status = snapshot.status();
-                    if (status.ok()) {
-                      value->add_shape(static_cast<int32_t>(snapshot->size()));
-                      value->mutable_uint8s()->set_array(*std::move(snapshot));
-                    }
-                    done(status);
-                  });
+  session->SaveState(property.environment.value_or(0),
+                     [value, done = std::move(done)](absl::StatusOr<std::string> snapshot) mutable {
+                       const absl::Status status = snapshot.status();
+                       if (status.ok()) {
+                         value->add_shape(static_cast<int32_t>(snapshot->size()));
+                         value->mutable_uint8s()->set_array(*std::move(snapshot));
+                       }
+                       done(status);
+                     });
 }
 
-void ReadStepCount(const WorldSession& play, dm::Tensor* value, PoolSession::Done done) {
-  play.world().InTurn(
+void ReadStepCount(const WorldSession& session, dm::Tensor* value, PoolSession::Done done) {
+  session.world().InTurn(
       [value](PoolSession* pool, PoolSession::Done end) {
         value->mutable_int64s()->add_array(pool->step_count());
         end(absl::OkStatus());
@@ -202,17 +202,17 @@ void ReadStepCount(const WorldSession& play, dm::Tensor* value, PoolSession::Don
 }
 
 void Read(const PoolSupervisor& supervisor, absl::string_view owner, const std::string& key,
-          WorldSession* play, dm::Tensor* value, PoolSession::Done done) {
-  const absl::StatusOr<Property> property = FindProperty(key, play);
+          WorldSession* session, dm::Tensor* value, PoolSession::Done done) {
+  const absl::StatusOr<Property> property = FindProperty(key, session);
   if (!property.ok()) {
     done(property.status());
     return;
   }
-  if (!IsReadable(*property, play)) {
+  if (!IsReadable(*property, session)) {
     done(Forbidden(*property, "read"));
     return;
   }
-  switch (property->facts->kind) {
+  switch (property->info->kind) {
     case Kind::kGames:
       SetTexts(GameNames(), value);
       break;
@@ -220,13 +220,13 @@ void Read(const PoolSupervisor& supervisor, absl::string_view owner, const std::
       SetTexts(WorldNames(supervisor, owner), value);
       break;
     case Kind::kLevelSeed:
-      ReadLevelSeed(*property, *play, value);
+      ReadLevelSeed(*property, *session, value);
       break;
     case Kind::kState:
-      ReadState(*property, play, value, std::move(done));
+      ReadState(*property, session, value, std::move(done));
       return;
     case Kind::kStepCount:
-      ReadStepCount(*play, value, std::move(done));
+      ReadStepCount(*session, value, std::move(done));
       return;
     case Kind::kNextLevelSeed:
       break;
@@ -235,34 +235,34 @@ void Read(const PoolSupervisor& supervisor, absl::string_view owner, const std::
 }
 
 absl::Status WriteNextLevelSeed(const Property& property, const dm::Tensor& value,
-                                WorldSession* play) {
-  const bool is_of_batch = IsOfBatch(property, play);
+                                WorldSession* session) {
+  const bool is_of_batch = IsOfBatch(property, session);
   const absl::StatusOr<std::vector<int32_t>> seeds = ReadIntegersAsInt32s(
-      KeyOf(property), value, is_of_batch ? play->form().shape() : TensorShape::Scalar());
+      KeyOf(property), value, is_of_batch ? session->signature().shape() : TensorShape::Scalar());
   if (!seeds.ok()) {
     return seeds.status();
   }
   for (size_t i = 0; i < seeds->size(); ++i) {
     const int32_t environment =
         is_of_batch ? static_cast<int32_t>(i) : property.environment.value_or(0);
-    play->SetNextLevel(environment, (*seeds)[i]);
+    session->SetNextLevel(environment, (*seeds)[i]);
   }
   return absl::OkStatus();
 }
 
-void Write(const dm_properties::WritePropertyRequest& request, WorldSession* play,
+void Write(const dm_properties::WritePropertyRequest& request, WorldSession* session,
            PoolSession::Done done) {
-  const absl::StatusOr<Property> property = FindProperty(request.key(), play);
+  const absl::StatusOr<Property> property = FindProperty(request.key(), session);
   if (!property.ok()) {
     done(property.status());
     return;
   }
-  if (!IsWritable(*property, play)) {
+  if (!IsWritable(*property, session)) {
     done(Forbidden(*property, "written"));
     return;
   }
-  if (property->facts->kind == Kind::kNextLevelSeed) {
-    done(WriteNextLevelSeed(*property, request.value(), play));
+  if (property->info->kind == Kind::kNextLevelSeed) {
+    done(WriteNextLevelSeed(*property, request.value(), session));
     return;
   }
   const absl::StatusOr<absl::string_view> snapshot = ReadBytes(KeyOf(*property), request.value());
@@ -270,31 +270,31 @@ void Write(const dm_properties::WritePropertyRequest& request, WorldSession* pla
     done(snapshot.status());
     return;
   }
-  play->RestoreState(property->environment.value_or(0), *snapshot, std::move(done));
+  session->RestoreState(property->environment.value_or(0), *snapshot, std::move(done));
 }
 
 }  // namespace
 
 void AnswerPropertyRequest(const PoolSupervisor& supervisor, absl::string_view owner,
-                           WorldSession* play, const dm_properties::PropertyRequest& request,
+                           WorldSession* session, const dm_properties::PropertyRequest& request,
                            dm_properties::PropertyResponse* response, PoolSession::Done done) {
   switch (request.payload_case()) {
     case dm_properties::PropertyRequest::kReadProperty:
-      Read(supervisor, owner, request.read_property().key(), play,
+      Read(supervisor, owner, request.read_property().key(), session,
            response->mutable_read_property()->mutable_value(), std::move(done));
       return;
     case dm_properties::PropertyRequest::kWriteProperty:
       response->mutable_write_property();
-      Write(request.write_property(), play, std::move(done));
+      Write(request.write_property(), session, std::move(done));
       return;
     case dm_properties::PropertyRequest::kListProperty:
-      done(List(request.list_property().key(), play, response->mutable_list_property()));
+      done(List(request.list_property().key(), session, response->mutable_list_property()));
       return;
     case dm_properties::PropertyRequest::PAYLOAD_NOT_SET:
       break;
   }
   done(absl::InvalidArgumentError(
-      "the PropertyRequest asks for nothing, allowed: read_property, write_property, "
+      "the PropertyRequest is empty, allowed: read_property, write_property, "
       "list_property"));
 }
 

@@ -12,13 +12,13 @@ namespace procgen {
 
 namespace dm_properties = ::dm_env_rpc::v1::extensions::properties;
 
-// Answers a request about properties, of the server and, if `play` is not null, of the world that
-// is played; README.md lists them. `request` and `response` must stay valid until `done`, which is
-// called once, on any thread. Errors: NOT_FOUND no such property; PERMISSION_DENIED it cannot be
-// read, written or listed; INVALID_ARGUMENT a value that it does not take; those of Pool's
-// SaveStates and RestoreStates.
+// Answers a request of the properties extension. README.md lists the properties: those of the
+// server, and those of the joined world if `session` is not null. `request` and `response` must
+// stay valid until `done`, which is called once, on any thread. Errors: NOT_FOUND no such property;
+// PERMISSION_DENIED it cannot be read, written or listed; INVALID_ARGUMENT wrong type, shape or
+// value; those of Pool's SaveStates and RestoreStates.
 void AnswerPropertyRequest(const PoolSupervisor& supervisor, absl::string_view owner,
-                           WorldSession* play, const dm_properties::PropertyRequest& request,
+                           WorldSession* session, const dm_properties::PropertyRequest& request,
                            dm_properties::PropertyResponse* response, PoolSession::Done done);
 
 }  // namespace procgen

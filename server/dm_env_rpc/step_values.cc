@@ -12,7 +12,7 @@ void Assign(const std::vector<Element>& values, Array* array) {
 
 }  // namespace
 
-StepValues::StepValues(const WorldForm& form) : env_count_(form.env_count) {
+StepValues::StepValues(const WorldSignature& signature) : env_count_(signature.env_count) {
   numbers_.LendTo({}, env_count_);
 }
 
@@ -22,23 +22,23 @@ Batch StepValues::BatchOf(absl::Span<uint8_t> frames) {
   return numbers_.LendTo(batch, env_count_);
 }
 
-void StepValues::ForgetOutcome() {
+void StepValues::ClearOutcome() {
   std::fill(numbers_.rewards.begin(), numbers_.rewards.end(), 0.0F);
   std::fill(numbers_.terminated.begin(), numbers_.terminated.end(), 0);
   std::fill(numbers_.truncated.begin(), numbers_.truncated.end(), 0);
 }
 
-void StepValues::Fill(const WorldForm& form, const dm::StepRequest& request,
+void StepValues::Fill(const WorldSignature& signature, const dm::StepRequest& request,
                       dm::StepResponse* response) const {
   for (const uint64_t uid : request.requested_observations()) {
     dm::Tensor& tensor = (*response->mutable_observations())[uid];
-    tensor.clear_shape();  // of one that is requested twice
-    if (!form.is_single) {
-      tensor.add_shape(form.env_count);
+    tensor.clear_shape();  // an observation may be requested twice
+    if (!signature.is_single) {
+      tensor.add_shape(signature.env_count);
     }
     switch (static_cast<ObservationUid>(uid)) {
       case ObservationUid::kRgb:
-        tensor.mutable_shape()->Add(form.frame_shape.begin(), form.frame_shape.end());
+        tensor.mutable_shape()->Add(signature.frame_shape.begin(), signature.frame_shape.end());
         break;
       case ObservationUid::kReward:
         Assign(numbers_.rewards, tensor.mutable_floats());
@@ -74,7 +74,7 @@ void StepValues::Fill(const WorldForm& form, const dm::StepRequest& request,
   }
 }
 
-absl::Span<uint8_t> AddFrames(const WorldForm& form, const dm::StepRequest& request,
+absl::Span<uint8_t> AddFrames(const WorldSignature& signature, const dm::StepRequest& request,
                               dm::StepResponse* response) {
   if (!RequestsFrames(request)) {
     return {};
@@ -82,7 +82,7 @@ absl::Span<uint8_t> AddFrames(const WorldForm& form, const dm::StepRequest& requ
   dm::Tensor& tensor =
       (*response->mutable_observations())[static_cast<uint64_t>(ObservationUid::kRgb)];
   std::string* bytes = tensor.mutable_uint8s()->mutable_array();
-  bytes->resize(form.frame_bytes * static_cast<size_t>(form.env_count));
+  bytes->resize(signature.frame_bytes * static_cast<size_t>(signature.env_count));
   return {reinterpret_cast<uint8_t*>(bytes->data()), bytes->size()};
 }
 

@@ -12,17 +12,18 @@
 
 namespace procgen {
 
-// What the environments of a world told last, and how it is told on.
+// The latest results of a world's environments, and their conversion to tensors.
 class StepValues {
  public:
   StepValues() = default;
-  explicit StepValues(const WorldForm& form);
+  explicit StepValues(const WorldSignature& signature);
 
-  // Where the next step writes it; `frames`: where it draws, [N, F], or empty.
+  // Returns the arrays that the next step writes. `frames`: memory for the pictures
+  // [N, frame_bytes], or empty.
   Batch BatchOf(absl::Span<uint8_t> frames);
 
-  // Makes it that of a step that took no action: nothing gained, nothing ended.
-  void ForgetOutcome();
+  // Clears rewards and episode ends, as for a step without actions.
+  void ClearOutcome();
 
   bool first(size_t environment) const { return numbers_.first[environment] != 0; }
   bool terminated(size_t environment) const { return numbers_.terminated[environment] != 0; }
@@ -30,9 +31,9 @@ class StepValues {
   int32_t level_seed(size_t environment) const { return numbers_.level_seeds[environment]; }
   const std::vector<int32_t>& level_seeds() const { return numbers_.level_seeds; }
 
-  // Tells what is requested but the pictures, which are in the response already. REQUIRES:
-  // CheckRequestedObservations.
-  void Fill(const WorldForm& form, const dm::StepRequest& request,
+  // Adds the requested observations to `response`. Of the pictures, which AddFrames added, it sets
+  // only the shape. REQUIRES: CheckRequestedObservations returned OK.
+  void Fill(const WorldSignature& signature, const dm::StepRequest& request,
             dm::StepResponse* response) const;
 
  private:
@@ -40,8 +41,8 @@ class StepValues {
   BatchNumbers numbers_;  // [N]
 };
 
-// Puts memory for the pictures into the response, if they are requested; empty: they are not.
-absl::Span<uint8_t> AddFrames(const WorldForm& form, const dm::StepRequest& request,
+// Allocates the pictures in `response` and returns their memory; empty if they are not requested.
+absl::Span<uint8_t> AddFrames(const WorldSignature& signature, const dm::StepRequest& request,
                               dm::StepResponse* response);
 
 }  // namespace procgen

@@ -11,11 +11,11 @@
 namespace procgen {
 namespace {
 
-constexpr size_t kShownBytesMax = 64;
+constexpr size_t kTextBytesMax = 64;
 constexpr int kShownDimensionsMax = 8;
 
 std::string TypeName(const dm::Tensor& tensor) {
-  // The numbers of both are the same.
+  // A payload's field number equals its DataType.
   const auto type = static_cast<int>(tensor.payload_case());
   return type == 0 ? "none" : dm::DataType_Name(type);
 }
@@ -86,7 +86,7 @@ absl::StatusOr<std::vector<Element>> Read(absl::string_view field, const dm::Ten
   return std::vector<Element>(elements.begin(), elements.end());
 }
 
-// The one element of a scalar.
+// Returns the element of a scalar.
 template <typename Element, typename Elements>
 absl::StatusOr<Element> ReadScalar(absl::string_view field, const dm::Tensor& tensor,
                                    const Elements& elements) {
@@ -97,7 +97,7 @@ absl::StatusOr<Element> ReadScalar(absl::string_view field, const dm::Tensor& te
   return static_cast<Element>(*elements.begin());
 }
 
-// Bytes as the numbers that they are.
+// Reinterprets bytes as 8-bit integers.
 template <typename Byte>
 absl::Span<const Byte> NumbersOf(const std::string& bytes) {
   return {reinterpret_cast<const Byte*>(bytes.data()), bytes.size()};
@@ -233,12 +233,12 @@ absl::StatusOr<absl::string_view> ReadBytes(absl::string_view field, const dm::T
   return bytes;
 }
 
-std::string Shown(absl::string_view text) {
-  if (text.size() <= kShownBytesMax) {
+std::string Truncated(absl::string_view text) {
+  if (text.size() <= kTextBytesMax) {
     return std::string(text);
   }
-  // No character is cut in two: bytes that go on with one are 10xxxxxx.
-  size_t size = kShownBytesMax;
+  // UTF-8 continuation bytes are 10xxxxxx; the cut is before a character's first byte.
+  size_t size = kTextBytesMax;
   while (size > 0 && (static_cast<uint8_t>(text[size]) & 0xC0U) == 0x80U) {
     --size;
   }

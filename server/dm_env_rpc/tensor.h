@@ -14,7 +14,7 @@ namespace procgen {
 // The messages of the protocol.
 namespace dm = ::dm_env_rpc::v1;
 
-// The shapes that tensors have here, but for pictures: [] and [N].
+// The shape of a tensor that is not a picture: [] or [N].
 struct TensorShape {
   static constexpr int32_t kAnyLength = -1;
 
@@ -27,12 +27,13 @@ struct TensorShape {
   int32_t length = 0;
 };
 
-// What was given for `field` as a tensor, checked: `shape.element_count()` elements. A single one
-// is taken for a whole list, and a negative dimension follows from the number of elements. Errors:
-// INVALID_ARGUMENT another type, shape or value (the message names `field`, what was given and what
-// is allowed).
+// The functions below read and check `tensor`, the value of `field`. Those with a `shape` return
+// `shape.element_count()` elements: a single element is broadcast to the list, and a negative
+// dimension is inferred from the number of elements.
+// Errors: INVALID_ARGUMENT wrong type, shape or value (the message has `field`, the given and the
+// allowed one).
 
-// Of exactly INT32. REQUIRES: no kAnyLength.
+// Of type INT32. REQUIRES: no kAnyLength.
 absl::StatusOr<std::vector<int32_t>> ReadInt32s(absl::string_view field, const dm::Tensor& tensor,
                                                 TensorShape shape);
 // Of any integer type. REQUIRES: no kAnyLength.
@@ -47,18 +48,18 @@ absl::StatusOr<int64_t> ReadInteger(absl::string_view field, const dm::Tensor& t
                                     int64_t max);
 // A scalar of type BOOL, or an integer that is 0 or 1.
 absl::StatusOr<bool> ReadBool(absl::string_view field, const dm::Tensor& tensor);
-// A scalar of any type of numbers; finite.
+// A finite scalar of any numeric type.
 absl::StatusOr<double> ReadNumber(absl::string_view field, const dm::Tensor& tensor);
 // A scalar of type STRING.
 absl::StatusOr<std::string> ReadText(absl::string_view field, const dm::Tensor& tensor);
 // A scalar or a list of type STRING.
 absl::StatusOr<std::vector<std::string>> ReadTexts(absl::string_view field,
                                                    const dm::Tensor& tensor);
-// A list of type UINT8; it lies in `tensor`.
+// A list of type UINT8. The result points into `tensor`.
 absl::StatusOr<absl::string_view> ReadBytes(absl::string_view field, const dm::Tensor& tensor);
 
-// A text that somebody sent, as far as messages repeat it.
-std::string Shown(absl::string_view text);
+// Text of a client, truncated at a character boundary for use in messages.
+std::string Truncated(absl::string_view text);
 
 }  // namespace procgen
 

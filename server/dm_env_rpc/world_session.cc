@@ -5,7 +5,7 @@
 namespace procgen {
 namespace {
 
-// One that concerns all environments of the pool.
+// A request for all environments of the pool.
 Request RequestOf(Request::Kind kind) {
   Request request;
   request.kind = kind;
@@ -14,11 +14,11 @@ Request RequestOf(Request::Kind kind) {
 
 }  // namespace
 
-WorldSession::WorldSession(std::shared_ptr<JoinedWorld> world, const WorldForm& form)
+WorldSession::WorldSession(std::shared_ptr<JoinedWorld> world, const WorldSignature& signature)
     : world_(std::move(world)),
-      form_(form),
-      values_(form),
-      next_(static_cast<size_t>(form.env_count)) {}
+      signature_(signature),
+      values_(signature),
+      next_(static_cast<size_t>(signature.env_count)) {}
 
 void WorldSession::Observe(Done done) {
   world_->Run(RequestOf(Request::Kind::kObserve), values_.BatchOf({}), std::move(done));
@@ -26,9 +26,9 @@ void WorldSession::Observe(Done done) {
 
 void WorldSession::Step(const dm::StepRequest& request, int64_t response_bytes_max,
                         dm::StepResponse* response, Done done) {
-  absl::Status status = CheckRequestedObservations(form_, request, response_bytes_max);
+  absl::Status status = CheckRequestedObservations(signature_, request, response_bytes_max);
   if (status.ok() && running_) {
-    absl::StatusOr<std::vector<int32_t>> actions = ReadActions(form_, request);
+    absl::StatusOr<std::vector<int32_t>> actions = ReadActions(signature_, request);
     status = actions.status();
     actions_ = std::move(actions).value_or(std::vector<int32_t>());
   }
@@ -40,7 +40,7 @@ void WorldSession::Step(const dm::StepRequest& request, int64_t response_bytes_m
   if (!running_) {
     Begin(request, response, std::move(done));
   } else if (!interruptions_.empty()) {
-    TellInterruption(request, response, std::move(done));
+    AnswerInterrupted(request, response, std::move(done));
   } else {
     TakeActions(request, response, std::move(done));
   }
@@ -54,20 +54,20 @@ void WorldSession::TakeActions(const dm::StepRequest& request, dm::StepResponse*
       next_levels_.push_back({static_cast<int32_t>(i), *next_[i].level_seed});
     }
   }
-  Request asked = RequestOf(Request::Kind::kStep);
-  asked.actions = actions_;
-  asked.next_levels = next_levels_;
-  Run(asked, std::nullopt, request, response, std::move(done));
+  Request pool_request = RequestOf(Request::Kind::kStep);
+  pool_request.actions = actions_;
+  pool_request.next_levels = next_levels_;
+  Run(pool_request, std::nullopt, request, response, std::move(done));
 }
 
-void WorldSession::TellInterruption(const dm::StepRequest& request, dm::StepResponse* response,
-                                    Done done) {
+void WorldSession::AnswerInterrupted(const dm::StepRequest& request, dm::StepResponse* response,
+                                     Done done) {
   Run(RequestOf(Request::Kind::kObserve), dm::INTERRUPTED, request, response, std::move(done));
 }
 
 void WorldSession::Begin(const dm::StepRequest& request, dm::StepResponse* response, Done done) {
   if (!interruptions_.empty()) {
-    Adopt(interruptions_.back()->settings());
+    ApplySettings(interruptions_.back()->settings());
     reset_all_ = true;
   }
   resets_.clear();
@@ -78,16 +78,17 @@ void WorldSession::Begin(const dm::StepRequest& request, dm::StepResponse* respo
       resets_.push_back({static_cast<int32_t>(i), next.level_seed, next.rand_seed});
     }
   }
-  Request asked = RequestOf(resets_.empty() ? Request::Kind::kObserve : Request::Kind::kReset);
-  asked.resets = resets_;
-  Run(asked, dm::RUNNING, request, response, std::move(done));
+  Request pool_request =
+      RequestOf(resets_.empty() ? Request::Kind::kObserve : Request::Kind::kReset);
+  pool_request.resets = resets_;
+  Run(pool_request, dm::RUNNING, request, response, std::move(done));
 }
 
-void WorldSession::Run(const Request& asked, std::optional<dm::EnvironmentStateType> state,
+void WorldSession::Run(const Request& pool_request, std::optional<dm::EnvironmentStateType> state,
                        const dm::StepRequest& request, dm::StepResponse* response, Done done) {
-  const absl::Span<uint8_t> frames = AddFrames(form_, request, response);
+  const absl::Span<uint8_t> frames = AddFrames(signature_, request, response);
   world_->Run(
-      asked, values_.BatchOf(frames),
+      pool_request, values_.BatchOf(frames),
       [this, state, &request, response, done = std::move(done)](absl::Status status) mutable {
         OnRun(status, state, request, response);
         done(std::move(status));
@@ -102,32 +103,32 @@ void WorldSession::OnRun(const absl::Status& status, std::optional<dm::Environme
   }
   reset_all_ = state == dm::INTERRUPTED;
   if (reset_all_) {
-    Adopt(interruptions_.back()->settings());
+    ApplySettings(interruptions_.back()->settings());
   } else {
     next_.assign(next_.size(), Next());
   }
   if (state.has_value()) {
-    values_.ForgetOutcome();
+    values_.ClearOutcome();
   }
   response->set_state(state.has_value() ? *state : StateAfterActions());
   running_ = response->state() == dm::RUNNING;
-  values_.Fill(form_, request, response);
-  SettleInterruptions(Interruption::End::kTold);
+  values_.Fill(signature_, request, response);
+  SettleInterruptions(Interruption::End::kNotified);
 }
 
 dm::EnvironmentStateType WorldSession::StateAfterActions() const {
-  if (form_.is_single && values_.terminated(0)) {
+  if (signature_.is_single && values_.terminated(0)) {
     return dm::TERMINATED;
   }
-  return form_.is_single && values_.truncated(0) ? dm::INTERRUPTED : dm::RUNNING;
+  return signature_.is_single && values_.truncated(0) ? dm::INTERRUPTED : dm::RUNNING;
 }
 
 absl::Status WorldSession::Reset(const Settings& settings) {
-  const absl::StatusOr<EpisodeSettings> read = ReadEpisodeSettings(settings, form_.shape());
+  const absl::StatusOr<EpisodeSettings> read = ReadEpisodeSettings(settings, signature_.shape());
   if (!read.ok()) {
     return read.status();
   }
-  Adopt(*read);
+  ApplySettings(*read);
   reset_all_ = reset_all_ || running_ || !settings.empty();
   running_ = false;
   return absl::OkStatus();
@@ -138,7 +139,7 @@ void WorldSession::ResetNow(const EpisodeSettings& settings, Done done) {
     dm::StepRequest request;
     dm::StepResponse response;
   };
-  Adopt(settings);
+  ApplySettings(settings);
   reset_all_ = true;
   running_ = false;
   auto exchange = std::make_unique<Exchange>();
@@ -149,7 +150,7 @@ void WorldSession::ResetNow(const EpisodeSettings& settings, Done done) {
         });
 }
 
-void WorldSession::Adopt(const EpisodeSettings& settings) {
+void WorldSession::ApplySettings(const EpisodeSettings& settings) {
   for (size_t i = 0; i < next_.size(); ++i) {
     if (settings.level_seeds[i].has_value()) {
       next_[i].level_seed = settings.level_seeds[i];
@@ -198,7 +199,7 @@ void WorldSession::RestoreState(int32_t environment, absl::string_view snapshot,
             {{.environment = environment, .snapshot = snapshot}},
             [this, pool, environment, end = std::move(end)](absl::Status status) mutable {
               if (status.ok()) {
-                // One that was saved at an episode's end goes on as it would have: with another.
+                // A state that was saved at an episode's end continues with the next episode.
                 const bool ended = pool->AwaitsReset(environment);
                 Next& next = next_[static_cast<size_t>(environment)];
                 next = Next();

@@ -16,82 +16,82 @@
 
 namespace procgen {
 
-// How a stream plays the world that it has joined: the protocol's states over a pool's steps.
+// The state machine of a joined world: maps the protocol's steps and states to requests of a pool.
 //
-// While it is running, a step takes its actions. Otherwise (after joining, at an episode's end,
-// after a reset) a step ignores them and begins: environments that do not stand at the first
-// observation of an episode get a new one, the others show it. A state that was written is shown as
-// it is.
+// While the state is RUNNING, a step executes its actions. Otherwise (after joining, an episode's
+// end or a reset) a step ignores its actions and begins: environments that are not at the first
+// observation of an episode are reset, the others return that observation. A restored state is
+// returned unchanged.
 //
-// Threads: compatible, one call at a time; a call has ended when its `done` is called, on any
-// thread, and nothing of this is touched after that.
+// Threads: compatible, one call at a time. A call lasts until its `done`, which is called on any
+// thread; the object is not accessed afterwards.
 class WorldSession {
  public:
   using Done = PoolSession::Done;
 
-  WorldSession(std::shared_ptr<JoinedWorld> world, const WorldForm& form);
+  WorldSession(std::shared_ptr<JoinedWorld> world, const WorldSignature& signature);
 
-  const WorldForm& form() const { return form_; }
+  const WorldSignature& signature() const { return signature_; }
   JoinedWorld& world() const { return *world_; }
-  // The levels that are played [N].
+  // Seeds of the current levels [N].
   const std::vector<int32_t>& level_seeds() const { return values_.level_seeds(); }
 
-  // Observes how the world stands; to be called first.
+  // Reads the current state of the pool. Must be called first, or ResetNow.
   void Observe(Done done);
 
-  // Answers a step. What is wrong with it is found before anything moves. Errors: those of
-  // CheckRequestedObservations, ReadActions and JoinedWorld::Run. `request` and `response` must
-  // stay valid until `done`.
+  // Executes a step. On an error no environment has moved. `request` and `response` must stay valid
+  // until `done`.
+  // Errors: those of CheckRequestedObservations, ReadActions and JoinedWorld::Run.
   void Step(const dm::StepRequest& request, int64_t response_bytes_max, dm::StepResponse* response,
             Done done);
 
-  // The next step begins new episodes in all environments. Without settings, and where the next
-  // step begins in any case, it changes nothing. Errors: those of ReadEpisodeSettings.
+  // Makes the next step begin new episodes in all environments. No effect if `settings` is empty
+  // and the state is not RUNNING. Errors: those of ReadEpisodeSettings.
   absl::Status Reset(const Settings& settings);
 
-  // Begins new episodes at once.
+  // Resets all environments immediately.
   void ResetNow(const EpisodeSettings& settings, Done done);
 
-  // The level that `environment` plays next.
+  // Sets the level of the next episode of `environment`.
   void SetNextLevel(int32_t environment, int32_t level_seed);
 
-  // A snapshot of `environment`.
+  // Calls `done` with a snapshot of `environment`.
   using SaveDone = absl::AnyInvocable<void(absl::StatusOr<std::string>)>;
   void SaveState(int32_t environment, SaveDone done);
 
-  // Puts `environment` into a snapshot, which must stay valid until `done`. Errors: those of
-  // Pool::RestoreStates.
+  // Restores `environment` from `snapshot`, which must stay valid until `done`.
+  // Errors: those of Pool::RestoreStates.
   void RestoreState(int32_t environment, absl::string_view snapshot, Done done);
 
  private:
-  // What is asked of an environment before it goes on.
+  // What the next request does to an environment.
   struct Next {
     std::optional<int32_t> level_seed;
     std::optional<int64_t> rand_seed;
-    bool restored = false;  // it shows a state that was written
+    bool restored = false;  // its state was restored; no reset on begin
   };
 
   void TakeActions(const dm::StepRequest& request, dm::StepResponse* response, Done done);
-  void TellInterruption(const dm::StepRequest& request, dm::StepResponse* response, Done done);
+  void AnswerInterrupted(const dm::StepRequest& request, dm::StepResponse* response, Done done);
   void Begin(const dm::StepRequest& request, dm::StepResponse* response, Done done);
-  // Carries out `asked` and tells what came of it; `state`: what to tell, absent: as it comes.
-  void Run(const Request& asked, std::optional<dm::EnvironmentStateType> state,
+  // Executes `pool_request` and fills `response`. `state`: the state to report; absent: derived
+  // from the result.
+  void Run(const Request& pool_request, std::optional<dm::EnvironmentStateType> state,
            const dm::StepRequest& request, dm::StepResponse* response, Done done);
   void OnRun(const absl::Status& status, std::optional<dm::EnvironmentStateType> state,
              const dm::StepRequest& request, dm::StepResponse* response);
   dm::EnvironmentStateType StateAfterActions() const;
-  void Adopt(const EpisodeSettings& settings);
-  // Those who wait for this stream to be told of a reset.
+  void ApplySettings(const EpisodeSettings& settings);
   void SettleInterruptions(Interruption::End end);
 
   const std::shared_ptr<JoinedWorld> world_;
-  const WorldForm form_;
+  const WorldSignature signature_;
   StepValues values_;
   bool running_ = false;
-  bool reset_all_ = false;  // by the next step
+  bool reset_all_ = false;  // the next step resets all environments
   std::vector<Next> next_;  // [N]
 
-  // Of the call under way; memory is kept from call to call.
+  // Of the current call. Members, so that their memory is reused.
   std::vector<int32_t> actions_;
   std::vector<NextLevel> next_levels_;
   std::vector<procgen::Reset> resets_;

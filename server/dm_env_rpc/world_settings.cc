@@ -13,17 +13,17 @@ namespace procgen {
 namespace {
 
 constexpr size_t kGamesMax = 64;
-constexpr size_t kGameBytesMax = 64;  // no game has a longer name
+constexpr size_t kGameBytesMax = 64;  // largest size of a game's name
 
 constexpr size_t kPoolIdBytesMax = 63;
 
-// A setting of a new world: its name, and what takes it in.
+// A setting of a new world: its name, and the function that parses it.
 struct WorldSetting {
   absl::string_view name;
-  absl::Status (*read)(absl::string_view name, const dm::Tensor& tensor, WorldPlan* plan);
+  absl::Status (*read)(absl::string_view name, const dm::Tensor& tensor, WorldOptions* options);
 };
 
-absl::Status ReadGames(absl::string_view name, const dm::Tensor& tensor, WorldPlan* plan) {
+absl::Status ReadGames(absl::string_view name, const dm::Tensor& tensor, WorldOptions* options) {
   absl::StatusOr<std::vector<std::string>> games = ReadTexts(name, tensor);
   if (!games.ok()) {
     return games.status();
@@ -34,16 +34,16 @@ absl::Status ReadGames(absl::string_view name, const dm::Tensor& tensor, WorldPl
   }
   for (const std::string& game : *games) {
     if (game.size() > kGameBytesMax) {
-      return absl::InvalidArgumentError(absl::StrCat(name, " is '", Shown(game),
+      return absl::InvalidArgumentError(absl::StrCat(name, " is '", Truncated(game),
                                                      "', allowed: the name of a game, at most ",
                                                      kGameBytesMax, " characters"));
     }
   }
-  plan->options.games = *std::move(games);
+  options->pool_options.games = *std::move(games);
   return absl::OkStatus();
 }
 
-// Takes in an integer of [min, max].
+// Parses an integer in [min, max] into `value`.
 template <typename Integer>
 absl::Status ReadIntegerTo(absl::string_view name, const dm::Tensor& tensor, int64_t min,
                            int64_t max, Integer* value) {
@@ -54,27 +54,28 @@ absl::Status ReadIntegerTo(absl::string_view name, const dm::Tensor& tensor, int
   return read.status();
 }
 
-// `option`: the member of EnvironmentOptions, or of PoolOptions, that is set.
+// `option`, here and below: the member of EnvironmentOptions or of PoolOptions to set.
 template <auto option>
-absl::Status ReadCount(absl::string_view name, const dm::Tensor& tensor, WorldPlan* plan) {
-  return ReadIntegerTo(name, tensor, 0, INT32_MAX, &(plan->options.environment.*option));
+absl::Status ReadCount(absl::string_view name, const dm::Tensor& tensor, WorldOptions* options) {
+  return ReadIntegerTo(name, tensor, 0, INT32_MAX, &(options->pool_options.environment.*option));
 }
 
 template <auto option, int32_t min>
-absl::Status ReadPlace(absl::string_view name, const dm::Tensor& tensor, WorldPlan* plan) {
-  return ReadIntegerTo(name, tensor, min, INT32_MAX, &(plan->options.*option));
+absl::Status ReadPoolOption(absl::string_view name, const dm::Tensor& tensor,
+                            WorldOptions* options) {
+  return ReadIntegerTo(name, tensor, min, INT32_MAX, &(options->pool_options.*option));
 }
 
 template <auto option>
-absl::Status ReadFlag(absl::string_view name, const dm::Tensor& tensor, WorldPlan* plan) {
+absl::Status ReadFlag(absl::string_view name, const dm::Tensor& tensor, WorldOptions* options) {
   const absl::StatusOr<bool> read = ReadBool(name, tensor);
   if (read.ok()) {
-    plan->options.environment.*option = *read;
+    options->pool_options.environment.*option = *read;
   }
   return read.status();
 }
 
-absl::Status ReadMode(absl::string_view name, const dm::Tensor& tensor, WorldPlan* plan) {
+absl::Status ReadMode(absl::string_view name, const dm::Tensor& tensor, WorldOptions* options) {
   constexpr std::array kModes = {DistributionMode::kEasy, DistributionMode::kHard,
                                  DistributionMode::kExtreme, DistributionMode::kMemory,
                                  DistributionMode::kExploration};
@@ -85,7 +86,7 @@ absl::Status ReadMode(absl::string_view name, const dm::Tensor& tensor, WorldPla
     if (!text.ok()) {
       return text.status();
     }
-    given = absl::StrCat("'", Shown(*text), "'");
+    given = absl::StrCat("'", Truncated(*text), "'");
     mode = FindDistributionMode(*text);
   } else {
     const absl::StatusOr<int64_t> number = ReadInteger(name, tensor, INT64_MIN, INT64_MAX);
@@ -106,73 +107,81 @@ absl::Status ReadMode(absl::string_view name, const dm::Tensor& tensor, WorldPla
                           ")");
         })));
   }
-  plan->options.environment.distribution_mode = *mode;
+  options->pool_options.environment.distribution_mode = *mode;
   return absl::OkStatus();
 }
 
-absl::Status ReadRandSeed(absl::string_view name, const dm::Tensor& tensor, WorldPlan* plan) {
-  return ReadIntegerTo(name, tensor, INT64_MIN, INT64_MAX, &plan->options.environment.rand_seed);
+absl::Status ReadRandSeed(absl::string_view name, const dm::Tensor& tensor, WorldOptions* options) {
+  return ReadIntegerTo(name, tensor, INT64_MIN, INT64_MAX,
+                       &options->pool_options.environment.rand_seed);
 }
 
-absl::Status ReadDebugMode(absl::string_view name, const dm::Tensor& tensor, WorldPlan* plan) {
-  return ReadIntegerTo(name, tensor, INT32_MIN, INT32_MAX, &plan->options.environment.debug_mode);
+absl::Status ReadDebugMode(absl::string_view name, const dm::Tensor& tensor,
+                           WorldOptions* options) {
+  return ReadIntegerTo(name, tensor, INT32_MIN, INT32_MAX,
+                       &options->pool_options.environment.debug_mode);
 }
 
-absl::Status ReadEnvCount(absl::string_view name, const dm::Tensor& tensor, WorldPlan* plan) {
-  plan->options.autoreset_mode = AutoresetMode::kSameStep;
-  return ReadIntegerTo(name, tensor, 1, INT32_MAX, &plan->options.env_count);
+absl::Status ReadEnvCount(absl::string_view name, const dm::Tensor& tensor, WorldOptions* options) {
+  options->pool_options.autoreset_mode = AutoresetMode::kSameStep;
+  return ReadIntegerTo(name, tensor, 1, INT32_MAX, &options->pool_options.env_count);
 }
 
-absl::Status ReadScreenSize(absl::string_view name, const dm::Tensor& tensor, WorldPlan* plan) {
+absl::Status ReadScreenSize(absl::string_view name, const dm::Tensor& tensor,
+                            WorldOptions* options) {
   return ReadIntegerTo(name, tensor, kObservationSizePxMin, kObservationSizePxMax,
-                       &plan->options.observation_format.frame.size_px);
+                       &options->pool_options.observation_format.frame.size_px);
 }
 
-absl::Status ReadGrayscale(absl::string_view name, const dm::Tensor& tensor, WorldPlan* plan) {
+absl::Status ReadGrayscale(absl::string_view name, const dm::Tensor& tensor,
+                           WorldOptions* options) {
   const absl::StatusOr<bool> read = ReadBool(name, tensor);
   if (read.ok()) {
-    plan->options.observation_format.frame.color = *read ? Color::kGrayscale : Color::kRgb;
+    options->pool_options.observation_format.frame.color = *read ? Color::kGrayscale : Color::kRgb;
   }
   return read.status();
 }
 
-absl::Status ReadLayout(absl::string_view name, const dm::Tensor& tensor, WorldPlan* plan) {
+absl::Status ReadLayout(absl::string_view name, const dm::Tensor& tensor, WorldOptions* options) {
   const absl::StatusOr<std::string> text = ReadText(name, tensor);
   if (!text.ok()) {
     return text.status();
   }
   if (*text != "hwc" && *text != "chw") {
     return absl::InvalidArgumentError(
-        absl::StrCat(name, " is '", Shown(*text), "', allowed: 'hwc', 'chw'"));
+        absl::StrCat(name, " is '", Truncated(*text), "', allowed: 'hwc', 'chw'"));
   }
-  plan->options.observation_format.frame.layout = *text == "hwc" ? Layout::kHwc : Layout::kChw;
+  options->pool_options.observation_format.frame.layout =
+      *text == "hwc" ? Layout::kHwc : Layout::kChw;
   return absl::OkStatus();
 }
 
-absl::Status ReadFrameStack(absl::string_view name, const dm::Tensor& tensor, WorldPlan* plan) {
+absl::Status ReadFrameStack(absl::string_view name, const dm::Tensor& tensor,
+                            WorldOptions* options) {
   return ReadIntegerTo(name, tensor, 1, kFrameStackMax,
-                       &plan->options.observation_format.frame_stack);
+                       &options->pool_options.observation_format.frame_stack);
 }
 
-absl::Status ReadLeaseDuration(absl::string_view name, const dm::Tensor& tensor, WorldPlan* plan) {
+absl::Status ReadLeaseDuration(absl::string_view name, const dm::Tensor& tensor,
+                               WorldOptions* options) {
   const absl::StatusOr<double> seconds = ReadNumber(name, tensor);
   if (seconds.ok()) {
-    plan->session_options.lease_duration =
+    options->session_options.lease_duration =
         *seconds == 0 ? absl::InfiniteDuration() : absl::Seconds(*seconds);
   }
   return seconds.status();
 }
 
-absl::Status ReadPoolId(absl::string_view name, const dm::Tensor& tensor, WorldPlan* plan) {
+absl::Status ReadPoolId(absl::string_view name, const dm::Tensor& tensor, WorldOptions* options) {
   absl::StatusOr<std::string> text = ReadText(name, tensor);
   if (!text.ok()) {
     return text.status();
   }
   if (text->empty() || text->size() > kPoolIdBytesMax) {
-    return absl::InvalidArgumentError(absl::StrCat(name, " is '", Shown(*text), "', allowed: 1 to ",
-                                                   kPoolIdBytesMax, " characters"));
+    return absl::InvalidArgumentError(absl::StrCat(
+        name, " is '", Truncated(*text), "', allowed: 1 to ", kPoolIdBytesMax, " characters"));
   }
-  plan->pool_id = *std::move(text);
+  options->pool_id = *std::move(text);
   return absl::OkStatus();
 }
 
@@ -200,44 +209,46 @@ constexpr WorldSetting kWorldSettings[] = {
     {"grayscale_obs", ReadGrayscale},
     {"layout", ReadLayout},
     {"frame_stack", ReadFrameStack},
-    {"first_env", ReadPlace<&PoolOptions::first_env, 0>},
-    {"total_env_count", ReadPlace<&PoolOptions::total_env_count, 1>},
+    {"first_env", ReadPoolOption<&PoolOptions::first_env, 0>},
+    {"total_env_count", ReadPoolOption<&PoolOptions::total_env_count, 1>},
     {kLeaseDuration, ReadLeaseDuration},
     {"pool_id", ReadPoolId},
 };
 
 absl::Status UnknownSetting(absl::string_view name, absl::string_view allowed) {
   return absl::InvalidArgumentError(
-      absl::StrCat("there is no setting '", Shown(name), "', allowed: ", allowed));
+      absl::StrCat("there is no setting '", Truncated(name), "', allowed: ", allowed));
 }
 
-// Checks what several settings say together.
-absl::Status CheckPlan(const Settings& settings, const WorldPlan& plan, const Limits& limits) {
-  if (plan.options.games.empty()) {
+// Checks what depends on several settings.
+absl::Status CheckWorldOptions(const Settings& settings, const WorldOptions& options,
+                               const Limits& limits) {
+  if (options.pool_options.games.empty()) {
     return absl::InvalidArgumentError(
-        absl::StrCat("settings have no ", kEnvName, ", which is the name of a game"));
+        absl::StrCat("settings have no ", kEnvName, ", required: the name of a game"));
   }
-  const int64_t least_total = int64_t{plan.options.first_env} + int64_t{plan.options.env_count};
-  const int32_t total = plan.options.total_env_count;
+  const int64_t least_total =
+      int64_t{options.pool_options.first_env} + int64_t{options.pool_options.env_count};
+  const int32_t total = options.pool_options.total_env_count;
   if (least_total > INT32_MAX || (total != 0 && total < least_total)) {
     return absl::InvalidArgumentError(
         absl::StrCat("total_env_count is ", total,
                      ", allowed: first_env + num_envs = ", least_total, " to ", INT32_MAX));
   }
   if (settings.contains(std::string(kLeaseDuration)) &&
-      plan.session_options.lease_duration != absl::InfiniteDuration()) {
-    return CheckLeaseDuration(kLeaseDuration, plan.session_options.lease_duration, limits);
+      options.session_options.lease_duration != absl::InfiniteDuration()) {
+    return CheckLeaseDuration(kLeaseDuration, options.session_options.lease_duration, limits);
   }
   return absl::OkStatus();
 }
 
 }  // namespace
 
-absl::StatusOr<WorldPlan> ReadWorldSettings(const Settings& settings, const Limits& limits) {
-  WorldPlan plan;
-  plan.session_options.lease_duration = limits.lease_duration_default;
-  plan.options.env_count = 1;
-  plan.options.autoreset_mode = AutoresetMode::kDisabled;
+absl::StatusOr<WorldOptions> ReadWorldSettings(const Settings& settings, const Limits& limits) {
+  WorldOptions options;
+  options.session_options.lease_duration = limits.lease_duration_default;
+  options.pool_options.env_count = 1;
+  options.pool_options.autoreset_mode = AutoresetMode::kDisabled;
   for (const auto& [name, tensor] : settings) {
     const absl::string_view given = name;
     const auto* const known =
@@ -249,17 +260,17 @@ absl::StatusOr<WorldPlan> ReadWorldSettings(const Settings& settings, const Limi
                                                    absl::StrAppend(out, setting.name);
                                                  }));
     }
-    if (absl::Status status = known->read(known->name, tensor, &plan); !status.ok()) {
+    if (absl::Status status = known->read(known->name, tensor, &options); !status.ok()) {
       return status;
     }
   }
-  if (absl::Status status = CheckPlan(settings, plan, limits); !status.ok()) {
+  if (absl::Status status = CheckWorldOptions(settings, options, limits); !status.ok()) {
     return status;
   }
   if (!settings.contains(std::string(kRandSeed))) {
-    plan.options.environment.rand_seed = DrawRandSeed();
+    options.pool_options.environment.rand_seed = DrawRandSeed();
   }
-  return plan;
+  return options;
 }
 
 absl::StatusOr<EpisodeSettings> ReadEpisodeSettings(const Settings& settings, TensorShape shape) {
@@ -272,7 +283,7 @@ absl::StatusOr<EpisodeSettings> ReadEpisodeSettings(const Settings& settings, Te
     if (!is_level && name != kRandSeed) {
       return UnknownSetting(name, absl::StrCat(kLevelSeed, ", ", kRandSeed));
     }
-    // A scalar stands for all: the same level, or seeds that differ.
+    // A scalar applies to all environments: the same level, or successive seeds.
     const bool for_all = shape.is_list && tensor.shape_size() == 0;
     const TensorShape given = for_all ? TensorShape::Scalar() : shape;
     if (is_level) {
@@ -291,7 +302,7 @@ absl::StatusOr<EpisodeSettings> ReadEpisodeSettings(const Settings& settings, Te
     }
     for (size_t i = 0; i < env_count; ++i) {
       const auto seed = static_cast<uint64_t>((*seeds)[for_all ? 0 : i]);
-      // Modulo 2^32 in the end, so it may wrap.
+      // May wrap: the engine uses it modulo 2^32.
       read.rand_seeds[i] = static_cast<int64_t>(seed + (for_all ? i : 0));
     }
   }

@@ -18,29 +18,31 @@ namespace procgen {
 // Settings of a request, by name.
 using Settings = google::protobuf::Map<std::string, dm::Tensor>;
 
-// What a world is made of: a pool.
-struct WorldPlan {
-  std::string pool_id;  // empty: a number is chosen
-  PoolOptions options;
+// Options of the pool of a new world.
+struct WorldOptions {
+  std::string pool_id;  // empty: the server chooses a number
+  PoolOptions pool_options;
   SessionOptions session_options;
 };
 
-// Reads the settings of a new world; README.md lists them. Without `num_envs` it is a single
-// environment, whose episodes end by the protocol's states; with it, a batch. Errors:
-// INVALID_ARGUMENT one that is missing, unknown, or of another type or value; RESOURCE_EXHAUSTED a
-// lease longer than the limit. What concerns the engine is checked there.
-absl::StatusOr<WorldPlan> ReadWorldSettings(const Settings& settings, const Limits& limits);
+// Parses the settings of a new world; README.md lists them. Without `num_envs` the world is a
+// single environment with AutoresetMode::kDisabled; with it, a batch. The engine validates its own
+// options. Errors: INVALID_ARGUMENT a setting is missing or unknown, or has a wrong type or value;
+// RESOURCE_EXHAUSTED the lease is longer than the limit.
+absl::StatusOr<WorldOptions> ReadWorldSettings(const Settings& settings, const Limits& limits);
 
-// What is asked of the episodes that begin next.
+// Settings of the next episodes. An empty optional: not set.
 struct EpisodeSettings {
-  std::vector<std::optional<int32_t>> level_seeds;  // the levels to play [N]
-  std::vector<std::optional<int64_t>> rand_seeds;   // seed the choice of levels anew [N]
+  std::vector<std::optional<int32_t>> level_seeds;  // [N]
+  std::vector<std::optional<int64_t>> rand_seeds;   // new seeds of the choice of levels [N]
 };
 
-// Reads the settings of a reset. `shape`: of values for each environment. Errors: INVALID_ARGUMENT.
+// Parses the settings of a reset. `shape`: that of one value per environment. A scalar for a batch
+// is the level of all environments, or the rand_seed of the first; the others get successive ones.
+// Errors: INVALID_ARGUMENT.
 absl::StatusOr<EpisodeSettings> ReadEpisodeSettings(const Settings& settings, TensorShape shape);
 
-// There are no settings. Errors: INVALID_ARGUMENT there are, of `request`.
+// Checks that `request`, which has no settings, got none. Errors: INVALID_ARGUMENT it got one.
 absl::Status CheckNoSettings(absl::string_view request, const Settings& settings);
 
 }  // namespace procgen

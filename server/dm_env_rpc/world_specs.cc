@@ -9,17 +9,17 @@
 namespace procgen {
 namespace {
 
-// Bytes of a response besides the pictures, for each environment: what all other observations take.
+// Upper bound of the size of an environment's observations other than the picture, in bytes.
 constexpr int64_t kRowBytes = 64;
 
-struct ObservationFacts {
+struct ObservationInfo {
   ObservationUid uid;
   const char* name;
   dm::DataType type;
-  bool of_batches;  // only of these
+  bool of_batches;  // only in batches
 };
 
-constexpr ObservationFacts kObservations[] = {
+constexpr ObservationInfo kObservations[] = {
     {ObservationUid::kRgb, "rgb", dm::UINT8, false},
     {ObservationUid::kReward, "reward", dm::FLOAT, false},
     {ObservationUid::kLevelSeed, "level_seed", dm::INT32, false},
@@ -33,53 +33,54 @@ constexpr ObservationFacts kObservations[] = {
     {ObservationUid::kTruncated, "truncated", dm::BOOL, true},
 };
 
-bool Tells(const WorldForm& form, const ObservationFacts& facts) {
-  return !form.is_single || !facts.of_batches;
+bool HasObservation(const WorldSignature& signature, const ObservationInfo& info) {
+  return !signature.is_single || !info.of_batches;
 }
 
-dm::TensorSpec SpecOf(const WorldForm& form, const char* name, dm::DataType type) {
+dm::TensorSpec SpecOf(const WorldSignature& signature, const char* name, dm::DataType type) {
   dm::TensorSpec spec;
   spec.set_name(name);
   spec.set_dtype(type);
-  if (!form.is_single) {
-    spec.add_shape(form.env_count);
+  if (!signature.is_single) {
+    spec.add_shape(signature.env_count);
   }
   return spec;
 }
 
 }  // namespace
 
-WorldForm WorldForm::Of(const PoolSession& pool) {
-  WorldForm form;
-  form.env_count = pool.env_count();
-  form.is_single = form.env_count == 1 && pool.options().autoreset_mode == AutoresetMode::kDisabled;
-  form.frame_shape = pool.options().observation_format.Shape();
-  form.frame_bytes = pool.options().observation_format.bytes();
-  return form;
+WorldSignature WorldSignature::Of(const PoolSession& pool) {
+  WorldSignature signature;
+  signature.env_count = pool.env_count();
+  signature.is_single =
+      signature.env_count == 1 && pool.options().autoreset_mode == AutoresetMode::kDisabled;
+  signature.frame_shape = pool.options().observation_format.Shape();
+  signature.frame_bytes = pool.options().observation_format.bytes();
+  return signature;
 }
 
-dm::ActionObservationSpecs SpecsOf(const WorldForm& form) {
+dm::ActionObservationSpecs SpecsOf(const WorldSignature& signature) {
   dm::ActionObservationSpecs specs;
-  dm::TensorSpec action = SpecOf(form, "action", dm::INT32);
-  action.mutable_min()->mutable_int32s()->add_array(form.action_min());
+  dm::TensorSpec action = SpecOf(signature, "action", dm::INT32);
+  action.mutable_min()->mutable_int32s()->add_array(signature.action_min());
   action.mutable_max()->mutable_int32s()->add_array(kActionCount - 1);
   (*specs.mutable_actions())[kActionUid] = std::move(action);
-  for (const ObservationFacts& facts : kObservations) {
-    if (!Tells(form, facts)) {
+  for (const ObservationInfo& info : kObservations) {
+    if (!HasObservation(signature, info)) {
       continue;
     }
-    dm::TensorSpec spec = SpecOf(form, facts.name, facts.type);
-    if (facts.uid == ObservationUid::kRgb) {
-      spec.mutable_shape()->Add(form.frame_shape.begin(), form.frame_shape.end());
+    dm::TensorSpec spec = SpecOf(signature, info.name, info.type);
+    if (info.uid == ObservationUid::kRgb) {
+      spec.mutable_shape()->Add(signature.frame_shape.begin(), signature.frame_shape.end());
       spec.mutable_min()->mutable_uint8s()->set_array(std::string(1, '\x00'));
       spec.mutable_max()->mutable_uint8s()->set_array(std::string(1, '\xff'));
     }
-    (*specs.mutable_observations())[static_cast<uint64_t>(facts.uid)] = std::move(spec);
+    (*specs.mutable_observations())[static_cast<uint64_t>(info.uid)] = std::move(spec);
   }
   return specs;
 }
 
-absl::StatusOr<std::vector<int32_t>> ReadActions(const WorldForm& form,
+absl::StatusOr<std::vector<int32_t>> ReadActions(const WorldSignature& signature,
                                                  const dm::StepRequest& request) {
   for (const auto& [uid, tensor] : request.actions()) {
     if (uid != kActionUid) {
@@ -89,45 +90,47 @@ absl::StatusOr<std::vector<int32_t>> ReadActions(const WorldForm& form,
   }
   const auto given = request.actions().find(kActionUid);
   if (given == request.actions().end()) {
-    return std::vector<int32_t>(static_cast<size_t>(form.env_count), kNoAction);
+    return std::vector<int32_t>(static_cast<size_t>(signature.env_count), kNoAction);
   }
   absl::StatusOr<std::vector<int32_t>> actions =
-      ReadInt32s(absl::StrCat("action ", kActionUid), given->second, form.shape());
+      ReadInt32s(absl::StrCat("action ", kActionUid), given->second, signature.shape());
   if (!actions.ok()) {
     return actions;
   }
   for (size_t i = 0; i < actions->size(); ++i) {
     const int32_t action = (*actions)[i];
-    if (action < form.action_min() || action >= kActionCount) {
+    if (action < signature.action_min() || action >= kActionCount) {
       return absl::InvalidArgumentError(
           absl::StrCat("action ", kActionUid, " is ", action,
-                       form.is_single ? "" : absl::StrCat(" for environment ", i),
-                       ", allowed: ", form.action_min(), " to ", kActionCount - 1));
+                       signature.is_single ? "" : absl::StrCat(" for environment ", i),
+                       ", allowed: ", signature.action_min(), " to ", kActionCount - 1));
     }
   }
   return actions;
 }
 
-absl::Status CheckRequestedObservations(const WorldForm& form, const dm::StepRequest& request,
+absl::Status CheckRequestedObservations(const WorldSignature& signature,
+                                        const dm::StepRequest& request,
                                         int64_t response_bytes_max) {
   for (const uint64_t uid : request.requested_observations()) {
-    const bool told = std::any_of(
-        std::begin(kObservations), std::end(kObservations), [&](const ObservationFacts& facts) {
-          return static_cast<uint64_t>(facts.uid) == uid && Tells(form, facts);
+    const bool exists = std::any_of(
+        std::begin(kObservations), std::end(kObservations), [&](const ObservationInfo& info) {
+          return static_cast<uint64_t>(info.uid) == uid && HasObservation(signature, info);
         });
-    if (!told) {
+    if (!exists) {
       const ObservationUid last =
-          form.is_single ? ObservationUid::kFingerprint : ObservationUid::kTruncated;
+          signature.is_single ? ObservationUid::kFingerprint : ObservationUid::kTruncated;
       return absl::InvalidArgumentError(absl::StrCat(
           "there is no observation ", uid, ", allowed: 1 to ", static_cast<uint64_t>(last)));
     }
   }
-  const int64_t frame_bytes = RequestsFrames(request) ? static_cast<int64_t>(form.frame_bytes) : 0;
-  const int64_t bytes = form.env_count * (frame_bytes + kRowBytes);
+  const int64_t frame_bytes =
+      RequestsFrames(request) ? static_cast<int64_t>(signature.frame_bytes) : 0;
+  const int64_t bytes = signature.env_count * (frame_bytes + kRowBytes);
   if (bytes > response_bytes_max) {
     return absl::ResourceExhaustedError(
-        absl::StrCat("the requested observations of ", form.env_count, " environments take ", bytes,
-                     " bytes, limit response_bytes_max is ", response_bytes_max));
+        absl::StrCat("the requested observations of ", signature.env_count, " environments take ",
+                     bytes, " bytes, limit response_bytes_max is ", response_bytes_max));
   }
   return absl::OkStatus();
 }

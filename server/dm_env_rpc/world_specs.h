@@ -11,7 +11,7 @@
 
 namespace procgen {
 
-// The numbers of what a world takes and tells. They are told in README.md and never change.
+// Numbers of a world's action and observations, documented in README.md. They never change.
 inline constexpr uint64_t kActionUid = 1;
 enum class ObservationUid : uint64_t {
   kRgb = 1,
@@ -22,44 +22,44 @@ enum class ObservationUid : uint64_t {
   kEpisodeReturn = 6,
   kEpisodeLength = 7,
   kFingerprint = 8,
-  // Of a batch; a single environment tells them by its state.
+  // Only in batches; for a single environment the state of the response has them.
   kFirst = 9,
   kTerminated = 10,
   kTruncated = 11,
 };
 
-// What of a pool decides how its world looks.
-struct WorldForm {
-  static WorldForm Of(const PoolSession& pool);
+// The properties of a pool that determine its world's action and observation specs.
+struct WorldSignature {
+  static WorldSignature Of(const PoolSession& pool);
 
-  // Of one value for each environment.
+  // Shape of a tensor with one value per environment.
   TensorShape shape() const {
     return is_single ? TensorShape::Scalar() : TensorShape::List(env_count);
   }
   int32_t action_min() const { return is_single ? 0 : kEndEpisodeAction; }
 
-  // One environment whose episodes end by the protocol's states; otherwise a batch.
+  // Whether the world is one environment without autoreset; otherwise it is a batch.
   bool is_single = false;
   int32_t env_count = 0;
-  std::vector<int32_t> frame_shape;  // of one environment's observation
-  size_t frame_bytes = 0;            // of it
+  std::vector<int32_t> frame_shape;  // of one environment's picture
+  size_t frame_bytes = 0;            // of one environment's picture
 };
 
-// What the world takes and tells.
-dm::ActionObservationSpecs SpecsOf(const WorldForm& form);
+// The specs of the world's action and observations.
+dm::ActionObservationSpecs SpecsOf(const WorldSignature& signature);
 
-// The actions of a step, one for each environment; without any, all do nothing. Errors:
-// INVALID_ARGUMENT a number that is no action's, another type or shape, an action out of range.
-absl::StatusOr<std::vector<int32_t>> ReadActions(const WorldForm& form,
+// Returns the actions of a step [N]; kNoAction for all if the request has none.
+// Errors: INVALID_ARGUMENT unknown action number, wrong type or shape, or an action out of range.
+absl::StatusOr<std::vector<int32_t>> ReadActions(const WorldSignature& signature,
                                                  const dm::StepRequest& request);
 
-// All of the requested observations are there, and fit a response. Errors: INVALID_ARGUMENT there
-// is none of that number (the message names it); RESOURCE_EXHAUSTED they are larger than a
-// response.
-absl::Status CheckRequestedObservations(const WorldForm& form, const dm::StepRequest& request,
-                                        int64_t response_bytes_max);
+// Checks that the requested observations exist and fit in a response.
+// Errors: INVALID_ARGUMENT an unknown number (the message has it); RESOURCE_EXHAUSTED they are
+// larger than `response_bytes_max`.
+absl::Status CheckRequestedObservations(const WorldSignature& signature,
+                                        const dm::StepRequest& request, int64_t response_bytes_max);
 
-// Whether a request asks for pictures.
+// Whether the request contains observation kRgb.
 bool RequestsFrames(const dm::StepRequest& request);
 
 }  // namespace procgen

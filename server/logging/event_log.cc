@@ -24,13 +24,14 @@
 namespace procgen {
 namespace {
 
-// Standard error, written by the log's thread alone. What cannot be written is lost.
+// Writes to standard error, only on the log's thread. Lines that cannot be written are lost.
 class StandardErrorSink final : public spdlog::sinks::base_sink<std::mutex> {
  public:
-  // Lines that never came here, since the start. REQUIRES: called before the first line.
+  // Sets the function that returns the number of lines dropped since the start. REQUIRES: called
+  // before the first line.
   void CountDropped(std::function<size_t()> dropped) { dropped_ = std::move(dropped); }
 
-  // How often the lines before were flushed.
+  // Number of flushes since the start.
   int64_t flush_count() const {
     absl::MutexLock lock(&flush_mutex_);
     return flush_count_;
@@ -43,14 +44,14 @@ class StandardErrorSink final : public spdlog::sinks::base_sink<std::mutex> {
 
  protected:
   void sink_it_(const spdlog::details::log_msg& line) override {
-    if (const size_t dropped = dropped_(); dropped > told_dropped_) {
+    if (const size_t dropped = dropped_(); dropped > reported_dropped_) {
       const std::string text =
-          absl::StrCat("event=log_lines_dropped count=", dropped - told_dropped_);
-      told_dropped_ = dropped;
-      spdlog::details::log_msg told = line;
-      told.level = spdlog::level::warn;
-      told.payload = spdlog::string_view_t(text.data(), text.size());
-      Write(told);
+          absl::StrCat("event=log_lines_dropped count=", dropped - reported_dropped_);
+      reported_dropped_ = dropped;
+      spdlog::details::log_msg report = line;
+      report.level = spdlog::level::warn;
+      report.payload = spdlog::string_view_t(text.data(), text.size());
+      Write(report);
     }
     Write(line);
   }
@@ -75,7 +76,7 @@ class StandardErrorSink final : public spdlog::sinks::base_sink<std::mutex> {
   }
 
   std::function<size_t()> dropped_ = [] { return size_t{0}; };
-  size_t told_dropped_ = 0;  // of the thread that writes
+  size_t reported_dropped_ = 0;  // used only by the log's thread
   mutable absl::Mutex flush_mutex_;
   SteadyCondVar flushed_;
   int64_t flush_count_ ABSL_GUARDED_BY(flush_mutex_) = 0;
@@ -83,7 +84,7 @@ class StandardErrorSink final : public spdlog::sinks::base_sink<std::mutex> {
 
 struct Log {
   std::shared_ptr<StandardErrorSink> sink = std::make_shared<StandardErrorSink>();
-  std::shared_ptr<spdlog::details::thread_pool> thread;  // null: it cannot be started
+  std::shared_ptr<spdlog::details::thread_pool> thread;  // null: it could not be started
   std::shared_ptr<spdlog::logger> logger;
 };
 
@@ -95,7 +96,7 @@ Log* MakeLog() {
         "procgen-server", log->sink, log->thread, spdlog::async_overflow_policy::overrun_oldest);
     log->sink->CountDropped([log] { return log->thread->overrun_counter(); });
   } catch (const std::system_error&) {
-    // The process is about to end for want of threads. It can say so all the same.
+    // No thread can be started, so the process will exit soon. Log synchronously to report it.
     log->logger = std::make_shared<spdlog::logger>("procgen-server", log->sink);
   }
   log->logger->set_pattern("time=%Y-%m-%dT%H:%M:%S.%eZ level=%l %v",

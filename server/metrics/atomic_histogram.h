@@ -9,19 +9,20 @@
 
 namespace procgen {
 
-// What a histogram has counted.
+// The contents of a histogram.
 struct HistogramCounts {
-  std::vector<double> bounds;   // rising
-  std::vector<int64_t> counts;  // [bounds + 1]: of values up to bounds[i] and above the one before
+  std::vector<double> bounds;   // ascending upper bounds of the buckets
+  std::vector<int64_t> counts;  // values per bucket [bounds + 1]; the last has no upper bound
   double sum = 0;               // of all values
 };
 
-// Counts values between bounds. prometheus-cpp's own takes a mutex with each value, and streams
-// would meet there. Threads: any method from any thread; none waits for another. What Counts
-// returns may miss a value in one place and have it in another, if it is added meanwhile.
+// A lock-free histogram. prometheus-cpp's takes a mutex for each value, for which streams would
+// contend.
+// Threads: any method from any thread; none blocks. A value that is added during Counts may be in
+// `counts` and not in `sum`, or the reverse.
 class AtomicHistogram {
  public:
-  // `bounds`: rising; they must outlive this.
+  // `bounds`: ascending; must outlive this.
   explicit AtomicHistogram(absl::Span<const double> bounds);
   AtomicHistogram(const AtomicHistogram&) = delete;
   AtomicHistogram& operator=(const AtomicHistogram&) = delete;

@@ -23,12 +23,13 @@ using prometheus::Labels;
 using prometheus::MetricFamily;
 using prometheus::Registry;
 
-// From a few microseconds, a step of one environment without pictures, to what nobody should wait.
+// Bounds of request times in seconds: from a step of one environment without pictures (a few us) to
+// unacceptable waits.
 constexpr double kSecondsBounds[] = {1e-5, 2e-5, 5e-5, 1e-4, 2e-4, 5e-4, 1e-3, 2e-3, 5e-3, 1e-2,
                                      2e-2, 5e-2, 0.1,  0.2,  0.5,  1,    2,    5,    10};
-// From the repetition of a few steps to nodes that have to be started first.
+// Bounds of failovers in seconds: from replaying a few steps to starting nodes.
 constexpr double kFailoverBounds[] = {0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1, 2, 3, 5, 10, 30, 60, 300};
-// Returns reach from -60 (fruitbot) to over 60 (starpilot); many games give 0 or 10.
+// Returns range from -60 (fruitbot) to over 60 (starpilot); in many games they are 0 or 10.
 constexpr double kReturnBounds[] = {-20, -10, -5, -1, 0, 1, 2, 5, 8, 10, 15, 20, 40, 80};
 constexpr double kLengthBounds[] = {1, 10, 50, 100, 200, 500, 1000, 2000, 4000, 8000};
 
@@ -74,7 +75,7 @@ MetricFamily HistogramFamily(const char* name, const char* help,
 
 }  // namespace
 
-// All that is counted. What is read last is asked for when Prometheus asks.
+// All metrics. Collect reads the gauges.
 class Metrics::Families final : public prometheus::Collectable {
  public:
   explicit Families(absl::string_view version)
@@ -83,12 +84,12 @@ class Metrics::Families final : public prometheus::Collectable {
         sent(AddCounter("procgen_stream_sent_bytes_total",
                         "Bytes of the messages that streams sent.")),
         streams(CounterFamily("procgen_streams_attached_total",
-                              "Streams that attached to a pool; resumed: to go on where another "
-                              "broke off.")),
+                              "Streams that attached to a pool; resumed: resumable ones, to a pool "
+                              "that was stepped before.")),
         expired_pools(AddCounter("procgen_pools_expired_total",
-                                 "Pools that were freed because their leases ran out.")),
+                                 "Pools that were deleted because their leases expired.")),
         fleet_shard_migrations(AddCounter("procgen_fleet_shard_migrations_total",
-                                          "Times that a shard of a fleet's pool left its node.")),
+                                          "Shards of a fleet's pools that left their node.")),
         fleet_waits(AddGauge("procgen_fleet_shards_waiting",
                              "Shards of a fleet's pools that wait for a node.")),
         fleet_not_durable(AddGauge("procgen_fleet_pools_not_durable",
@@ -97,13 +98,13 @@ class Metrics::Families final : public prometheus::Collectable {
                              "Calls and streams that ended with an error, by method and code.")),
         steps_(CounterFamily("procgen_steps_total",
                              "Environment steps; one that repeats its action counts once.")),
-        pools_(AddGauge("procgen_pools", "Pools at this time.")),
+        pools_(AddGauge("procgen_pools", "Current pools.")),
         environments_(AddGauge("procgen_environments", "Environments of all pools.")),
-        attached_streams_(AddGauge("procgen_streams", "Streams that are attached.")),
+        attached_streams_(AddGauge("procgen_streams", "Attached streams.")),
         workers_(AddGauge("procgen_workers", "Threads that step environments.")),
         resume_buffer_bytes_(AddGauge("procgen_resume_buffer_bytes",
-                                      "Reserved for answers that are kept for streams that may be "
-                                      "resumed.")),
+                                      "Bytes reserved for the kept answers of resumable "
+                                      "streams.")),
         draining_(AddGauge("procgen_draining", "1 while the server drains, otherwise 0.")) {
     prometheus::BuildGauge()
         .Name("procgen_build_info")
@@ -139,7 +140,7 @@ class Metrics::Families final : public prometheus::Collectable {
         "procgen_request_run_seconds",
         "From a stream request's turn to its last response being ready.", {MetricOf(ran, {})}));
     families.push_back(HistogramFamily("procgen_fleet_failover_seconds",
-                                       "How long requests took during which a shard moved.",
+                                       "Duration of requests during which a shard migrated.",
                                        {MetricOf(fleet_failovers, {})}));
     return families;
   }

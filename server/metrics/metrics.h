@@ -17,7 +17,7 @@ class Collectable;
 
 namespace procgen {
 
-// How a server stands when its metrics are read.
+// The values of a server's gauges when its metrics are read.
 struct ServerGauges {
   int32_t pool_count = 0;
   int32_t env_count = 0;
@@ -27,7 +27,7 @@ struct ServerGauges {
   bool draining = false;
 };
 
-// What was counted of all streams since the start, for who does not read Prometheus' text.
+// Totals of all streams since the start, for the API's Load message.
 struct StreamTotals {
   int64_t received_bytes = 0;
   int64_t sent_bytes = 0;
@@ -35,8 +35,8 @@ struct StreamTotals {
   HistogramCounts run_seconds;
 };
 
-// What is counted of one game in one mode, over all pools. Threads: any method from any thread;
-// none allocates or waits.
+// Counters of one game in one mode, over all pools.
+// Threads: any method from any thread; none allocates or blocks.
 class GameMetrics {
  public:
   virtual ~GameMetrics() = default;
@@ -45,9 +45,9 @@ class GameMetrics {
   virtual void AddEpisode(float episode_return, int32_t steps) = 0;
 };
 
-// Counts what a server does, in the form of Prometheus; README.md lists the names.
-// Threads: any method from any thread. What is called with each request of a stream (AddRequest and
-// the bytes) neither allocates nor waits.
+// The metrics of a server, in Prometheus' format; README.md lists them.
+// Threads: any method from any thread. The methods that run for each request of a stream
+// (AddRequest, AddReceivedBytes, AddSentBytes) neither allocate nor block.
 class Metrics {
  public:
   explicit Metrics(absl::string_view version);
@@ -55,37 +55,37 @@ class Metrics {
   Metrics(const Metrics&) = delete;
   Metrics& operator=(const Metrics&) = delete;
 
-  // Asks `gauges` whenever the metrics are read, from then on. It must not block for long, and
-  // must be callable until nobody reads any more.
+  // Sets the function that returns the gauges. It is called whenever the metrics are read, must not
+  // block for long, and must be valid as long as they are read.
   void ReadGaugesFrom(std::function<ServerGauges()> gauges);
 
-  // The metrics of a game in a mode; they live as long as this.
+  // Returns the metrics of a game in a mode, which live as long as this object.
   GameMetrics& OfGame(absl::string_view game, absl::string_view mode);
 
-  // A request of a stream was carried out: it waited for its turn, and then ran.
+  // Counts an executed request of a stream: the wait for its turn, and its execution time.
   void AddRequest(absl::Duration queued, absl::Duration ran);
-  // Bytes of messages of streams.
+  // Counts bytes of stream messages.
   void AddReceivedBytes(int64_t bytes);
   void AddSentBytes(int64_t bytes);
-  // A stream has attached; `resumed`: it goes on where another broke off.
+  // Counts an attached stream. `resumed`: it is resumable and its pool was stepped before.
   void AddStream(bool resumed);
-  // A pool was freed because nobody held it.
+  // Counts a pool that was deleted because its lease expired.
   void AddExpiredPool();
-  // A shard of a fleet's pool left its node.
+  // Counts a shard of a fleet's pool that left its node.
   void AddFleetShardMigration();
-  // A request waited for that, so long from its beginning to its end.
+  // Counts a request during which a shard migrated. `duration`: of the whole request.
   void AddFleetFailover(absl::Duration duration);
-  // So many shards more, or fewer, wait for a node.
+  // Changes the number of shards that wait for a node.
   void AddFleetWaits(int32_t change);
-  // So many pools more, or fewer, of a fleet with --state_dir cannot be written.
+  // Changes the number of pools of a fleet that cannot be written to --state_dir.
   void AddFleetNotDurable(int32_t change);
-  // A call or stream of `method` ("PoolService/CreatePool") ended with an error.
+  // Counts a call or stream of `method` ("PoolService/CreatePool") that ended with an error.
   void AddError(absl::string_view method, absl::StatusCode code);
 
   StreamTotals stream_totals() const;
-  // All metrics, as Prometheus reads them (text format 0.0.4).
+  // Returns all metrics in Prometheus' text format 0.0.4.
   std::string Text() const;
-  // The same for who serves them over HTTP.
+  // The same for MetricsPage.
   std::shared_ptr<prometheus::Collectable> collectable() const;
 
  private:

@@ -11,7 +11,7 @@
 namespace procgen {
 namespace {
 
-// A request that does not come to its end holds a thread until its timeout.
+// An incomplete request occupies a thread until its timeout.
 constexpr char kThreadCount[] = "8";
 constexpr char kTimeoutMs[] = "1000";
 
@@ -23,7 +23,7 @@ absl::StatusOr<std::unique_ptr<MetricsPage>> MetricsPage::Start(const std::strin
   try {
     exposer = std::make_unique<prometheus::Exposer>(std::vector<std::string>{
         "listening_ports", address, "num_threads", kThreadCount, "request_timeout_ms", kTimeoutMs});
-  } catch (const std::exception& error) {  // the library's way to say so
+  } catch (const std::exception& error) {  // thrown if it cannot listen
     return absl::UnavailableError(
         absl::StrCat("metrics cannot be served at ", address, ": ", error.what()));
   }

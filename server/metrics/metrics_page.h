@@ -13,19 +13,19 @@ class Exposer;
 
 namespace procgen {
 
-// Serves metrics over HTTP, at http://HOST:PORT/metrics, in threads of its own. Threads: any method
-// from any thread.
+// Serves metrics over HTTP at http://HOST:PORT/metrics, on its own threads.
+// Threads: any method from any thread.
 class MetricsPage {
  public:
-  // Listens at `address`, "host:port" of IPv4; port 0: any that is free. `metrics` must
-  // outlive this. Errors: UNAVAILABLE the address cannot be listened on.
+  // Listens on `address`: "HOST:PORT", IPv4 only; port 0: any free port. `metrics` must outlive
+  // this. Errors: UNAVAILABLE it cannot listen on the address.
   static absl::StatusOr<std::unique_ptr<MetricsPage>> Start(const std::string& address,
                                                             const Metrics& metrics);
   ~MetricsPage();
   MetricsPage(const MetricsPage&) = delete;
   MetricsPage& operator=(const MetricsPage&) = delete;
 
-  // Where it listens, with the port that was bound.
+  // The listening address, with the bound port.
   const std::string& address() const { return address_; }
 
  private:

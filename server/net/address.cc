@@ -33,7 +33,7 @@ absl::StatusOr<Address> ParseAddress(absl::string_view text) {
   if (absl::ConsumePrefix(&text, "unix:")) {
     address.unix_path = std::string(text);
     if (text.empty()) {
-      return absl::InvalidArgumentError("no path of a socket");
+      return absl::InvalidArgumentError("no socket path");
     }
     return address;
   }
@@ -80,7 +80,7 @@ bool IsOnThisMachine(absl::string_view peer) {
   if (!absl::ConsumePrefix(&peer, "ipv4:") && !absl::ConsumePrefix(&peer, "ipv6:")) {
     return false;
   }
-  // Written as in a URI.
+  // gRPC escapes brackets as in a URI.
   const absl::StatusOr<Address> address =
       ParseAddress(absl::StrReplaceAll(peer, {{"%5B", "["}, {"%5D", "]"}}));
   return address.ok() && IsLocal(*address);

@@ -19,21 +19,21 @@
 namespace procgen {
 namespace {
 
-// Of the time, at most one part in so many goes into finding closed connections.
+// Looking for closed connections takes at most one part in kRemovalShare of the time.
 constexpr int kRemovalShare = 20;
 constexpr absl::Duration kWarningInterval = absl::Minutes(1);
-// So that a server with few connections can still be reached by several clients at once.
+// Allows several clients to connect at once even if connection_count_max is small.
 constexpr size_t kUnidentifiedCountMin = 16;
-constexpr int kNetworkBytes = 8;  // of an address of IPv6
+constexpr int kNetworkBytes = 8;  // size of an IPv6 address's /64 network
 
-// The inode of an open file; 0: it is not open. The file may be closed, and its number taken by
-// another, at any time, which ThreadSanitizer would report of fstat.
+// Returns the inode of an open file; 0: it is not open. Not by fstat, for which ThreadSanitizer
+// would report that another thread may close the file or reuse its descriptor.
 uint64_t InodeOf(int file) {
-  struct statx facts = {};
-  return statx(file, "", AT_EMPTY_PATH, STATX_INO, &facts) == 0 ? facts.stx_ino : 0;
+  struct statx status = {};
+  return statx(file, "", AT_EMPTY_PATH, STATX_INO, &status) == 0 ? status.stx_ino : 0;
 }
 
-// An address as gRPC writes it, and the part of it that shares a bound.
+// An address in gRPC's format, and the part of it that shares a limit.
 struct Names {
   std::string peer;
   std::string address;
@@ -53,7 +53,7 @@ Names NamesOf6(const sockaddr_in6& whole) {
   }
   char text[INET6_ADDRSTRLEN] = {};
   inet_ntop(AF_INET6, &whole.sin6_addr, text, sizeof(text));
-  // gRPC gives the scope of an address that has one, and escapes as in a URI.
+  // gRPC adds the scope, if there is one, and escapes as in a URI.
   const std::string scope =
       whole.sin6_scope_id == 0 ? "" : absl::StrCat("%25", whole.sin6_scope_id);
   return {absl::StrCat("ipv6:%5B", text, scope, "%5D:", ntohs(whole.sin6_port)),
@@ -72,15 +72,16 @@ Names NamesOf(const sockaddr* address) {
 }
 
 int64_t ReceivedBytes(int connection) {
-  tcp_info facts = {};
-  socklen_t size = sizeof(facts);
-  return getsockopt(connection, IPPROTO_TCP, TCP_INFO, &facts, &size) == 0
-             ? static_cast<int64_t>(facts.tcpi_bytes_received)
+  tcp_info status = {};
+  socklen_t size = sizeof(status);
+  return getsockopt(connection, IPPROTO_TCP, TCP_INFO, &status, &size) == 0
+             ? static_cast<int64_t>(status.tcpi_bytes_received)
              : 0;
 }
 
-// Shuts a connection down and discards what has arrived on it. gRPC may close the descriptor at any
-// time, so a duplicate is made and checked first: nobody else's file is touched.
+// Shuts down a connection and discards the received bytes. gRPC may close the descriptor at any
+// time, and it may then refer to another file. So this works on a duplicate whose inode it checks
+// first.
 void ShutDown(int connection, uint64_t inode) {
   const int same = fcntl(connection, F_DUPFD_CLOEXEC, 0);
   if (same < 0) {
@@ -106,7 +107,7 @@ Connections::Connections(int32_t count_max, absl::Duration silence_max)
 bool Connections::Add(int connection, const sockaddr* address) {
   Names names = NamesOf(address);
   absl::MutexLock lock(&mutex_);
-  // The descriptor was free, so what had it is closed.
+  // The descriptor has been reused, so its earlier connection is closed.
   if (const auto it = table_.find(connection); it != table_.end()) {
     Remove(it);
   }
@@ -151,10 +152,9 @@ bool Connections::HasRoom(const std::string& address) {
     next_warning_ = now + kWarningInterval;
     LogEvent(
         LogLevel::kWarning, "connections_refused",
-        {{"message", absl::StrCat("there are ", table_.size(), ", of which ", unidentified_count_,
-                                  " have not shown who they are, limit connection_count_max "
-                                  "is ",
-                                  count_max_)}});
+        {{"message",
+          absl::StrCat("there are ", table_.size(), " connections, of which ", unidentified_count_,
+                       " are unidentified, limit connection_count_max is ", count_max_)}});
   }
   return has_room;
 }
@@ -172,7 +172,7 @@ void Connections::RemoveClosed() {
 }
 
 Connections::Table::iterator Connections::Remove(Table::iterator it) {
-  SetIdentified(&it->second);  // no longer among the others
+  SetIdentified(&it->second);  // removes it from the counts of unidentified ones
   const auto counts = by_address_.find(it->second.address);
   if (--counts->second.all == 0) {
     by_address_.erase(counts);
@@ -242,7 +242,7 @@ void Connections::EndCall(const std::string& peer, bool is_answered) {
     if (connection == nullptr) {
       return;
     }
-    // Of another connection that has come to the same peer since, there may be none.
+    // A new connection may have the same peer and no open calls.
     connection->open_call_count = std::max(connection->open_call_count - 1, 0);
     connection->last_activity = SteadyNow();
   }
@@ -254,10 +254,10 @@ void Connections::EndCall(const std::string& peer, bool is_answered) {
 absl::string_view Connections::ExcessOf(int descriptor, const Connection& connection,
                                         absl::Time now) {
   if (connection.open_call_count == 0 && now - connection.last_activity > silence_max_) {
-    return "it has shown no token within attach_timeout";
+    return "no token within attach_timeout";
   }
   if (ReceivedBytes(descriptor) > kBytesMax + connection.call_count * kBytesPerCallMax) {
-    return "it has sent too much without showing a token";
+    return "too many bytes without a token";
   }
   return "";
 }
@@ -280,7 +280,7 @@ bool Connections::Inspect() {
       continue;
     }
     if (const absl::string_view excess = ExcessOf(descriptor, connection, now); !excess.empty()) {
-      // Not louder, for anybody can make as many of these lines as they like.
+      // Logged as debug only, because any client can cause any number of these lines.
       LogEvent(LogLevel::kDebug, "connection_shut_down",
                {{"peer", connection.peer}, {"message", std::string(excess)}});
       ShutDown(descriptor, connection.inode);

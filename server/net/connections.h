@@ -25,7 +25,8 @@ namespace procgen {
 // Before that the limits below apply to its silence, refused calls and bytes, and unidentified
 // connections hold at most a quarter of the total. One address has at most as many connections as
 // remain free, so there is always room for another address. Unix socket connections have no address
-// and count as identified. Threads: any method from any thread.
+// and count as identified.
+// Threads: any method from any thread.
 class Connections {
  public:
   // Limits of an unidentified connection: calls without a token (health, reflection) in progress,

@@ -28,18 +28,18 @@
 namespace procgen {
 namespace {
 
-constexpr int kWaitingMax = 1024;  // connections that are not accepted yet
-// Accepted before it is checked whether to stop: somebody may always be connecting.
+constexpr int kWaitingMax = 1024;  // backlog: connections that are not accepted yet
+// Connections to accept between two checks for a stop, because clients may connect constantly.
 constexpr int kAcceptedAtOnce = 64;
-// How long to wait for a file descriptor before asking again, in milliseconds.
+// Interval between attempts to accept when no file descriptor is available, in milliseconds.
 constexpr int kDescriptorPollMs = 50;
 
 absl::Status SystemError(absl::string_view what) {
   return absl::UnavailableError(absl::StrCat(what, ": ", std::strerror(errno)));
 }
 
-// Lets the process have as many files open as so many connections need, and some for other things,
-// if it may.
+// Raises the soft limit of open files, up to the hard limit, to what `connection_count_max`
+// connections and other files need.
 void RaiseDescriptorLimit(size_t connection_count_max) {
   constexpr rlim_t kOtherFiles = 1024;
   rlimit files = {};
@@ -53,14 +53,14 @@ void RaiseDescriptorLimit(size_t connection_count_max) {
   }
 }
 
-// Which file a path names; zeros: none.
+// Returns device and inode of the file at `path`; zeros: there is none.
 std::pair<dev_t, ino_t> FileAt(const std::string& path) {
-  struct stat facts = {};
-  return lstat(path.c_str(), &facts) == 0 ? std::pair(facts.st_dev, facts.st_ino)
-                                          : std::pair<dev_t, ino_t>();
+  struct stat status = {};
+  return lstat(path.c_str(), &status) == 0 ? std::pair(status.st_dev, status.st_ino)
+                                           : std::pair<dev_t, ino_t>();
 }
 
-// A socket that listens at `address`, or an error.
+// Opens a socket that listens on `address`.
 absl::StatusOr<int> ListeningSocket(const sockaddr* address, socklen_t length) {
   const int made = socket(address->sa_family, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0);
   if (made < 0) {
@@ -73,7 +73,7 @@ absl::StatusOr<int> ListeningSocket(const sockaddr* address, socklen_t length) {
     setsockopt(made, IPPROTO_TCP, TCP_NODELAY, &on, sizeof(on));  // its connections inherit it
   }
   if (address->sa_family == AF_INET6) {
-    // "[::]" means all addresses of the machine, those of IPv4 too.
+    // "[::]" means all addresses of the machine, including IPv4.
     const int off = 0;
     setsockopt(made, IPPROTO_IPV6, IPV6_V6ONLY, &off, sizeof(off));
   }
@@ -117,25 +117,25 @@ absl::StatusOr<std::unique_ptr<Listener>> Listener::Listen(
   std::unique_ptr<Listener> listener(new Listener(std::move(connections)));
   absl::Status status = address.unix_path.empty() ? listener->ListenOnHost(address)
                                                   : listener->ListenOnPath(address.unix_path);
-  status.Update(listener->MakeStop());
+  status.Update(listener->OpenStopPipe());
   if (!status.ok()) {
     return status;
   }
   return listener;
 }
 
-absl::StatusOr<std::unique_ptr<Listener>> Listener::ListenWithin(
+absl::StatusOr<std::unique_ptr<Listener>> Listener::ListenInternal(
     std::shared_ptr<Connections> connections) {
   std::unique_ptr<Listener> listener(new Listener(std::move(connections)));
-  absl::Status status = listener->ListenOnNewName();
-  status.Update(listener->MakeStop());
+  absl::Status status = listener->ListenOnAbstractName();
+  status.Update(listener->OpenStopPipe());
   if (!status.ok()) {
     return status;
   }
   return listener;
 }
 
-absl::Status Listener::MakeStop() {
+absl::Status Listener::OpenStopPipe() {
   accepted_ = eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK);
   return accepted_ >= 0 && pipe2(stop_, O_CLOEXEC) == 0 ? absl::OkStatus() : SystemError("pipe");
 }
@@ -151,7 +151,8 @@ absl::Status Listener::ListenOnHost(const Address& address) {
     return absl::UnavailableError(gai_strerror(error));
   }
   const absl::Cleanup free_found = [found] { freeaddrinfo(found); };
-  // A name may have several addresses, all of which shall have the same port; one must be had.
+  // A name may have several addresses. All use the same port; listening on one of them is
+  // sufficient.
   absl::Status first_error;
   for (addrinfo* one = found; one != nullptr; one = one->ai_next) {
     if (address.port == 0 && port_ != 0) {
@@ -176,8 +177,8 @@ absl::Status Listener::ListenOnPath(const std::string& path) {
         "the path has ", path.size(), " characters, allowed: ", sizeof(address.sun_path) - 1));
   }
   path.copy(address.sun_path, path.size());
-  struct stat facts = {};
-  if (stat(path.c_str(), &facts) == 0 && S_ISSOCK(facts.st_mode) && !SomebodyListensAt(address)) {
+  struct stat status = {};
+  if (stat(path.c_str(), &status) == 0 && S_ISSOCK(status.st_mode) && !SomebodyListensAt(address)) {
     unlink(path.c_str());
   }
   const absl::StatusOr<int> listening =
@@ -191,8 +192,8 @@ absl::Status Listener::ListenOnPath(const std::string& path) {
   return absl::OkStatus();
 }
 
-absl::Status Listener::ListenOnNewName() {
-  // Without a name, the kernel gives one that is free; it has no file and begins with a byte 0.
+absl::Status Listener::ListenOnAbstractName() {
+  // The kernel assigns a free abstract name, which begins with a byte 0 and has no file.
   sockaddr_un address = {};
   address.sun_family = AF_UNIX;
   const absl::StatusOr<int> listening =
@@ -206,7 +207,7 @@ absl::Status Listener::ListenOnNewName() {
     return SystemError("getsockname");
   }
   const size_t name_begin = offsetof(sockaddr_un, sun_path) + 1;
-  target_within_ =
+  internal_target_ =
       absl::StrCat("unix-abstract:", absl::string_view(address.sun_path + 1, size - name_begin));
   return absl::OkStatus();
 }
@@ -221,7 +222,7 @@ Listener::~Listener() {
   if (!path_.empty() && FileAt(path_) == path_file_) {
     unlink(path_.c_str());
   }
-  // Last: as long as it is open, no other server takes the path for a leftover.
+  // Last: while the socket is open, no other server considers the path stale and removes it.
   for (const int listening : sockets_) {
     close(listening);
   }
@@ -235,7 +236,7 @@ void Listener::StopAccepting() {
   while (write(stop_[1], &byte, 1) < 0 && errno == EINTR) {
   }
   thread_.join();
-  if (inspecting_.joinable()) {  // it could not be started otherwise
+  if (inspecting_.joinable()) {  // otherwise it could not be started
     inspecting_.join();
   }
 }
@@ -263,7 +264,7 @@ void Listener::AcceptUntilStopped() {
         has_descriptors = AcceptFrom(waits[i].fd) && has_descriptors;
       }
     }
-    // Those that wait stay readable, so it would be asked again at once.
+    // Waiting connections keep the sockets readable, so poll would return immediately.
     if (!has_descriptors) {
       poll(waits.data(), 1, kDescriptorPollMs);
     }
@@ -298,7 +299,7 @@ bool Listener::AcceptFrom(int listening) {
     if (connection < 0) {
       return errno != EMFILE && errno != ENFILE && errno != ENOBUFS && errno != ENOMEM;
     }
-    if (!IsWelcome(connection) || !connections_->Add(connection, address)) {
+    if (!IsAllowed(connection) || !connections_->Add(connection, address)) {
       close(connection);
       continue;
     }
@@ -308,8 +309,8 @@ bool Listener::AcceptFrom(int listening) {
   return true;
 }
 
-bool Listener::IsWelcome(int connection) const {
-  if (target_within_.empty()) {
+bool Listener::IsAllowed(int connection) const {
+  if (internal_target_.empty()) {
     return true;
   }
   ucred peer = {};

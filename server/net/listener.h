@@ -18,7 +18,8 @@ namespace procgen {
 // The listening sockets of a server, a thread that accepts connections, and one that inspects them.
 // gRPC's own listener stops permanently once the process runs out of file descriptors, so a caller
 // could disable it. This one continues when descriptors are available, within the limits of
-// Connections. Threads: one at a time.
+// Connections.
+// Threads: one at a time.
 class Listener {
  public:
   // Takes ownership of an accepted `connection`. `listening`: the socket that accepted it.
@@ -30,7 +31,7 @@ class Listener {
                                                           std::shared_ptr<Connections> connections);
   // Listens for connections of this process; those of other processes are closed. Errors:
   // UNAVAILABLE.
-  static absl::StatusOr<std::unique_ptr<Listener>> ListenWithin(
+  static absl::StatusOr<std::unique_ptr<Listener>> ListenInternal(
       std::shared_ptr<Connections> connections);
   // Stops listening. Accepted connections stay open.
   ~Listener();
@@ -39,8 +40,8 @@ class Listener {
 
   // The bound port; 0 for a unix socket.
   uint16_t port() const { return port_; }
-  // The gRPC target of a listener made by ListenWithin; otherwise "".
-  const std::string& target_within() const { return target_within_; }
+  // The gRPC target of a listener made by ListenInternal; otherwise "".
+  const std::string& internal_target() const { return internal_target_; }
 
   // Begins to accept in a separate thread, which calls `take`.
   void Start(Take take);
@@ -54,8 +55,8 @@ class Listener {
       : connections_(std::move(connections)) {}
   absl::Status ListenOnHost(const Address& address);
   absl::Status ListenOnPath(const std::string& path);
-  absl::Status ListenOnNewName();
-  absl::Status MakeStop();
+  absl::Status ListenOnAbstractName();
+  absl::Status OpenStopPipe();
   void AcceptUntilStopped();
   // In a separate thread, because the accepting thread may parse received bytes in gRPC.
   void InspectUntilStopped();
@@ -63,14 +64,14 @@ class Listener {
   // Accepts waiting connections, or some of them. False: no file descriptors are available.
   bool AcceptFrom(int listening);
   // Whether the peer may connect.
-  bool IsWelcome(int connection) const;
+  bool IsAllowed(int connection) const;
 
   const std::shared_ptr<Connections> connections_;
   std::vector<int> sockets_;
   uint16_t port_ = 0;
   std::string path_;                        // of the unix socket; empty: none
   std::pair<dev_t, ino_t> path_file_ = {};  // its file, which another server may replace later
-  std::string target_within_;
+  std::string internal_target_;
   int stop_[2] = {-1, -1};  // ends of a pipe; readable: the thread stops
   Take take_;
   std::thread thread_;

@@ -20,7 +20,7 @@ BioPointer BioOf(const std::string& pem) {
   return {BIO_new_mem_buf(pem.data(), static_cast<int>(pem.size())), &BIO_free};
 }
 
-// Answers that there is no password, so that nobody is asked for one on a terminal.
+// Password callback that returns none, so that OpenSSL does not prompt for one.
 int NoPassword(char* /*buffer*/, int /*size*/, int /*writes*/, void* /*unused*/) { return 0; }
 
 std::vector<CertificatePointer> CertificatesIn(const std::string& pem) {
@@ -29,7 +29,7 @@ std::vector<CertificatePointer> CertificatesIn(const std::string& pem) {
   while (X509* certificate = PEM_read_bio_X509(bio.get(), nullptr, &NoPassword, nullptr)) {
     certificates.emplace_back(certificate, &X509_free);
   }
-  ERR_clear_error();  // that of the end
+  ERR_clear_error();  // the end of the file is an error
   return certificates;
 }
 
@@ -73,7 +73,7 @@ absl::StatusOr<std::shared_ptr<TlsFiles>> TlsFiles::Open(const TlsPaths& paths) 
 }
 
 absl::StatusOr<TlsFiles::Contents> TlsFiles::Read() {
-  // All are read, whatever is wrong with one, so that each is told once for a change.
+  // Reads all files even if one has an error, so that each change is reported once.
   absl::StatusOr<std::string> certificate = ReadFor("tls_certificate", &certificate_);
   absl::StatusOr<std::string> key = ReadFor("tls_key", &key_);
   absl::StatusOr<std::string> client_ca =

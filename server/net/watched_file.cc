@@ -43,33 +43,33 @@ WatchedFile::Stamp WatchedFile::StampOf(const struct stat& file) {
 
 absl::StatusOr<std::string> WatchedFile::Read() {
   stamp_.reset();
-  // Without waiting: it may be a pipe that nobody writes to.
+  // Non-blocking, because the path may be a pipe without a writer.
   const int file = open(path_.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
   if (file < 0) {
     const int error = errno;
-    // One that is there and cannot be read is not tried again until it changes.
-    if (struct stat facts = {}; stat(path_.c_str(), &facts) == 0) {
-      stamp_ = StampOf(facts);
+    // An unreadable file is not read again until it changes.
+    if (struct stat status = {}; stat(path_.c_str(), &status) == 0) {
+      stamp_ = StampOf(status);
     }
     return absl::ErrnoToStatus(error, path_);
   }
   const absl::Cleanup close_file = [file] { close(file); };
-  struct stat facts = {};
-  if (fstat(file, &facts) != 0) {
+  struct stat status = {};
+  if (fstat(file, &status) != 0) {
     return absl::ErrnoToStatus(errno, path_);
   }
-  stamp_ = StampOf(facts);
-  is_world_readable_ = (facts.st_mode & S_IROTH) != 0;
-  if (!S_ISREG(facts.st_mode)) {
-    return absl::InvalidArgumentError(absl::StrCat(path_, ": is no regular file"));
+  stamp_ = StampOf(status);
+  is_world_readable_ = (status.st_mode & S_IROTH) != 0;
+  if (!S_ISREG(status.st_mode)) {
+    return absl::InvalidArgumentError(absl::StrCat(path_, ": is not a regular file"));
   }
   return ReadAll(file, path_);
 }
 
 bool WatchedFile::HasChanged() const {
-  struct stat facts = {};
-  const bool is_there = stat(path_.c_str(), &facts) == 0;
-  return stamp_ != (is_there ? StampOf(facts) : std::nullopt);
+  struct stat status = {};
+  const bool is_there = stat(path_.c_str(), &status) == 0;
+  return stamp_ != (is_there ? StampOf(status) : std::nullopt);
 }
 
 }  // namespace procgen

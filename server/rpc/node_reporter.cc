@@ -6,7 +6,7 @@
 namespace procgen {
 namespace {
 
-// A few of these fit into kStatusLifespan.
+// Must be several times shorter than kStatusLifespan.
 constexpr absl::Duration kInterval = absl::Seconds(1);
 
 }  // namespace

@@ -14,7 +14,8 @@
 
 namespace procgen {
 
-// Reports the status of this server to the cluster: at once, every second, and by ReportNow.
+// Reports the status of this server to the cluster: at construction, every second, and by
+// ReportNow.
 // Threads: any method from any thread.
 class NodeReporter {
  public:
@@ -46,7 +47,7 @@ class NodeReporter {
   int64_t measured_steps_ ABSL_GUARDED_BY(mutex_) = 0;
   absl::Time measured_at_ ABSL_GUARDED_BY(mutex_);
   double steps_per_second_ ABSL_GUARDED_BY(mutex_) = 0;
-  std::thread thread_;  // last: it uses all of the above
+  std::thread thread_;  // last, because it uses all other members
 };
 
 }  // namespace procgen

@@ -27,24 +27,25 @@
 namespace procgen {
 namespace {
 
-// How often a stopping server checks whether it has nothing left to do.
+// Interval at which a stopping server checks whether all calls have ended.
 constexpr absl::Duration kDrainPoll = absl::Milliseconds(10);
-// How long clients without a call have to close their connections. gRPC for C++ checks an idle
-// one every five seconds.
-constexpr absl::Duration kGoodbye = absl::Milliseconds(200);
+// Time that idle clients have to close their connections at a stop. gRPC's C++ client checks an
+// idle connection only every five seconds.
+constexpr absl::Duration kConnectionCloseTimeout = absl::Milliseconds(200);
 
-// Threads that a server has besides its workers, gRPC's among them, and some to spare: gRPC crashes
-// where it cannot start its own.
+// Threads of a server besides its workers, including gRPC's and a margin: gRPC crashes if it cannot
+// start a thread.
 constexpr int kThreadCount = 48;
 
-// Calls that may be under way on one connection besides one stream for each pool.
+// Concurrent calls allowed on a connection, in addition to one stream per pool.
 constexpr int kConnectionCallsMax = 1024;
-// How long a connection may take until it speaks gRPC (TLS included), and stay without a call.
+// Time for the handshakes of a new connection (TLS and HTTP/2), and time without calls after which
+// a connection is closed.
 constexpr absl::Duration kHandshakeTimeout = absl::Seconds(10);
 constexpr absl::Duration kIdleTimeout = absl::Minutes(10);
-// Bytes that gRPC reads from a connection, and parses, before it notices that this was shut down.
+// Bytes that gRPC reads and parses at a time, so at most before it notices a shutdown.
 constexpr int kReadBytesMax = 64 << 10;
-// How often a client may ask whether the server is there.
+// Shortest allowed interval between keepalive pings of a client.
 constexpr absl::Duration kPingIntervalMin = absl::Milliseconds(100);
 
 std::string WithPort(const std::string& address, uint16_t port) {
@@ -54,7 +55,7 @@ std::string WithPort(const std::string& address, uint16_t port) {
   return absl::StrCat(address.substr(0, address.rfind(':')), ":", port);
 }
 
-// Where clients reach a server that listens at `bound`.
+// Returns the address at which clients reach a server that listens on `bound`.
 std::string AdvertisedAddress(const std::string& advertised, const std::string& bound,
                               uint16_t port) {
   if (advertised.empty()) {
@@ -63,8 +64,8 @@ std::string AdvertisedAddress(const std::string& advertised, const std::string& 
   return absl::EndsWith(advertised, ":0") ? WithPort(advertised, port) : advertised;
 }
 
-// Has gRPC's own lines go to the log of the server: gRPC would block where nobody reads standard
-// error, and strangers can have it write (failed handshakes are such lines).
+// Redirects gRPC's log lines to the server's log. On its own gRPC would block if nothing reads
+// standard error, and clients can cause lines, for example by failed handshakes.
 void LogGrpcLine(gpr_log_func_args* line) {
   const LogLevel level = line->severity == GPR_LOG_SEVERITY_ERROR  ? LogLevel::kError
                          : line->severity == GPR_LOG_SEVERITY_INFO ? LogLevel::kInfo
@@ -82,9 +83,9 @@ void SetKeepalive(const ServerOptions& options, grpc::ServerBuilder* builder) {
   builder->AddChannelArgument(GRPC_ARG_KEEPALIVE_TIMEOUT_MS,
                               Milliseconds(options.keepalive_timeout));
   builder->AddChannelArgument(GRPC_ARG_KEEPALIVE_PERMIT_WITHOUT_CALLS, 1);
-  // As many as need be: a learner that thinks for long sends nothing else.
+  // Unlimited, because a learner may send no data for long.
   builder->AddChannelArgument(GRPC_ARG_HTTP2_MAX_PINGS_WITHOUT_DATA, 0);
-  // Clients may ask as well; by default gRPC ends the connection of one that does so often.
+  // Clients may ping, too; by default gRPC closes the connection of one that pings often.
   builder->AddChannelArgument(GRPC_ARG_HTTP2_MIN_RECV_PING_INTERVAL_WITHOUT_DATA_MS,
                               Milliseconds(kPingIntervalMin));
 }
@@ -138,18 +139,18 @@ class GrpcServer final : public Server {
     grpc::ServerBuilder builder;
     Acceptor acceptor =
         AddAcceptor(tls_ == nullptr ? grpc::InsecureServerCredentials() : tls_->Make(), &builder);
-    auto listener_within = Listener::ListenWithin(std::make_shared<Connections>(
+    auto internal_listener = Listener::ListenInternal(std::make_shared<Connections>(
         options.limits.connection_count_max, absl::InfiniteDuration()));
-    if (!listener_within.ok()) {
-      return listener_within.status();
+    if (!internal_listener.ok()) {
+      return internal_listener.status();
     }
-    Acceptor acceptor_within = AddAcceptor(grpc::InsecureServerCredentials(), &builder);
+    Acceptor internal_acceptor = AddAcceptor(grpc::InsecureServerCredentials(), &builder);
     SetLimits(options.limits, &builder);
     SetKeepalive(options, &builder);
     services_.RegisterWith(&builder);
     server_ = builder.BuildAndStart();
     if (server_ == nullptr) {
-      return absl::UnavailableError("gRPC does not start a server");
+      return absl::UnavailableError("gRPC cannot start a server");
     }
     for (PoolSupervisor::Resumed& resumed : supervisor_.Resume()) {
       StartResumeReplay(std::move(resumed.pool), std::move(resumed.requests),
@@ -160,9 +161,9 @@ class GrpcServer final : public Server {
     advertised_address_ =
         AdvertisedAddress(options.advertised_address, address_, listener_->port());
     services_.SetServing(true);
-    listener_within_ = *std::move(listener_within);
+    internal_listener_ = *std::move(internal_listener);
     HandOver(std::move(acceptor), listener_.get());
-    HandOver(std::move(acceptor_within), listener_within_.get());
+    HandOver(std::move(internal_acceptor), internal_listener_.get());
     reporter_ = std::make_unique<NodeReporter>(cluster_.get(), [this] { return TakeSnapshot(); });
     return absl::OkStatus();
   }
@@ -174,9 +175,8 @@ class GrpcServer final : public Server {
     grpc::ChannelArguments arguments;
     arguments.SetMaxReceiveMessageSize(-1);
     arguments.SetInt(GRPC_ARG_ENABLE_HTTP_PROXY, 0);
-    // Not by gRPC's transport within a process, which keeps streams that were ended while their
-    // client wrote.
-    return grpc::CreateCustomChannel(listener_within_->target_within(),
+    // Not gRPC's in-process transport, which leaks streams that end while their client writes.
+    return grpc::CreateCustomChannel(internal_listener_->internal_target(),
                                      grpc::InsecureChannelCredentials(), arguments);
   }
 
@@ -205,19 +205,19 @@ class GrpcServer final : public Server {
       absl::SleepFor(std::min(kDrainPoll, end - SteadyNow()));
     }
     if (listener_ != nullptr && supervisor_.keeps_pools()) {
-      // A learner that attaches again at this moment, or is not done with its answers, would be
-      // told CANCELLED; where the connection breaks, it tries again.
+      // A broken connection makes learners retry. Otherwise those that are reconnecting or still
+      // reading answers would get CANCELLED and stop.
       listener_->HangUp();
     }
     listener_.reset();
-    listener_within_.reset();
+    internal_listener_.reset();
     services_.EndWatches();
-    server_->Shutdown(GrpcDeadlineIn(std::min(end - SteadyNow(), kGoodbye)));
+    server_->Shutdown(GrpcDeadlineIn(std::min(end - SteadyNow(), kConnectionCloseTimeout)));
     server_->Wait();
   }
 
  private:
-  // As the cluster is told.
+  // Returns the state that is reported to the cluster.
   NodeReporter::Snapshot TakeSnapshot() const {
     const Load load = supervisor_.load();
     NodeStatus status;
@@ -252,12 +252,11 @@ class GrpcServer final : public Server {
     });
   }
 
-  // What strangers can have of gRPC.
+  // Sets the limits of unauthenticated clients and of messages.
   static void SetLimits(const Limits& limits, grpc::ServerBuilder* builder) {
     builder->SetMaxReceiveMessageSize(static_cast<int>(limits.request_bytes_max));
     builder->SetMaxSendMessageSize(-1);
-    // gRPC checks the size of a message before it is decompressed, and some hundred kilobytes
-    // can be some hundred megabytes afterwards.
+    // gRPC limits the size of a message only before decompression, which can multiply it by 1000.
     for (const grpc_compression_algorithm algorithm : {GRPC_COMPRESS_GZIP, GRPC_COMPRESS_DEFLATE}) {
       builder->SetCompressionAlgorithmSupportStatus(algorithm, false);
     }
@@ -282,8 +281,8 @@ class GrpcServer final : public Server {
   Services services_;
   std::unique_ptr<grpc::Server> server_;
   std::unique_ptr<Listener> listener_;  // hands its connections to server_
-  std::unique_ptr<Listener> listener_within_;
-  std::unique_ptr<NodeReporter> reporter_;  // since the server listens; last: it asks the others
+  std::unique_ptr<Listener> internal_listener_;
+  std::unique_ptr<NodeReporter> reporter_;  // last, because it reads other members
 };
 
 }  // namespace

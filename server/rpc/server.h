@@ -31,13 +31,13 @@ struct ServerOptions {
   std::shared_ptr<Cluster> cluster;  // null: a server without a cluster
   int32_t worker_count = 1;          // threads that step environments, >= 1
   Limits limits;
-  std::shared_ptr<const SharedArt> art;  // all pools draw with it; null: the built-in art
+  std::shared_ptr<const SharedArt> art;  // of all pools; null: the built-in art
   std::shared_ptr<TlsFiles> tls;         // null: plain text
   std::shared_ptr<TokenFile> tokens;     // null: calls need no token
-  // Folder of memory shared with learners on this machine; null: no shared memory.
+  // Directory of memory shared with learners on this machine; null: no shared memory.
   std::shared_ptr<const SharedMemoryDir> shared_memory_dir;
   CloneSourceAllowlist clone_source_allowlist;  // servers that CloneStates may connect to
-  // Makes the factory of pool backends, which counts in `metrics`; null: pools in this process.
+  // Creates the factory of pool backends, which updates `metrics`; null: pools in this process.
   std::function<std::unique_ptr<PoolBackendFactory>(Metrics* metrics)> make_backend_factory;
   // Idle time after which the server sends a keepalive ping, and the time without a reply after
   // which it closes the connection.
@@ -45,14 +45,14 @@ struct ServerOptions {
   absl::Duration keepalive_timeout = absl::Seconds(10);
 };
 
-// The whole server in one object: services on a port, pools behind them.
+// A Procgen server: pools and the gRPC services that expose them on a port.
 // Threads: any method from any thread.
 class Server {
  public:
-  // Listens and serves. Errors: UNAVAILABLE the address cannot be listened on; RESOURCE_EXHAUSTED
-  // its threads cannot be started.
+  // Starts to listen and serve. Errors: UNAVAILABLE it cannot listen on the address;
+  // RESOURCE_EXHAUSTED its threads cannot be started.
   static absl::StatusOr<std::unique_ptr<Server>> Start(const ServerOptions& options);
-  // Stops at once: what runs is cancelled.
+  // Stops immediately and cancels all calls.
   virtual ~Server() = default;
 
   // The listening address with the bound port, in the form that clients connect to.
@@ -60,14 +60,14 @@ class Server {
   // The server's metrics, valid while the server exists.
   virtual const Metrics& metrics() const = 0;
 
-  // A channel to the services within the process, with the same authentication as any other; valid
+  // Returns a channel for clients in this process, with the same authentication as any other. Valid
   // while the server exists.
   virtual std::shared_ptr<grpc::Channel> MakeChannel() const = 0;
-  // All pools of all owners. The caller must show a pool only to its owner.
+  // Returns the pools of all owners. The caller must show a pool only to its owner.
   virtual std::vector<v1::Pool> ListAllPools() const = 0;
 
-  // Reports the drain to the cluster and NOT_SERVING to health checks, creates no more pools, and
-  // ends each stream after its current request. Returns at once.
+  // Reports the drain to the cluster and NOT_SERVING to health checks, rejects new pools, and ends
+  // each stream after its current request. Returns immediately.
   virtual void BeginDrain() = 0;
   // Calls BeginDrain, waits at most `timeout` until no call is in progress and the pools of ended
   // streams are deleted (learners may save states first), cancels the rest, and stops. Blocks.

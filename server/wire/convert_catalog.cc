@@ -42,8 +42,8 @@ void FillGame(const GameSpec& spec, v1::Game* game) {
   }
 }
 
-// An option of EnvironmentOptions as the catalog tells it. min and max: of integers.
-struct OptionFacts {
+// An option of EnvironmentOptions in the catalog. `min`, `max`: of integer options.
+struct OptionInfo {
   const char* name;
   const char* description;
   v1::OptionType type;
@@ -52,7 +52,7 @@ struct OptionFacts {
   int64_t max = 0;
 };
 
-constexpr OptionFacts kOptions[] = {
+constexpr OptionInfo kOptions[] = {
     {"distribution_mode", "How levels are made.", v1::OPTION_TYPE_NAME, "hard"},
     {"num_levels", "Number of different levels; 0: unlimited.", v1::OPTION_TYPE_INTEGER, "0", 0,
      INT32_MAX},
@@ -77,7 +77,7 @@ constexpr OptionFacts kOptions[] = {
 };
 
 void FillOptions(v1::Catalog* catalog) {
-  for (const OptionFacts& facts : kOptions) {
+  for (const OptionInfo& facts : kOptions) {
     v1::Option* option = catalog->add_options();
     option->set_name(facts.name);
     option->set_description(facts.description);
@@ -174,7 +174,7 @@ v1::Catalog CatalogMessageOf(const ServerInfo& server, const Limits& limits) {
   catalog.mutable_features()->set_level_sampler(true);
   catalog.mutable_features()->set_resume(true);
   FillLimits(limits, catalog.mutable_limits());
-  // Where the folder lies is nobody's business but the operator's.
+  // Clients must not see the path of the directory.
   catalog.set_art(server.has_own_art ? "folder" : "built-in");
   return catalog;
 }

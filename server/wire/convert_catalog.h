@@ -8,7 +8,7 @@
 
 namespace procgen {
 
-// Server-specific facts of the catalog.
+// Properties of a server that its catalog contains.
 struct ServerInfo {
   absl::string_view version = "";
   bool has_own_art = false;    // draws with --art_dir

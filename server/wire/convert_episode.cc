@@ -35,11 +35,11 @@ v1::IncompleteReason ReasonOf(IncompleteReason reason) {
   return v1::INCOMPLETE_REASON_UNSPECIFIED;
 }
 
-// Those of the environment, with the episode's first level alone.
+// Returns the environment's options, restricted to the episode's first level.
 EnvironmentOptions OptionsFor(const Episode& episode, const PoolOptions& pool) {
   EnvironmentOptions options = episode.options != nullptr ? *episode.options : pool.environment;
   if (options.distribution_mode == DistributionMode::kExploration) {
-    options.distribution_mode = DistributionMode::kHard;  // of one level
+    options.distribution_mode = DistributionMode::kHard;  // exploration is hard mode with one level
   }
   const bool can_start_there = episode.level_seed >= 0 && episode.level_seed < INT32_MAX;
   options.num_levels = can_start_there ? 1 : 0;

@@ -9,7 +9,7 @@
 
 namespace procgen {
 
-// An episode of an environment of a pool that was made with `pool`, as a message.
+// Converts an episode of `environment`, of a pool with options `pool`, to a message.
 void FillEpisode(const Episode& episode, const PoolOptions& pool, int32_t environment,
                  v1::Episode* message);
 

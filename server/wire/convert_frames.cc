@@ -14,58 +14,58 @@
 namespace procgen {
 namespace {
 
-// The size of frames that no size was asked for.
+// Default sizes of frames.
 constexpr int32_t kRenderSizePxDefault = 512;
 constexpr int32_t kWatchSizePxDefault = 256;
-// All that a frame, and the response around the frames, has besides the image, in bytes.
+// Upper bound of the size of a frame, or of a response, without its images, in bytes.
 constexpr int64_t kFrameOverheadBytes = 64;
-// What is watched is drawn again and again, and each watch has a few responses in memory.
+// Limits of a watch: it renders continuously and has a few responses in memory.
 constexpr int64_t kWatchResponseBytesMax = 16 << 20;
 constexpr size_t kWatchEnvironmentsMax = 64;
 constexpr float kFramesPerSecondDefault = 15;
 constexpr float kFramesPerSecondMax = 60;
-// Of a rate that is next to none.
+// Largest interval between frames, for very small rates.
 constexpr absl::Duration kIntervalMax = absl::Hours(24);
 
-// Frames that somebody asks for.
-struct FramesWanted {
+// The frames of a render or watch request.
+struct FrameRequest {
   absl::Span<const int32_t> environments;
   int32_t size_px = 0;
   v1::FrameFormat format = v1::FRAME_FORMAT_UNSPECIFIED;
   int64_t response_bytes_max = 0;
 };
 
-absl::Status CheckSize(const FramesWanted& wanted) {
-  const int64_t size_px = wanted.size_px;
+absl::Status CheckSize(const FrameRequest& frames) {
+  const int64_t size_px = frames.size_px;
   const int64_t image_bytes =
-      wanted.format == v1::FRAME_FORMAT_PNG ? PngBytesMax(wanted.size_px) : size_px * size_px * 3;
+      frames.format == v1::FRAME_FORMAT_PNG ? PngBytesMax(frames.size_px) : size_px * size_px * 3;
   const int64_t frames_max =
-      (wanted.response_bytes_max - kFrameOverheadBytes) / (image_bytes + kFrameOverheadBytes);
-  if (static_cast<int64_t>(wanted.environments.size()) > frames_max) {
+      (frames.response_bytes_max - kFrameOverheadBytes) / (image_bytes + kFrameOverheadBytes);
+  if (static_cast<int64_t>(frames.environments.size()) > frames_max) {
     return absl::ResourceExhaustedError(absl::StrCat(
-        "environments has ", wanted.environments.size(),
-        " entries, limit response_bytes_max = ", wanted.response_bytes_max, " has room for ",
+        "environments has ", frames.environments.size(),
+        " entries, limit response_bytes_max = ", frames.response_bytes_max, " has room for ",
         frames_max, " frames of ", size_px, " x ", size_px, " pixels"));
   }
   return absl::OkStatus();
 }
 
-absl::Status CheckFrames(const FramesWanted& wanted, const PoolSession& pool) {
-  if (!v1::FrameFormat_IsValid(wanted.format)) {
-    return NoSuchValue("format", wanted.format);
+absl::Status CheckFrames(const FrameRequest& frames, const PoolSession& pool) {
+  if (!v1::FrameFormat_IsValid(frames.format)) {
+    return NoSuchValue("format", frames.format);
   }
-  if (wanted.size_px < kHumanViewSizePxMin || wanted.size_px > kHumanViewSizePxMax) {
-    return absl::InvalidArgumentError(absl::StrCat("size_px is ", wanted.size_px,
+  if (frames.size_px < kHumanViewSizePxMin || frames.size_px > kHumanViewSizePxMax) {
+    return absl::InvalidArgumentError(absl::StrCat("size_px is ", frames.size_px,
                                                    ", allowed: ", kHumanViewSizePxMin, " to ",
                                                    kHumanViewSizePxMax));
   }
   if (absl::Status status = CheckEnvironmentList(
-          {.list = "environments", .environments = wanted.environments, .repeats_allowed = true},
+          {.list = "environments", .environments = frames.environments, .repeats_allowed = true},
           pool.name(), pool.env_count());
       !status.ok()) {
     return status;
   }
-  return CheckSize(wanted);
+  return CheckSize(frames);
 }
 
 absl::Span<const int32_t> SpanOf(const google::protobuf::RepeatedField<int32_t>& list) {
@@ -125,21 +125,21 @@ absl::StatusOr<WatchSpec> WatchSpecOf(const v1::WatchPoolRequest& request, const
   if (!interval.ok()) {
     return interval.status();
   }
-  const FramesWanted wanted = {SpanOf(request.environments()),
+  const FrameRequest frames = {SpanOf(request.environments()),
                                request.size_px() == 0 ? kWatchSizePxDefault : request.size_px(),
                                request.format(), *bytes_max};
-  if (wanted.environments.size() > kWatchEnvironmentsMax) {
-    return absl::InvalidArgumentError(absl::StrCat("environments has ", wanted.environments.size(),
+  if (frames.environments.size() > kWatchEnvironmentsMax) {
+    return absl::InvalidArgumentError(absl::StrCat("environments has ", frames.environments.size(),
                                                    " entries, allowed: 1 to ",
                                                    kWatchEnvironmentsMax));
   }
-  if (absl::Status status = CheckFrames(wanted, pool); !status.ok()) {
+  if (absl::Status status = CheckFrames(frames, pool); !status.ok()) {
     return status;
   }
-  return WatchSpec{.environments = {wanted.environments.begin(), wanted.environments.end()},
-                   .size_px = wanted.size_px,
+  return WatchSpec{.environments = {frames.environments.begin(), frames.environments.end()},
+                   .size_px = frames.size_px,
                    .interval = *interval,
-                   .format = wanted.format == v1::FRAME_FORMAT_PNG ? v1::FRAME_FORMAT_PNG
+                   .format = frames.format == v1::FRAME_FORMAT_PNG ? v1::FRAME_FORMAT_PNG
                                                                    : v1::FRAME_FORMAT_RGB};
 }
 

@@ -13,26 +13,27 @@
 
 namespace procgen {
 
-// How environments are to be drawn.
+// View and size of frames to render.
 struct RenderSpec {
   View view = View::kHuman;
   int32_t size_px = 0;
 };
 RenderSpec RenderSpecOf(const v1::RenderEnvironmentsRequest& request);
 
-// Checks what is to be drawn of a pool. Errors: INVALID_ARGUMENT an environment, size or format out
-// of range; RESOURCE_EXHAUSTED the frames do not fit.
+// Checks a render request. Errors: INVALID_ARGUMENT an environment, size or format is out of range;
+// RESOURCE_EXHAUSTED the frames do not fit in a response.
 absl::Status CheckRender(const v1::RenderEnvironmentsRequest& request, const PoolSession& pool,
                          const Limits& limits);
 
-// What is to be watched of a pool. Errors: as CheckRender, and INVALID_ARGUMENT for a rate.
+// Checks and converts a watch request. Errors: as CheckRender; INVALID_ARGUMENT the frame rate is
+// out of range.
 absl::StatusOr<WatchSpec> WatchSpecOf(const v1::WatchPoolRequest& request, const PoolSession& pool,
                                       const Limits& limits);
 
-// Puts the pixels that are in the frames, uint8 [side, side, 3], into the format.
+// Converts the images of `frames`, which are uint8 [size_px, size_px, 3], to `format` in place.
 void WriteFrames(v1::FrameFormat format, google::protobuf::RepeatedPtrField<v1::Frame>* frames);
 
-// A frame set as a WatchPoolResponse, serialised.
+// Encodes a frame set and serialises it as a WatchPoolResponse.
 absl::Cord EncodeWatched(v1::FrameFormat format, FrameSet frame_set);
 
 }  // namespace procgen

@@ -9,7 +9,8 @@ namespace procgen {
 
 v1::Node NodeMessageOf(const NodeStatus& status);
 
-// The current nodes of a cluster. Response: that of ListNodes or of WatchNodes.
+// Returns the current nodes of a cluster. Response: v1::ListNodesResponse or
+// v1::WatchNodesResponse.
 template <typename Response>
 Response NodesMessageOf(const Cluster& cluster) {
   Response response;

@@ -89,9 +89,9 @@ absl::StatusOr<Encoding> EncodingOf(const v1::PoolSpec& spec) {
       return NoSuchValue("spec.encoding", spec.encoding());
   }
   if (spec.transport() == v1::TRANSPORT_SHARED_MEMORY) {
-    return absl::InvalidArgumentError(
-        absl::StrCat("spec.encoding is ", EnumText(spec.encoding()),
-                     ", allowed with TRANSPORT_SHARED_MEMORY: ENCODING_RAW, as nothing is sent"));
+    return absl::InvalidArgumentError(absl::StrCat(
+        "spec.encoding is ", EnumText(spec.encoding()),
+        ", allowed with TRANSPORT_SHARED_MEMORY: ENCODING_RAW, because observations are not sent"));
   }
   return Encoding::kDeltaZstd;
 }

@@ -8,12 +8,12 @@
 
 namespace procgen {
 
-// Errors: INVALID_ARGUMENT a value that its field does not offer.
+// Errors: INVALID_ARGUMENT a value is not allowed for its field.
 absl::StatusOr<ObservationFormat> ObservationFormatOf(const v1::ObservationFormat& message);
-// Every default filled in.
+// Sets every field, including defaults.
 void FillObservationFormat(const ObservationFormat& format, v1::ObservationFormat* message);
 
-// Errors: INVALID_ARGUMENT no such encoding, or one that does not go with the transport.
+// Errors: INVALID_ARGUMENT unknown encoding, or not allowed with the transport.
 absl::StatusOr<Encoding> EncodingOf(const v1::PoolSpec& spec);
 v1::Encoding EncodingMessageOf(Encoding encoding);
 

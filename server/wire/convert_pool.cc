@@ -17,7 +17,7 @@ namespace procgen {
 namespace {
 
 constexpr int kGamesMax = 64;
-constexpr size_t kGameLengthMax = 64;  // characters; no game has a longer name
+constexpr size_t kGameLengthMax = 64;  // largest length of a game's name, in characters
 
 absl::StatusOr<DistributionMode> DistributionModeOf(v1::DistributionMode mode) {
   switch (mode) {
@@ -96,7 +96,7 @@ absl::StatusOr<EnvironmentOptions> EnvironmentOptionsOf(const v1::EnvironmentOpt
   return options;
 }
 
-// Everything of a spec but its options, how batches travel and what concerns observations.
+// Checks the fields of a spec except options, transport and observations.
 absl::Status CheckSpec(const v1::PoolSpec& spec) {
   if (spec.games_size() < 1 || spec.games_size() > kGamesMax) {
     return absl::InvalidArgumentError(
@@ -258,7 +258,7 @@ absl::StatusOr<std::shared_ptr<const LevelSampler>> LevelSamplerOf(
 
 absl::StatusOr<std::shared_ptr<const LevelSampler>> HoldSampler(
     absl::string_view owner, std::shared_ptr<const LevelSampler> sampler, Quotas* quotas) {
-  // Weights are kept one by one and summed up.
+  // The sampler keeps the weights and their cumulative sums.
   const size_t bytes = sampler->level_seeds().size() * sizeof(int32_t) +
                        sampler->weights().size() * (sizeof(float) + sizeof(double));
   return quotas->Hold(owner, static_cast<int64_t>(bytes), std::move(sampler));

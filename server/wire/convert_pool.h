@@ -15,35 +15,35 @@
 
 namespace procgen {
 
-// What a spec asks of the engine; a rand_seed that is absent is drawn.
-// Errors: INVALID_ARGUMENT a value that its field does not offer.
+// Converts a spec to the engine's options. Draws an absent rand_seed.
+// Errors: INVALID_ARGUMENT a value is not allowed for its field.
 absl::StatusOr<PoolOptions> PoolOptionsOf(const v1::PoolSpec& spec);
 
-// A spec that asks for the same, every default filled in; without the level sampler, whose lists
-// may be long.
+// Converts options to a spec with every default filled in. Omits the level sampler, whose lists may
+// be long.
 v1::PoolSpec PoolSpecMessageOf(const PoolOptions& options);
 
-// The same as a message, every field filled in.
+// Converts options to a message with every field set.
 v1::EnvironmentOptions EnvironmentOptionsMessageOf(const EnvironmentOptions& options);
 
-// Whether a pool of `spec` shares memory with its learners, on a server that offers it or does not.
-// Errors: INVALID_ARGUMENT no such transport; UNIMPLEMENTED it is not offered. Whether it goes with
-// the encoding, CompressionOf checks.
+// Whether a pool of `spec` shares memory with its learners. `offered`: whether this server offers
+// shared memory. EncodingOf checks that the encoding is allowed with it.
+// Errors: INVALID_ARGUMENT unknown transport; UNIMPLEMENTED not offered.
 absl::StatusOr<bool> SharesMemory(const v1::PoolSpec& spec, bool offered);
 
-// The lease of a pool; infinite for a duration of 0, which means none. `field`: its name in errors.
-// Errors: INVALID_ARGUMENT an invalid or too short duration; RESOURCE_EXHAUSTED longer than the
+// Converts a lease duration; 0 means no lease, an infinite duration. `field`: its name in errors.
+// Errors: INVALID_ARGUMENT an invalid duration, or too short; RESOURCE_EXHAUSTED longer than the
 // limit.
 absl::StatusOr<absl::Duration> LeaseDurationOf(absl::string_view field,
                                                const google::protobuf::Duration& message,
                                                const Limits& limits);
 
-// `field` is what to call it. Errors: INVALID_ARGUMENT as LevelSampler::Create.
+// Converts a level sampler. `field`: its name in errors. Errors: those of LevelSampler::Create.
 absl::StatusOr<std::shared_ptr<const LevelSampler>> LevelSamplerOf(absl::string_view field,
                                                                    const v1::LevelSampler& message);
 
-// The same, counted among the buffers of `owner` until the last pool lets go of it. Errors:
-// RESOURCE_EXHAUSTED.
+// Returns `sampler` with its size reserved in the buffer quota of `owner`, until the last reference
+// is released. Errors: RESOURCE_EXHAUSTED.
 absl::StatusOr<std::shared_ptr<const LevelSampler>> HoldSampler(
     absl::string_view owner, std::shared_ptr<const LevelSampler> sampler, Quotas* quotas);
 
@@ -52,11 +52,10 @@ google::protobuf::Duration DurationMessageOf(absl::Duration duration);
 google::protobuf::Duration LeaseDurationMessageOf(absl::Duration lease_duration);
 void FillTimestamp(absl::Time time, google::protobuf::Timestamp* message);
 
-// The pool as a resource, its spec with every default filled in, but without the level sampler,
-// whose lists may be long.
+// Returns the pool's resource, with the spec of PoolSpecMessageOf.
 v1::Pool PoolMessageOf(const PoolSession& session);
 
-// The contract's name for a mode.
+// Converts a mode to the API's enum.
 v1::DistributionMode DistributionModeMessageOf(DistributionMode mode);
 
 }  // namespace procgen

@@ -10,15 +10,15 @@
 
 namespace procgen {
 
-// Fills in the description of a pool's shared memory. REQUIRES: it has a batch.
+// Sets `message` to the description of a pool's shared memory. REQUIRES: the pool has a batch.
 void FillSharedMemory(const PoolSession& pool, v1::SharedMemory* message);
 
-// Offers the learner of a stream that was just attached the pipes that `key` opens.
+// Adds to the response to attach how the learner opens its pipes; `key` authenticates it.
 void FillPipeTransport(const PipeListener& listener, const std::string& key,
                        v1::StepPoolResponse* response);
 
-// Makes `response` the whole answer to `request`, and returns where its values are to be written:
-// in the batch of shared memory that it was given.
+// Makes `response` the only response to `request`. Returns the arrays of its batch in shared
+// memory.
 Batch PrepareSharedResponse(const Request& request, const SharedBatchSlots& slots,
                             v1::StepPoolResponse* response);
 

@@ -9,10 +9,10 @@
 namespace procgen {
 namespace {
 
-// Bytes of the numbers of a row in a response, at most: five of four bytes (rewards, level_seeds,
+// Upper bound of a row's numbers in a response, in bytes: five of four bytes (rewards, level_seeds,
 // prev_level_seeds, episode_returns, episode_lengths), four flags and a fingerprint.
 constexpr int64_t kRowNumberBytes = 5 * 4 + 4 + 8;
-// All that a response has besides its rows: tags and lengths, at most, rounded up.
+// Upper bound of the tags and lengths of a response, in bytes.
 constexpr int64_t kResponseOverheadBytes = 256;
 constexpr int32_t kChunkCountMax = 64;
 
@@ -119,7 +119,7 @@ absl::Status ReadStreamRequest(StreamRequest* request) {
       break;
   }
   return absl::InvalidArgumentError(
-      "the request asks for nothing, allowed: step, reset, observe or level_sampler");
+      "the request is empty, allowed: step, reset, observe or level_sampler");
 }
 
 absl::StatusOr<int32_t> ResponseRowsMax(absl::string_view limit, const Request& request,

@@ -15,25 +15,25 @@
 
 namespace procgen {
 
-// A request of a stream with the memory that it refers to. Kept and filled again, unless it is
+// A request of a stream with the memory that it refers to. Reused for later requests, unless it is
 // large.
 struct StreamRequest {
   v1::StepPoolRequest message;
-  size_t message_bytes = 0;         // on the wire
-  Quotas::Reservation reservation;  // of a large one
+  size_t message_bytes = 0;         // serialised size
+  Quotas::Reservation reservation;  // of a large request
   std::vector<NextLevel> next_levels;
   std::vector<Reset> resets;
-  Request request;  // refers to the above
+  Request request;  // refers to the members above
 };
 
-// Fills in `next_levels`, `resets` and, but for its `arrival_time` and `chunk_rows_max`, `request`
-// from `message`; what depends on the pool is not checked. Errors: INVALID_ARGUMENT no request, or
-// one that must not be here; UNIMPLEMENTED.
+// Sets `next_levels`, `resets` and `request` (except `arrival_time` and `chunk_rows_max`) from
+// `message`. Does not check what depends on the pool.
+// Errors: INVALID_ARGUMENT the message is empty, an attach or invalid; UNIMPLEMENTED.
 absl::Status ReadStreamRequest(StreamRequest* request);
 
-// How many environments fit one response of at most `response_bytes_max` bytes, of a pool whose
-// observations are sent as `coding` says, however badly they can be compressed. At least 1. Errors:
-// RESOURCE_EXHAUSTED not even one; `limit` is what to call the limit.
+// Returns the number of environments that fit in one response of `response_bytes_max` bytes, with
+// observations in the form of `coding` and of any compressibility. At least 1.
+// Errors: RESOURCE_EXHAUSTED not one fits. `limit`: name of the limit in the error.
 absl::StatusOr<int32_t> ResponseRowsMax(absl::string_view limit, const Request& request,
                                         const ObservationCoding& coding,
                                         int64_t response_bytes_max);

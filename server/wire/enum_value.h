@@ -10,7 +10,7 @@
 
 namespace procgen {
 
-// The name of a value of the contract, or its number where it has none.
+// Returns the name of an API enum's value, or its number if it is unknown.
 template <typename Enum>
 std::string EnumText(Enum value) {
   const auto* descriptor = google::protobuf::GetEnumDescriptor<Enum>();
@@ -18,7 +18,7 @@ std::string EnumText(Enum value) {
   return named == nullptr ? absl::StrCat("number ", static_cast<int>(value)) : named->name();
 }
 
-// INVALID_ARGUMENT: what `field` is, and what it may be.
+// Returns an INVALID_ARGUMENT error with the value of `field` and the allowed ones.
 template <typename Enum>
 absl::Status NoSuchValue(absl::string_view field, Enum value) {
   std::string allowed;

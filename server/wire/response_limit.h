@@ -9,9 +9,9 @@
 
 namespace procgen {
 
-// The largest response to send, in bytes, to a client that asked for `asked` in `field`; 0: the
-// default. Errors: INVALID_ARGUMENT fewer than kMessageBytesMin; RESOURCE_EXHAUSTED more than the
-// limit.
+// Returns the largest size of a response to a client that requested `asked` in `field`, in bytes. 0
+// requests the default. Errors: INVALID_ARGUMENT less than kMessageBytesMin; RESOURCE_EXHAUSTED
+// more than the limit.
 absl::StatusOr<int64_t> ResponseBytesMax(absl::string_view field, int64_t asked,
                                          const Limits& limits);
 

@@ -39,7 +39,7 @@ TEST(ConfigTest, RemoteListeningNeedsTlsAndAuthentication) {
   EXPECT_THAT(CheckConfig(config),
               StatusIs(absl::StatusCode::kInvalidArgument,
                        "--address is 0.0.0.0:50051, which other machines can reach, without TLS: "
-                       "give --tls_certificate and --tls_key; and without asking who calls: give "
+                       "give --tls_certificate and --tls_key; and without authentication: give "
                        "--tokens or --tls_client_ca; or listen on loopback or a unix socket; or "
                        "--allow_insecure"));
   config.tls = {"certificate.pem", "key.pem", ""};
@@ -67,9 +67,8 @@ TEST(ConfigTest, MetricsAreLocalByDefault) {
   config.metrics_address = "0.0.0.0:9090";
   EXPECT_THAT(CheckConfig(config),
               StatusIs(absl::StatusCode::kInvalidArgument,
-                       "--metrics_address is 0.0.0.0:9090, which other machines can reach, and "
-                       "whoever asks is told, in plain text: listen on loopback; or "
-                       "--allow_insecure"));
+                       "--metrics_address is 0.0.0.0:9090, which other machines can reach, without "
+                       "TLS and authentication: listen on loopback; or --allow_insecure"));
   config.allow_insecure = true;
   EXPECT_THAT(CheckConfig(config), IsOk());
 }
@@ -93,11 +92,11 @@ TEST(ConfigTest, RemotePagesNeedTlsAndTokens) {
   EXPECT_THAT(CheckConfig(config),
               StatusIs(absl::StatusCode::kInvalidArgument,
                        "--web_address is [::]:8080, which other machines can reach, without TLS: "
-                       "give --tls_certificate and --tls_key; and without asking who calls: give "
+                       "give --tls_certificate and --tls_key; and without authentication: give "
                        "--tokens; or listen on loopback; or --allow_insecure"));
   config.tls = {"certificate.pem", "key.pem", ""};
   EXPECT_THAT(CheckConfig(config),
-              StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr("without asking who calls")));
+              StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr("without authentication")));
   config.tokens = "tokens";
   EXPECT_THAT(CheckConfig(config), IsOk());
   config.tls = {};

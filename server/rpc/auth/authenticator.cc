@@ -18,7 +18,7 @@ namespace {
 constexpr char kTokenKey[] = "authorization";
 constexpr absl::string_view kScheme = "Bearer ";
 
-// What the caller sent under "authorization"; none: nothing, or more than one thing.
+// Returns the value of the metadata "authorization"; nullopt unless there is exactly one.
 std::optional<absl::string_view> AuthorizationOf(const grpc::ServerContextBase& context) {
   const auto [begin, end] = context.client_metadata().equal_range(kTokenKey);
   if (begin == end || std::next(begin) != end) {
@@ -27,7 +27,7 @@ std::optional<absl::string_view> AuthorizationOf(const grpc::ServerContextBase& 
   return absl::string_view(begin->second.data(), begin->second.size());
 }
 
-// A name that is fit for logs and messages.
+// Whether `name` is valid in logs and messages.
 bool IsOwner(absl::string_view name) {
   return !name.empty() && name.size() <= kOwnerLengthMax &&
          std::all_of(name.begin(), name.end(),
@@ -47,21 +47,21 @@ absl::StatusOr<std::string> OwnerByCertificate(const grpc::AuthContext& peer) {
     break;
   }
   return absl::UnauthenticatedError(absl::StrCat(
-      "the client's certificate names nobody; expected a URI among its alternative names or a "
+      "the client's certificate has no name; expected a URI among its alternative names or a "
       "common name, of 1 to ",
-      kOwnerLengthMax, " printable characters of ASCII"));
+      kOwnerLengthMax, " printable ASCII characters"));
 }
 
 }  // namespace
 
-Authenticator::Authenticator(std::shared_ptr<TokenFile> tokens, bool certificates_tell)
-    : tokens_(std::move(tokens)), certificates_tell_(certificates_tell) {}
+Authenticator::Authenticator(std::shared_ptr<TokenFile> tokens, bool use_certificates)
+    : tokens_(std::move(tokens)), use_certificates_(use_certificates) {}
 
 absl::StatusOr<std::string> Authenticator::OwnerOf(const grpc::ServerContextBase& context) const {
   if (tokens_ != nullptr) {
     return OwnerByToken(context);
   }
-  if (certificates_tell_) {
+  if (use_certificates_) {
     return OwnerByCertificate(*context.auth_context());
   }
   return "";
@@ -73,7 +73,7 @@ absl::StatusOr<std::string> Authenticator::OwnerByToken(
       "expected: metadata 'authorization: Bearer TOKEN', once, with a token of this server";
   const std::optional<absl::string_view> authorization = AuthorizationOf(context);
   if (!authorization.has_value() || !absl::StartsWithIgnoreCase(*authorization, kScheme)) {
-    return absl::UnauthenticatedError(absl::StrCat("the call bears no token; ", kExpected));
+    return absl::UnauthenticatedError(absl::StrCat("the call has no token; ", kExpected));
   }
   std::optional<std::string> owner =
       tokens_->OwnerOf(absl::StripAsciiWhitespace(authorization->substr(kScheme.size())));

@@ -17,8 +17,9 @@ namespace procgen {
 // Without both, all callers are the owner "". Threads: any method from any thread.
 class Authenticator {
  public:
-  // `tokens`: null if there is no token file.
-  Authenticator(std::shared_ptr<TokenFile> tokens, bool certificates_tell);
+  // `tokens`: null if there is no token file. `use_certificates`: clients must
+  // present a certificate.
+  Authenticator(std::shared_ptr<TokenFile> tokens, bool use_certificates);
 
   // Errors: UNAUTHENTICATED the token is missing or unknown, or the certificate has no name; the
   // message contains the expected form and nothing that was given.
@@ -28,7 +29,7 @@ class Authenticator {
   absl::StatusOr<std::string> OwnerByToken(const grpc::ServerContextBase& context) const;
 
   const std::shared_ptr<TokenFile> tokens_;
-  const bool certificates_tell_;
+  const bool use_certificates_;
 };
 
 }  // namespace procgen

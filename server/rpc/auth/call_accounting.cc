@@ -19,7 +19,7 @@ CallAccounting::CallAccounting(Authenticator authenticator, absl::Duration reque
 absl::StatusOr<Caller> CallAccounting::Admit(const grpc::ServerContextBase& context) const {
   absl::StatusOr<std::string> owner = authenticator_.OwnerOf(context);
   if (!owner.ok()) {
-    // Not louder, for anybody can make as many of these lines as they like.
+    // Logged as debug only, because any client can cause any number of these lines.
     LogEvent(LogLevel::kDebug, "caller_refused",
              {{"peer", context.peer()}, {"message", std::string(owner.status().message())}});
     Refuse(context);
@@ -39,7 +39,7 @@ absl::StatusOr<AnonymousCall> CallAccounting::AdmitAnonymous(
   if (!connections_->BeginCall(peer)) {
     return absl::ResourceExhaustedError(
         absl::StrCat("the connection has ", Connections::kOpenCallCountMax,
-                     " calls under way that bear no token, which is the limit"));
+                     " calls without a token in progress, which is the limit"));
   }
   return AnonymousCall(connections_, std::move(peer));
 }

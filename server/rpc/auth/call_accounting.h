@@ -50,9 +50,9 @@ class CallAccounting {
   // Counts a call of an unknown method as refused.
   void Refuse(const grpc::ServerContextBase& context) const;
 
-  // Counts `bytes` of requests or responses among the buffers of `owner`. Errors:
-  // RESOURCE_EXHAUSTED.
-  absl::StatusOr<Quotas::Reservation> HoldBytes(absl::string_view owner, int64_t bytes) const {
+  // Reserves `bytes` of requests or responses in the buffer quota of `owner`.
+  // Errors: RESOURCE_EXHAUSTED.
+  absl::StatusOr<Quotas::Reservation> ReserveBytes(absl::string_view owner, int64_t bytes) const {
     return quotas_->Reserve(owner, {.buffer_bytes = bytes});
   }
 

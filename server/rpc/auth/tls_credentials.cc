@@ -7,8 +7,8 @@
 namespace procgen {
 namespace {
 
-// gRPC's credentials with a certificate that can change, which its C++ interface does not offer
-// without files of half a pair being used.
+// gRPC credentials with a replaceable certificate. gRPC's C++ interface would use a new certificate
+// with the old key while only one of the files is replaced.
 class ReloadedCredentials final : public grpc::ServerCredentials {
  public:
   explicit ReloadedCredentials(grpc_server_credentials* credentials) : credentials_(credentials) {}
@@ -50,7 +50,7 @@ grpc_ssl_certificate_config_reload_status TlsCredentials::Fetch(
     return GRPC_SSL_CERTIFICATE_CONFIG_RELOAD_UNCHANGED;
   }
   fetched_version_ = version;
-  // gRPC wants roots also where it will ask no client for a certificate.
+  // gRPC requires root certificates even if it does not request client certificates.
   const std::string& roots =
       files_->requires_client_certificate() ? contents.client_ca : contents.certificate;
   const grpc_ssl_pem_key_cert_pair pair = {contents.key.c_str(), contents.certificate.c_str()};

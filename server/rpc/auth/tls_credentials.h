@@ -30,7 +30,7 @@ class TlsCredentials {
 
   const std::shared_ptr<TlsFiles> files_;
   absl::Mutex mutex_;
-  int64_t fetched_version_ ABSL_GUARDED_BY(mutex_) = 0;  // of files_, that gRPC has
+  int64_t fetched_version_ ABSL_GUARDED_BY(mutex_) = 0;  // version of files_ that gRPC has
 };
 
 }  // namespace procgen

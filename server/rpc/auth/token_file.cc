@@ -22,7 +22,7 @@ std::array<uint8_t, 32> DigestOf(absl::string_view token) {
   return digest;
 }
 
-// The characters that a bearer token may have, by RFC 6750.
+// Whether `letter` is allowed in a bearer token (RFC 6750).
 bool IsTokenLetter(char letter) {
   return absl::ascii_isalnum(static_cast<unsigned char>(letter)) ||
          absl::StrContains("-._~+/=", letter);
@@ -38,13 +38,13 @@ absl::Status CheckLine(const std::vector<absl::string_view>& words) {
                    [](unsigned char letter) { return absl::ascii_isgraph(letter); })) {
     return absl::InvalidArgumentError(absl::StrCat("has an owner of ", words[0].size(),
                                                    " characters, allowed: 1 to ", kOwnerLengthMax,
-                                                   " printable ones of ASCII"));
+                                                   " printable ASCII characters"));
   }
   if (words[1].size() < kTokenLengthMin || words[1].size() > kTokenLengthMax ||
       !std::all_of(words[1].begin(), words[1].end(), IsTokenLetter)) {
     return absl::InvalidArgumentError(absl::StrCat(
         "has a token of ", words[1].size(), " characters, allowed: ", kTokenLengthMin, " to ",
-        kTokenLengthMax, " of a-z, A-Z, 0-9 and -._~+/=; 'openssl rand -hex 32' makes one"));
+        kTokenLengthMax, " of a-z, A-Z, 0-9 and -._~+/=; 'openssl rand -hex 32' generates one"));
   }
   return absl::OkStatus();
 }
@@ -53,7 +53,7 @@ absl::Status CheckLine(const std::vector<absl::string_view>& words) {
 
 absl::StatusOr<std::vector<TokenDigest>> ParseTokens(absl::string_view text) {
   std::vector<TokenDigest> digests;
-  std::map<std::array<uint8_t, 32>, int> seen;  // in which line
+  std::map<std::array<uint8_t, 32>, int> seen;  // line number by digest
   int line_number = 0;
   for (absl::string_view line : absl::StrSplit(text, '\n')) {
     ++line_number;

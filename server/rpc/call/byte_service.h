@@ -24,16 +24,16 @@ using ByteStream = grpc::ServerBidiReactor<grpc::ByteBuffer, grpc::ByteBuffer>;
 // are therefore registered as bidirectional streams, which are the same on the wire.
 class ByteService : public grpc::Service {
  public:
-  // Makes the reactor of a call.
+  // Creates the reactor of a call.
   using Begin = std::function<ByteStream*(grpc::CallbackServerContext*)>;
 
-  // "package.Service" of its first method.
+  // Name of the service, "package.Service".
   std::string service_name() const;
 
  protected:
   // Registers `begin` for a method, "package.Service/Method".
   void AddByteMethod(absl::string_view method, Begin begin);
-  // The method that takes `Request`.
+  // Registers `begin` for the method that takes `Request`.
   template <typename Request>
   void AddByteMethod(Begin begin) {
     AddByteMethod(FullMethodNameOf(*Request::descriptor()), std::move(begin));

@@ -11,7 +11,8 @@ namespace procgen {
 void OneRequestStream::ReadRequest(absl::Duration timeout) {
   waiting_ = std::make_shared<std::atomic<OneRequestStream*>>(this);
   alarm_.Set(GrpcDeadlineIn(timeout), [waiting = waiting_, timeout](bool has_expired) {
-    // Whoever takes it is the only one to go on; gRPC has not done with it before that.
+    // Either the timeout or OnReadDone takes the stream and continues. Until then it is not
+    // deleted.
     OneRequestStream* const stream = has_expired ? waiting->exchange(nullptr) : nullptr;
     if (stream != nullptr) {
       stream->OnRequest(absl::DeadlineExceededError(
@@ -28,7 +29,7 @@ void OneRequestStream::OnReadDone(bool ok) {
   }
   alarm_.Cancel();
   if (!ok) {
-    OnRequest(absl::CancelledError("the call ended before its request came"));
+    OnRequest(absl::CancelledError("the call ended before its request arrived"));
     return;
   }
   OnRequest(std::move(request_));

@@ -12,14 +12,14 @@
 
 namespace procgen {
 
-// A call of a method that takes one request. Threads: reactions run one at a time, the timeout
-// beside them.
+// A call of a method that takes one request.
+// Threads: gRPC's reactions run one at a time; the timeout may run concurrently.
 class OneRequestStream : public ByteStream {
  protected:
   ~OneRequestStream() override = default;
 
-  // Reads the request; OnRequest follows once, on any thread. To be called once, before any other
-  // operation of the stream, and not after Finish.
+  // Reads the request, then calls OnRequest once, on any thread. Must be called once, before any
+  // other operation of the stream.
   void ReadRequest(absl::Duration timeout);
 
   // Receives the request. Errors: DEADLINE_EXCEEDED no request within the timeout; CANCELLED the
@@ -30,8 +30,8 @@ class OneRequestStream : public ByteStream {
   void OnReadDone(bool ok) final;
 
   grpc::ByteBuffer request_;
-  // This until the request or the timeout has taken it. Shared with the alarm, whose callback may
-  // run after this has gone.
+  // This object, until OnReadDone or the timeout takes it. Shared with the alarm, whose callback
+  // may run after the object is deleted.
   std::shared_ptr<std::atomic<OneRequestStream*>> waiting_;
   grpc::Alarm alarm_;
 };

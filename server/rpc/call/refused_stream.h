@@ -6,7 +6,7 @@
 
 namespace procgen {
 
-// A call that ends with an error at once.
+// A call that ends immediately with an error.
 class RefusedStream final : public ByteStream {
  public:
   explicit RefusedStream(const grpc::Status& status) { Finish(status); }

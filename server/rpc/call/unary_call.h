@@ -35,7 +35,7 @@ class UnaryCall final : public OneRequestStream {
   const Request& request() const { return request_; }
   Response* response() { return &response_; }
 
-  // Answers with the response, or with an error.
+  // Ends the call with the response or an error.
   void Finish(const absl::Status& status) {
     const absl::Status answered = status.ok() ? Serialize() : status;
     // A reader may be slow: only the serialised response waits for it.
@@ -75,7 +75,7 @@ class UnaryCall final : public OneRequestStream {
       status = ParseMessage(*bytes, &request_);
     }
     if (status.ok() && bytes->Length() > kLargeMessageBytes) {
-      status = Hold(request_.SpaceUsedLong(), &request_reservation_);
+      status = Reserve(request_.SpaceUsedLong(), &request_reservation_);
       bytes->Clear();
     }
     if (!status.ok()) {
@@ -87,21 +87,21 @@ class UnaryCall final : public OneRequestStream {
 
   void OnDone() override { delete this; }
 
-  absl::Status Hold(size_t bytes, Quotas::Reservation* reservation) {
-    absl::StatusOr<Quotas::Reservation> taken =
-        accounting_.HoldBytes(owner(), static_cast<int64_t>(bytes));
-    if (!taken.ok()) {
-      return taken.status();
+  absl::Status Reserve(size_t bytes, Quotas::Reservation* reservation) {
+    absl::StatusOr<Quotas::Reservation> reserved =
+        accounting_.ReserveBytes(owner(), static_cast<int64_t>(bytes));
+    if (!reserved.ok()) {
+      return reserved.status();
     }
-    *reservation = *std::move(taken);
+    *reservation = *std::move(reserved);
     return absl::OkStatus();
   }
 
   absl::Status Serialize() {
     const size_t byte_count = response_.ByteSizeLong();
     if (byte_count > kLargeMessageBytes) {
-      if (absl::Status held = Hold(byte_count, &response_reservation_); !held.ok()) {
-        return held;
+      if (absl::Status status = Reserve(byte_count, &response_reservation_); !status.ok()) {
+        return status;
       }
     }
     bool own_buffer = false;

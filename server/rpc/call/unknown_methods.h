@@ -10,7 +10,7 @@
 
 namespace procgen {
 
-// Calls of methods that no service has: they fail with UNIMPLEMENTED and count as refused.
+// Handles calls of unknown methods: they fail with UNIMPLEMENTED and count as refused.
 class UnknownMethods final : public grpc::CallbackGenericService {
  public:
   // `accounting` must outlive this.

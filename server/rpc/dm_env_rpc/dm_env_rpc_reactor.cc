@@ -13,11 +13,11 @@ std::shared_ptr<DmEnvRpcReactor> DmEnvRpcReactor::Start(PoolSupervisor* supervis
                                                         const CallAccounting* accounting,
                                                         grpc::CallbackServerContext* context,
                                                         Caller caller) {
-  // Shared, because the end of a world may still be told when gRPC has done with the stream.
+  // Shared, because the end of a world may be reported after OnDone.
   std::shared_ptr<DmEnvRpcReactor> reactor(
       new DmEnvRpcReactor(supervisor, accounting, context, std::move(caller)));
   reactor->self_ = reactor;
-  // Weak, because the stream has the session, which keeps what it calls.
+  // Weak, because the stream owns the session, which owns its callback.
   reactor->session_ = std::make_unique<DmEnvRpcSession>(
       supervisor, worlds, reactor->caller_.owner,
       [weak = reactor->weak_from_this()](const absl::Status& status) {
@@ -167,7 +167,7 @@ void DmEnvRpcReactor::EndNow(const absl::Status& status, bool cancelled) {
       status_ = status;
     }
   }
-  session_->GiveUp();
+  session_->CancelWait();
   Drive();
 }
 

@@ -15,27 +15,27 @@
 
 namespace procgen {
 
-// One stream of dm_env_rpc, between gRPC's reactions and a DmEnvRpcSession.
+// The gRPC reactor of a dm_env_rpc stream, which passes requests to a DmEnvRpcSession.
 //
-// One request at a time is answered; meanwhile the next is read, and none further, until the answer
-// is written. The stream ends when its client has half-closed it and all is answered; when it is
-// cancelled or the server drains, after the request that is being answered.
+// Requests are answered one at a time. The next one is read meanwhile, but no further one until the
+// response is written. The stream ends when its client has half-closed it and all requests are
+// answered. After a cancellation or during a drain it ends after the current request.
 //
-// All decisions are in NextAction, under the lock; each event notes what happened and calls Drive,
-// which acts outside of the lock until there is nothing to do.
+// All decisions are in NextAction, under the lock. Each event records what happened and calls
+// Drive, which acts outside of the lock until there is nothing to do.
 //
-// Threads: gRPC's reactions, answers and End come from any thread, at the same time.
-// Lock order: mutex_ is held by none of the calls out.
+// Threads: gRPC's reactions, answers and End may come from any thread, concurrently.
+// Lock order: mutex_ is not held during calls to other objects.
 class DmEnvRpcReactor final : public grpc::ServerBidiReactor<grpc::ByteBuffer, grpc::ByteBuffer>,
                               public std::enable_shared_from_this<DmEnvRpcReactor> {
  public:
-  // Begins to serve a stream; it ends itself. What is pointed to must outlive it.
+  // Starts to serve a stream. The pointers must outlive it.
   static std::shared_ptr<DmEnvRpcReactor> Start(PoolSupervisor* supervisor, JoinedWorlds* worlds,
                                                 const CallAccounting* accounting,
                                                 grpc::CallbackServerContext* context,
                                                 Caller caller);
 
-  // Ends the stream with `status`, once the request that is being answered is.
+  // Ends the stream with `status` after the current request.
   void End(const absl::Status& status);
 
  private:
@@ -57,7 +57,7 @@ class DmEnvRpcReactor final : public grpc::ServerBidiReactor<grpc::ByteBuffer, g
   void OnAnswered(const absl::Status& status);
   void Write();
   void FinishStream();
-  // Takes no further request; `cancelled`: and writes no answer.
+  // Stops reading requests. `cancelled`: also stops writing responses.
   void EndNow(const absl::Status& status, bool cancelled);
 
   PoolSupervisor* const supervisor_;
@@ -67,10 +67,10 @@ class DmEnvRpcReactor final : public grpc::ServerBidiReactor<grpc::ByteBuffer, g
   std::unique_ptr<DmEnvRpcSession> session_;
   std::shared_ptr<DmEnvRpcReactor> self_;  // until OnDone
 
-  grpc::ByteBuffer read_bytes_;       // of a read, until it is answered
-  grpc::ByteBuffer request_bytes_;    // of the answer under way
-  dm::EnvironmentRequest request_;    // of the answer under way
-  dm::EnvironmentResponse response_;  // of it, until it is written
+  grpc::ByteBuffer read_bytes_;       // the next request
+  grpc::ByteBuffer request_bytes_;    // the current request
+  dm::EnvironmentRequest request_;    // the current request
+  dm::EnvironmentResponse response_;  // to the current request, until it is written
   grpc::ByteBuffer written_bytes_;
 
   absl::Mutex mutex_;
@@ -78,11 +78,11 @@ class DmEnvRpcReactor final : public grpc::ServerBidiReactor<grpc::ByteBuffer, g
   bool has_request_ ABSL_GUARDED_BY(mutex_) = false;  // in read_bytes_
   bool reading_ended_ ABSL_GUARDED_BY(mutex_) = false;
   bool answering_ ABSL_GUARDED_BY(mutex_) = false;
-  bool has_response_ ABSL_GUARDED_BY(mutex_) = false;  // that is not written
+  bool has_response_ ABSL_GUARDED_BY(mutex_) = false;  // in response_, not written yet
   bool writing_ ABSL_GUARDED_BY(mutex_) = false;
   bool cancelled_ ABSL_GUARDED_BY(mutex_) = false;
   bool finished_ ABSL_GUARDED_BY(mutex_) = false;
-  absl::Status status_ ABSL_GUARDED_BY(mutex_);  // with which the stream ends
+  absl::Status status_ ABSL_GUARDED_BY(mutex_);  // final status of the stream
 };
 
 }  // namespace procgen

@@ -28,7 +28,7 @@ ByteStream* DmEnvRpcServiceImpl::Process(grpc::CallbackServerContext* context) {
     absl::MutexLock lock(&mutex_);
     draining = draining_;
     if (streams_.size() >= streams_kept_max_) {
-      ForgetEnded();
+      RemoveEnded();
     }
     streams_.push_back(stream);
   }
@@ -38,7 +38,7 @@ ByteStream* DmEnvRpcServiceImpl::Process(grpc::CallbackServerContext* context) {
   return stream.get();
 }
 
-void DmEnvRpcServiceImpl::ForgetEnded() {
+void DmEnvRpcServiceImpl::RemoveEnded() {
   streams_.erase(std::remove_if(streams_.begin(), streams_.end(),
                                 [](const auto& stream) { return stream.expired(); }),
                  streams_.end());

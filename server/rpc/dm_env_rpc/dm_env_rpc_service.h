@@ -21,15 +21,15 @@ class DmEnvRpcServiceImpl final : public ByteService {
   // `supervisor` and `accounting` must outlive this.
   DmEnvRpcServiceImpl(PoolSupervisor* supervisor, const CallAccounting* accounting);
 
-  // Ends all streams with UNAVAILABLE, those that come later, too: also those that have joined no
-  // world, of which nobody else knows.
+  // Ends all current and future streams with UNAVAILABLE. PoolSupervisor::Drain reaches only
+  // streams that have joined a world.
   void Drain();
 
  private:
   static constexpr size_t kStreamsKeptMin = 64;
 
   ByteStream* Process(grpc::CallbackServerContext* context);
-  void ForgetEnded() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+  void RemoveEnded() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
 
   PoolSupervisor* const supervisor_;
   const CallAccounting* const accounting_;
@@ -37,7 +37,7 @@ class DmEnvRpcServiceImpl final : public ByteService {
 
   absl::Mutex mutex_;
   bool draining_ ABSL_GUARDED_BY(mutex_) = false;
-  // All that there are, and some that have ended: they are forgotten when there are many.
+  // All current streams, and some ended ones, which are removed when there are many.
   std::vector<std::weak_ptr<DmEnvRpcReactor>> streams_ ABSL_GUARDED_BY(mutex_);
   size_t streams_kept_max_ ABSL_GUARDED_BY(mutex_) = kStreamsKeptMin;
 };

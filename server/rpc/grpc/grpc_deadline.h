@@ -6,7 +6,7 @@
 
 namespace procgen {
 
-// The time that is `timeout` from now, as gRPC takes it: by the steady clock.
+// Returns the time `timeout` from now on the steady clock.
 inline gpr_timespec GrpcDeadlineIn(absl::Duration timeout) {
   return gpr_time_add(gpr_now(GPR_CLOCK_MONOTONIC),
                       gpr_time_from_nanos(absl::ToInt64Nanoseconds(timeout), GPR_TIMESPAN));

@@ -8,7 +8,7 @@
 namespace procgen {
 namespace {
 
-// A byte of a character that is not its first.
+// Whether `byte` is a byte of a UTF-8 character other than its first.
 bool IsUtf8Continuation(char byte) { return (static_cast<uint8_t>(byte) & 0xC0U) == 0x80U; }
 
 }  // namespace

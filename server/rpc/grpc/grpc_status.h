@@ -8,11 +8,11 @@
 
 namespace procgen {
 
-// The most bytes of a message: three times as many, as gRPC writes what is not ASCII, and the rest
-// of the trailers fit the 8 KiB that clients take.
+// Largest size of a status message, in bytes. gRPC percent-encodes non-ASCII bytes, which triples
+// their size; with the other trailers this fits in the 8 KiB that clients accept.
 inline constexpr size_t kStatusMessageBytesMax = 2048;
 
-// The same code and message, as far as that has room; the numbers of both are the canonical ones.
+// Converts a status: the same canonical code, and the message truncated to kStatusMessageBytesMax.
 grpc::Status ToGrpcStatus(const absl::Status& status);
 
 }  // namespace procgen

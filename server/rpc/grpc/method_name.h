@@ -7,14 +7,14 @@
 
 namespace procgen {
 
-// The method of the contract that takes `request`, "SERVICE/METHOD". REQUIRES: one of its file
-// does.
+// Returns the name of the API method that takes `request`, "SERVICE/METHOD". REQUIRES: a service in
+// the same file has such a method.
 std::string MethodNameOf(const google::protobuf::Descriptor& request);
 
-// As above with the package, "package.SERVICE/METHOD".
+// The same with the package, "package.SERVICE/METHOD".
 std::string FullMethodNameOf(const google::protobuf::Descriptor& request);
 
-// As above; made once.
+// The same, computed once per type.
 template <typename Request>
 const std::string& MethodNameOf() {
   static const std::string* const name = new std::string(MethodNameOf(*Request::descriptor()));

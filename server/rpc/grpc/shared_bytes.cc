@@ -10,8 +10,8 @@
 namespace procgen {
 namespace {
 
-// So few bytes are sooner copied than shared. Short slices, which hold their bytes in themselves,
-// could not be shared so.
+// Slices up to this size are copied, which is cheaper than sharing. Slices with inline bytes, which
+// could not be shared in this way, are smaller.
 constexpr size_t kCopiedBytesMax = 512;
 
 }  // namespace
@@ -33,13 +33,15 @@ absl::Cord CordOf(const grpc::ByteBuffer& bytes) {
 
 grpc::ByteBuffer ByteBufferOf(const absl::Cord& bytes) {
   std::vector<grpc::Slice> slices;
-  using Held = std::shared_ptr<const absl::Cord>;
-  const auto let_go = [](void* held) { delete static_cast<Held*>(held); };
-  // On the heap, because a short Cord holds its bytes in itself.
+  using SharedCord = std::shared_ptr<const absl::Cord>;
+  const auto release = [](void* held) { delete static_cast<SharedCord*>(held); };
+  // On the heap, because a short Cord stores its bytes inline.
   const auto whole = std::make_shared<const absl::Cord>(bytes);
   for (const absl::string_view chunk : whole->Chunks()) {
-    // Each slice holds the whole. gRPC only reads what it sends; its type does not say so.
-    slices.emplace_back(const_cast<char*>(chunk.data()), chunk.size(), let_go, new Held(whole));
+    // Each slice keeps the whole Cord alive. gRPC only reads the bytes, although its type is not
+    // const.
+    slices.emplace_back(const_cast<char*>(chunk.data()), chunk.size(), release,
+                        new SharedCord(whole));
   }
   return {slices.data(), slices.size()};
 }

@@ -8,7 +8,7 @@
 
 namespace procgen {
 
-// CatalogService: returns the catalog, which is built once at the start, and the load.
+// CatalogService: returns the load and the catalog, which is built once in the constructor.
 class CatalogServiceImpl final : public ByteService {
  public:
   // `supervisor` and `accounting` must outlive this.

@@ -28,9 +28,10 @@ absl::StatusOr<CloneSourceAllowlist> CloneSourceAllowlist::Parse(absl::string_vi
     }
     const absl::StatusOr<Address> with_port = ParseAddress(absl::StrCat(entry, ":0"));
     if (!with_port.ok()) {
-      return absl::InvalidArgumentError(absl::StrCat(
-          "has '", entry,
-          "', allowed: HOST, HOST:PORT, unix:PATH, or 'local', with commas between; or 'none'"));
+      return absl::InvalidArgumentError(
+          absl::StrCat("has '", entry,
+                       "', allowed: 'none', or a comma-separated list of HOST, HOST:PORT, "
+                       "unix:PATH and 'local'"));
     }
     allowlist.hosts_.push_back(absl::AsciiStrToLower(with_port->host));
   }

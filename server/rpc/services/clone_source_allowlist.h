@@ -16,16 +16,16 @@ class CloneSourceAllowlist {
   // Allows no server.
   CloneSourceAllowlist() = default;
 
-  // Reads a list with commas: HOST (any port of it), HOST:PORT, unix:PATH, or "local" (loopback and
-  // all sockets of this machine); or "none". Errors: INVALID_ARGUMENT any other text.
+  // Parses "none" or a comma-separated list of HOST (any port), HOST:PORT, unix:PATH and "local"
+  // (loopback and all unix sockets of this machine). Errors: INVALID_ARGUMENT any other text.
   static absl::StatusOr<CloneSourceAllowlist> Parse(absl::string_view list);
 
   bool Allows(const Address& address) const;
 
  private:
   bool allows_local_ = false;
-  std::vector<std::string> hosts_;  // with any port; in small letters, as those below
-  std::vector<Address> addresses_;
+  std::vector<std::string> hosts_;  // with any port; lower case
+  std::vector<Address> addresses_;  // lower case
 };
 
 }  // namespace procgen

@@ -10,7 +10,9 @@
 namespace procgen {
 namespace {
 
-absl::Status StopsError() { return absl::UnavailableError("the server stops; ask another node"); }
+absl::Status StoppingError() {
+  return absl::UnavailableError("the server stops; ask another node");
+}
 
 }  // namespace
 
@@ -30,7 +32,7 @@ void ClusterServiceImpl::EndWatches() {
   }
   for (const std::weak_ptr<WatchNodesReactor>& each : watches) {
     if (const std::shared_ptr<WatchNodesReactor> watch = each.lock(); watch != nullptr) {
-      watch->Close(StopsError());
+      watch->Close(StoppingError());
     }
   }
 }
@@ -46,11 +48,11 @@ ByteStream* ClusterServiceImpl::ListNodes(grpc::CallbackServerContext* context) 
 ByteStream* ClusterServiceImpl::WatchNodes(grpc::CallbackServerContext* context) {
   absl::StatusOr<Caller> caller = accounting_->Admit(*context);
   absl::MutexLock lock(&mutex_);
-  absl::Status status = ends_watches_ ? StopsError() : caller.status();
+  absl::Status status = ends_watches_ ? StoppingError() : caller.status();
   if (!status.ok()) {
     return new RefusedStream(accounting_->EndCall(MethodNameOf<v1::WatchNodesRequest>(), status));
   }
-  // What else the caller counts in is left: a drain does not wait for those who watch.
+  // Only the reservation is kept, so the watch does not count as a call that a drain waits for.
   const std::shared_ptr<WatchNodesReactor> watch =
       WatchNodesReactor::Start(cluster_, accounting_, std::move(caller->reservation));
   std::erase_if(watches_, [](const auto& each) { return each.expired(); });

@@ -20,7 +20,7 @@ constexpr char kCheck[] = "Health/Check";
 constexpr char kWatch[] = "Health/Watch";
 constexpr size_t kServiceLengthMax = 256;
 
-// The service that a request is about.
+// Returns the name of the service in a request.
 absl::StatusOr<std::string> ServiceOf(const absl::StatusOr<grpc::ByteBuffer>& request) {
   HealthCheckRequest message;
   absl::Status status = request.status();
@@ -32,7 +32,8 @@ absl::StatusOr<std::string> ServiceOf(const absl::StatusOr<grpc::ByteBuffer>& re
   }
   if (message.service().size() > kServiceLengthMax) {
     return absl::InvalidArgumentError(absl::StrCat("service has ", message.service().size(),
-                                                   " characters, allowed: ", kServiceLengthMax));
+                                                   " characters, allowed: at most ",
+                                                   kServiceLengthMax));
   }
   return std::move(*message.mutable_service());
 }
@@ -64,7 +65,7 @@ class CheckCall final : public OneRequestStream {
     const HealthServiceImpl::Status status = health_->StatusOf(*service);
     if (status == HealthCheckResponse::SERVICE_UNKNOWN) {
       Finish(accounting_->EndCall(
-          kCheck, absl::NotFoundError("there is no service of that name; reflection lists them")));
+          kCheck, absl::NotFoundError("there is no such service; reflection lists all services")));
       return;
     }
     call_.MarkAnswered();

@@ -15,15 +15,15 @@
 
 namespace procgen {
 
-// grpc.health.v1.Health: whether the server, and each of its services, serves. gRPC's own is not
-// used because it does not limit its calls.
+// grpc.health.v1.Health: the serving status of the server and of each service. gRPC's own
+// implementation is not used because it does not limit its calls.
 // Threads: any method from any thread.
 class HealthServiceImpl final : public ByteService {
  public:
   using Status = grpc::health::v1::HealthCheckResponse::ServingStatus;
 
-  // `services`: that it knows besides "", which is the server. It serves nothing yet. `accounting`
-  // must outlive this.
+  // `services`: names of the services, besides "" for the server. Initially none is serving.
+  // `accounting` must outlive this.
   HealthServiceImpl(const CallAccounting* accounting, std::set<std::string> services);
 
   // Sets the status of all services and sends it to all watches.
@@ -31,7 +31,7 @@ class HealthServiceImpl final : public ByteService {
   // Ends all streams of Watch.
   void EndWatches() ABSL_LOCKS_EXCLUDED(mutex_);
 
-  // SERVICE_UNKNOWN: there is no such service.
+  // Returns SERVICE_UNKNOWN for an unknown service.
   Status StatusOf(const std::string& service) const ABSL_LOCKS_EXCLUDED(mutex_);
 
  private:

@@ -24,16 +24,16 @@ absl::Status ListPage(const PoolSupervisor& supervisor, absl::string_view owner,
     return absl::InvalidArgumentError(
         absl::StrCat("page_size is ", request.page_size(), ", allowed: 0 to ", kPageSizeMax));
   }
-  // A token is the number of the last pool that was listed.
+  // A token is the number of the last listed pool.
   int64_t after = 0;
   if (!request.page_token().empty() &&
       (!absl::SimpleAtoi(request.page_token(), &after) || after < 1)) {
-    return absl::InvalidArgumentError("page_token is not one that an earlier answer gave");
+    return absl::InvalidArgumentError("page_token is not from an earlier response");
   }
   const int32_t size = request.page_size() == 0 || request.page_size() > kPageSizeMax
                            ? kPageSizeMax
                            : request.page_size();
-  // One more tells whether there is another page.
+  // One more than requested, to detect whether there is another page.
   std::vector<PoolSupervisor::Numbered> pools =
       supervisor.List(owner, after, static_cast<size_t>(size) + 1);
   if (pools.size() > static_cast<size_t>(size)) {
@@ -65,13 +65,13 @@ absl::Status Renew(const PoolSupervisor& supervisor, absl::string_view owner,
   return status;
 }
 
-// A pool whose observations fit no response would be of no use.
+// Checks that one observation fits in a response; otherwise the pool would be unusable.
 absl::Status CheckAnswersFit(const ObservationCoding& coding, const Limits& limits) {
   return ResponseRowsMax("response_bytes_max", Request(), coding, limits.response_bytes_max)
       .status();
 }
 
-// How a pool of `spec` is kept, and how what it answers travels.
+// Returns the session options of a pool of `spec`: its lease, encoding and transport.
 absl::StatusOr<SessionOptions> SessionOptionsOf(const v1::PoolSpec& spec,
                                                 const ObservationFormat& format,
                                                 const PoolSupervisor& supervisor) {

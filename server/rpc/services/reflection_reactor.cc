@@ -14,7 +14,7 @@ ByteStream* ReflectionReactor::Start(const CallAccounting* accounting,
   std::shared_ptr<ReflectionReactor> reactor(
       new ReflectionReactor(accounting, context, std::move(call), std::move(answer)));
   reactor->self_ = reactor;
-  // Weak, because the alarm is the stream's and keeps what it calls.
+  // Weak, because the stream owns the alarm, which owns its callback.
   reactor->alarm_.Set(GrpcDeadlineIn(accounting->request_timeout()),
                       [weak = reactor->weak_from_this()](bool has_expired) {
                         const std::shared_ptr<ReflectionReactor> stream = weak.lock();
@@ -65,7 +65,7 @@ void ReflectionReactor::OnWriteDone(bool ok) {
 void ReflectionReactor::OnTimeout() {
   absl::MutexLock lock(&mutex_);
   if (writes_) {
-    // The client does not read; the write fails, and ends the stream.
+    // The client does not read. The cancellation fails the write, which ends the stream.
     context_->TryCancel();
     return;
   }

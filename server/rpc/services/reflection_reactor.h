@@ -14,15 +14,15 @@
 
 namespace procgen {
 
-// A stream of ServerReflectionInfo: reads a request, writes its answer, and so on, until the client
-// half-closes or the time is over. Threads: gRPC's reactions come one at a time, the alarm beside
-// them.
+// A stream of ServerReflectionInfo: reads requests and writes their answers alternately, until the
+// client half-closes or the request timeout expires.
+// Threads: gRPC's reactions run one at a time; the alarm may run concurrently.
 class ReflectionReactor final : public ByteStream,
                                 public std::enable_shared_from_this<ReflectionReactor> {
  public:
   using Answer = std::function<absl::StatusOr<grpc::ByteBuffer>(const grpc::ByteBuffer&)>;
 
-  // Begins a stream, which lives until gRPC has done with it. What is pointed to must outlive it.
+  // Starts a stream, which lives until OnDone. The pointers must outlive it.
   static ByteStream* Start(const CallAccounting* accounting, grpc::CallbackServerContext* context,
                            AnonymousCall call, Answer answer);
 
@@ -35,7 +35,7 @@ class ReflectionReactor final : public ByteStream,
   void OnDone() override;
   void OnTimeout() ABSL_LOCKS_EXCLUDED(mutex_);
 
-  // Ends the stream, unless it has ended.
+  // Ends the stream. No effect if it has ended.
   void End(const absl::Status& status) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
 
   const CallAccounting* const accounting_;

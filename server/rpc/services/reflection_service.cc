@@ -18,7 +18,7 @@ constexpr char kMethod[] = "ServerReflection/ServerReflectionInfo";
 
 void SetNotFound(ReflectionServiceImpl::Response* response) {
   response->mutable_error_response()->set_error_code(static_cast<int>(absl::StatusCode::kNotFound));
-  response->mutable_error_response()->set_error_message("this server describes no such thing");
+  response->mutable_error_response()->set_error_message("this server has no such descriptor");
 }
 
 }  // namespace
@@ -26,7 +26,7 @@ void SetNotFound(ReflectionServiceImpl::Response* response) {
 ReflectionServiceImpl::ReflectionServiceImpl(const CallAccounting* accounting,
                                              std::set<std::string> services)
     : accounting_(accounting), services_(std::move(services)) {
-  // Named by a message of each, so that the linker keeps them.
+  // References a message of each file, so that the linker keeps the file.
   for (const google::protobuf::Descriptor* message :
        {grpc::health::v1::HealthCheckRequest::descriptor(), Request::descriptor(),
         grpc::reflection::v1alpha::ServerReflectionRequest::descriptor()}) {

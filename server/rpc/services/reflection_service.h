@@ -11,22 +11,23 @@
 
 namespace procgen {
 
-// grpc.reflection.v1.ServerReflection, also by its older name v1alpha: which services there are,
-// and the files that describe them. gRPC's own is not used: it holds a thread for each stream,
-// however silent. Threads: any method from any thread.
+// grpc.reflection.v1.ServerReflection, and the same as v1alpha: lists the services and their
+// descriptor files. gRPC's own implementation is not used because it needs a thread per stream.
+// Threads: any method from any thread.
 class ReflectionServiceImpl final : public ByteService {
  public:
   using Request = grpc::reflection::v1::ServerReflectionRequest;
   using Response = grpc::reflection::v1::ServerReflectionResponse;
 
-  // `services`: those that are listed, besides health and this. `accounting` must outlive this.
+  // `services`: names of the services to list, besides health and reflection. `accounting` must
+  // outlive this.
   ReflectionServiceImpl(const CallAccounting* accounting, std::set<std::string> services);
 
-  // The answer to a request, which is an error in the response where there is no such thing.
+  // Returns the response to a request. It contains an error if the requested item does not exist.
   Response Answer(const Request& request);
 
  private:
-  // Adds a file and those that it imports.
+  // Adds a file and its imports.
   void AddFile(const google::protobuf::FileDescriptor& file);
   void AnswerFile(const google::protobuf::FileDescriptorProto& file, Response* response);
   ByteStream* BeginInfo(grpc::CallbackServerContext* context);

@@ -19,13 +19,13 @@ namespace {
 
 std::shared_ptr<grpc::Channel> ChannelTo(const Address& address) {
   grpc::ChannelArguments arguments;
-  // What the allow-list allows is what is connected to.
+  // No proxy: the connection must go to the allowed address.
   arguments.SetInt(GRPC_ARG_ENABLE_HTTP_PROXY, 0);
   return grpc::CreateCustomChannel(GrpcTargetOf(address), grpc::InsecureChannelCredentials(),
                                    arguments);
 }
 
-// One fetch. Shared, because it belongs to the call under way, whose callback can be copied.
+// One fetch. Shared, because the callback of the current call, which owns it, must be copyable.
 class RemoteStatesFetch final : public std::enable_shared_from_this<RemoteStatesFetch> {
  public:
   RemoteStatesFetch(const grpc::CallbackServerContext& caller, RemoteEnvironments source,
@@ -57,7 +57,7 @@ class RemoteStatesFetch final : public std::enable_shared_from_this<RemoteStates
       return;
     }
     if (status.ok() && snapshots_.size() != source_.environments.size()) {
-      status = Confused();
+      status = UnexpectedResponse();
     }
     if (status.ok()) {
       done_(std::move(snapshots_));
@@ -70,7 +70,7 @@ class RemoteStatesFetch final : public std::enable_shared_from_this<RemoteStates
     for (v1::State& state : *response_.mutable_states()) {
       if (snapshots_.size() == source_.environments.size() ||
           state.environment() != source_.environments[snapshots_.size()]) {
-        return Confused();
+        return UnexpectedResponse();
       }
       bytes_ += static_cast<int64_t>(state.snapshot().size());
       if (bytes_ > kRemoteStatesBytesMax) {
@@ -80,13 +80,13 @@ class RemoteStatesFetch final : public std::enable_shared_from_this<RemoteStates
       }
       snapshots_.push_back(std::move(*state.mutable_snapshot()));
     }
-    // A page without states could be followed by such pages for ever.
-    return response_.states().empty() ? Confused() : absl::OkStatus();
+    // Empty pages could continue indefinitely.
+    return response_.states().empty() ? UnexpectedResponse() : absl::OkStatus();
   }
 
-  // Errors of SaveStates by a server that was reached. gRPC itself gives others: where nobody
-  // listens, where something else answers, or nothing does.
-  static bool IsOfSource(absl::StatusCode code) {
+  // Whether `code` is an error of SaveStates. gRPC has other codes for connections that fail, time
+  // out or reach a different kind of server.
+  static bool IsSourceError(absl::StatusCode code) {
     switch (code) {
       case absl::StatusCode::kInvalidArgument:
       case absl::StatusCode::kNotFound:
@@ -100,27 +100,26 @@ class RemoteStatesFetch final : public std::enable_shared_from_this<RemoteStates
     }
   }
 
-  absl::Status Confused() const {
+  absl::Status UnexpectedResponse() const {
     return absl::InternalError(absl::StrCat("source_server ", source_.server,
-                                            " answers with other environments of pool ",
-                                            source_.pool, " than it was asked for"));
+                                            " returned other environments of pool ", source_.pool,
+                                            " than requested"));
   }
 
   absl::Status ErrorOf(const grpc::Status& answered) const {
     const auto code = static_cast<absl::StatusCode>(answered.error_code());
     const absl::Status error(
         code, absl::StrCat("source_server ", source_.server, ": ", answered.error_message()));
-    if (IsOfSource(code)) {
+    if (IsSourceError(code)) {
       return error;
     }
-    // What else gives an error is for the operator: a caller learns nothing of ports and paths that
-    // are no source.
+    // Other errors go only to the log, so that a caller cannot probe ports and paths.
     LogEvent(LogLevel::kInfo, "clone_source_failed",
              {{"source", source_.server}, {"message", error.ToString()}});
     return absl::UnavailableError(
         absl::StrCat("source_server ", source_.server, " cannot be reached within ",
                      absl::FormatDuration(kRemoteStatesTimeout),
-                     ", or is no server that gives states to callers without credentials"));
+                     ", or does not return states to callers without credentials"));
   }
 
   const grpc::CallbackServerContext& caller_;

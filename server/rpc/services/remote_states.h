@@ -13,31 +13,30 @@
 
 namespace procgen {
 
-// How long another server has to answer with all that is asked of it.
+// Timeout of a whole fetch.
 inline constexpr absl::Duration kRemoteStatesTimeout = absl::Seconds(30);
-// Bytes of the snapshots that are fetched at once: as many as the largest server has environments,
-// each larger than any was seen to be.
+// Limit of the snapshots of one fetch, in bytes. Enough for the environments of the largest server,
+// each with a snapshot larger than any observed one.
 inline constexpr int64_t kRemoteStatesBytesMax = int64_t{256} << 20;
 
-// Which environments of which pool of which server.
+// Environments of a pool on another server.
 struct RemoteEnvironments {
   Address address;
-  std::string server;  // as the caller calls it
+  std::string server;  // the address as given by the caller, for messages
   std::string pool;
   std::vector<int32_t> environments;  // each at most once
 };
 
 using RemoteStatesDone = absl::AnyInvocable<void(absl::StatusOr<std::vector<std::string>>)>;
 
-// Fetches the snapshots of environments from another server, page by page, as a client of it, and
-// returns at once; `done` is called once, on a thread of gRPC, with the snapshots in the order
-// asked for. On behalf of `caller`, which must not be finished before then: its deadline and
-// cancellation are passed on. Its token is not: it is meant for this server, and whoever listens in
-// the other's place could use it here.
-// Errors, all of which name the server: UNAVAILABLE it cannot be reached, does not answer in
-// kRemoteStatesTimeout, or gives no states (one message, whatever the reason: the log has it);
-// RESOURCE_EXHAUSTED more than kRemoteStatesBytesMax; INTERNAL it answers something else than was
-// asked for; those of SaveStates, of a server that was reached.
+// Fetches snapshots of environments from another server, page by page, as its client. Returns
+// immediately; `done` is called once, on a gRPC thread, with the snapshots in the requested order.
+// `caller` must not finish before that: its deadline and cancellation are propagated. Its token is
+// not sent, because a process that impersonates the other server could use it here.
+// Errors, all with the server's address: UNAVAILABLE it cannot be reached, exceeds
+// kRemoteStatesTimeout or returns no states (always the same message; the log has the reason);
+// RESOURCE_EXHAUSTED more than kRemoteStatesBytesMax; INTERNAL it returned other environments than
+// requested; those of SaveStates.
 void FetchRemoteStates(const grpc::CallbackServerContext& caller, RemoteEnvironments source,
                        RemoteStatesDone done);
 

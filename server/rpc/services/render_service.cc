@@ -15,7 +15,7 @@ namespace {
 
 using RenderCall = UnaryCall<v1::RenderEnvironmentsRequest, v1::RenderEnvironmentsResponse>;
 
-// Draws straight into the response.
+// Draws directly into the response.
 void Draw(PoolBackend::Draw draw, int32_t size_px, RenderCall* call) {
   std::vector<absl::Span<uint8_t>> images;
   for (const int32_t environment : call->request().environments()) {
@@ -31,7 +31,7 @@ void Draw(PoolBackend::Draw draw, int32_t size_px, RenderCall* call) {
   call->Finish(absl::OkStatus());
 }
 
-// Captures scenes of the pool in a turn, which ends before these are drawn.
+// Captures scenes in a turn of the pool, and draws them after the turn.
 void Render(const std::shared_ptr<PoolSession>& pool, BackgroundExecutor* executor,
             RenderCall* call) {
   const v1::RenderEnvironmentsRequest& request = call->request();

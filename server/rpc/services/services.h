@@ -25,11 +25,13 @@
 
 namespace procgen {
 
-// All services of the contract, that of dm_env_rpc, and gRPC's health and reflection. Threads: as
-// those of its members; it must outlive the gRPC server.
+// All services: those of the API, dm_env_rpc, and gRPC's health and reflection. Must outlive the
+// gRPC server.
+// Threads: any method from any thread.
 class Services {
  public:
-  // `pipe_listener`: of pools that share memory; null: none. What is pointed to must outlive this.
+  // `pipe_listener`: for pools that share memory; null: pipes are not offered. The pointers must
+  // outlive this.
   Services(PoolSupervisor* supervisor, Cluster* cluster, const CallAccounting* accounting,
            PipeListener* pipe_listener, const CloneSourceAllowlist& clone_source_allowlist)
       : catalog_(supervisor, accounting),
@@ -53,16 +55,16 @@ class Services {
     builder->RegisterCallbackGenericService(&unknown_methods_);
   }
 
-  // What the health service says of all of them.
+  // Sets the status that the health service reports for all services.
   void SetServing(bool is_serving) { health_.SetServing(is_serving); }
 
-  // Ends the streams that would go on for as long as the server does.
+  // Ends the streams that otherwise last as long as the server.
   void EndWatches() {
     cluster_.EndWatches();
     health_.EndWatches();
   }
 
-  // Ends the streams of which PoolSupervisor::Drain does not know.
+  // Ends the streams that PoolSupervisor::Drain does not end.
   void Drain() { dm_env_rpc_.Drain(); }
 
  private:
@@ -81,7 +83,7 @@ class Services {
   StateServiceImpl state_;
   RenderServiceImpl render_;
   DmEnvRpcServiceImpl dm_env_rpc_;
-  const std::vector<ByteService*> pool_services_;  // those above
+  const std::vector<ByteService*> pool_services_;  // the services above
   HealthServiceImpl health_;
   ReflectionServiceImpl reflection_;
   UnknownMethods unknown_methods_;

@@ -18,18 +18,18 @@
 namespace procgen {
 namespace {
 
-// Characters of an address: a host's name has 255 at most, the path of a socket 108.
+// Largest length of an address. A host name has at most 255 characters, a socket path 108.
 constexpr size_t kServerLengthMax = 512;
 
 using SaveCall = UnaryCall<v1::SaveStatesRequest, v1::SaveStatesResponse>;
 using RestoreCall = UnaryCall<v1::RestoreStatesRequest, v1::RestoreStatesResponse>;
 using EpisodeCall = UnaryCall<v1::GetEpisodeRequest, v1::Episode>;
 using CloneCall = UnaryCall<v1::CloneStatesRequest, v1::CloneStatesResponse>;
-// Shared by the registry and by the calls under way, because a pool may be deleted meanwhile.
+// Shared by the registry and the calls in progress, because a pool may be deleted meanwhile.
 using SharedPool = std::shared_ptr<PoolSession>;
 using Snapshots = std::vector<std::string>;
 
-// Takes a turn at `pool` for `call` and calls `begin` in it; or ends the call with an error.
+// Takes a turn of `pool` and calls `begin` in it, or ends `call` with an error.
 template <typename Call, typename Begin>
 void InTurn(const SharedPool& pool, Call* call, Begin begin) {
   pool->TakeTurn([pool, call, begin = std::move(begin)](const absl::Status& turn) mutable {
@@ -41,7 +41,7 @@ void InTurn(const SharedPool& pool, Call* call, Begin begin) {
   });
 }
 
-// Ends a turn and the call that it was taken for.
+// Returns a callback that ends the turn and the call.
 template <typename Call>
 PoolSession::Done EndOf(const SharedPool& pool, Call* call) {
   return [pool, call](const absl::Status& status) {
@@ -50,7 +50,7 @@ PoolSession::Done EndOf(const SharedPool& pool, Call* call) {
   };
 }
 
-// Fills a page in a turn at the pool, and ends turn and call.
+// Fills a page within a turn, then ends the turn and the call.
 void SavePage(const SharedPool& pool, std::unique_ptr<StatesPage> page, SaveCall* call) {
   if (absl::Status status = page->Open(pool->change_number()); !status.ok()) {
     pool->EndTurn();
@@ -90,7 +90,7 @@ ClonedEnvironments EnvironmentsOf(const v1::CloneStatesRequest& request) {
   return environments;
 }
 
-// Puts the targets into the snapshots of `environments.saved`, in a turn, and ends the call.
+// Restores the targets from the snapshots of `environments.saved` in a turn, then ends the call.
 void RestoreTargets(const SharedPool& target, const ClonedEnvironments& environments,
                     absl::StatusOr<Snapshots> snapshots, CloneCall* call) {
   if (!snapshots.ok()) {
@@ -106,7 +106,7 @@ void RestoreTargets(const SharedPool& target, const ClonedEnvironments& environm
         {.environment = environments.targets[i],
          .snapshot = (*snapshots)[static_cast<size_t>(saved - environments.saved.begin())]});
   }
-  // The snapshots stay until they are restored; moving their vector moves none of them.
+  // `states` points into the snapshots, which moving the vector does not move.
   InTurn(target, call,
          [target, states = std::move(states), owner = *std::move(snapshots), call]() mutable {
            target->RestoreStates(std::move(states),
@@ -128,13 +128,13 @@ void CloneWithin(const SharedPool& pool, const ClonedEnvironments& environments,
   });
 }
 
-// What a clone between two pools has saved so far.
+// The snapshots that a clone between two pools has saved so far.
 struct Saved {
   ClonedEnvironments environments;
   Snapshots snapshots;
 };
 
-// Clones from another pool of this server: one turn there, and when it has ended, one here.
+// Clones from another pool of this server: takes a turn of the source, then one of the target.
 void CloneFrom(const SharedPool& source, const SharedPool& target, ClonedEnvironments environments,
                CloneCall* call) {
   InTurn(source, call, [source, target, environments = std::move(environments), call]() mutable {
@@ -158,7 +158,7 @@ void CloneFrom(const SharedPool& source, const SharedPool& target, ClonedEnviron
   });
 }
 
-// Where a caller may have this server connect to.
+// Parses and checks the address of a source server.
 absl::StatusOr<Address> SourceAddress(const std::string& server,
                                       const CloneSourceAllowlist& allowlist) {
   if (server.size() > kServerLengthMax) {
@@ -179,7 +179,7 @@ absl::StatusOr<Address> SourceAddress(const std::string& server,
   return address;
 }
 
-// Clones from a pool of another server, without a turn while that is asked.
+// Clones from a pool of another server. No turn is held while fetching.
 void CloneFromServer(const grpc::CallbackServerContext& context,
                      const CloneSourceAllowlist& allowlist, const SharedPool& target,
                      ClonedEnvironments environments, CloneCall* call) {
@@ -249,22 +249,22 @@ absl::Status CheckGetEpisode(const v1::GetEpisodeRequest& request, const PoolSes
   return absl::OkStatus();
 }
 
-// Answers with an episode, which is decoded here.
+// Decodes an episode and ends the call with it.
 void FinishEpisode(const EpisodeRecording& recording, const PoolSession& pool, int64_t bytes_max,
                    EpisodeCall* call) {
   FillEpisode(recording.Decode(), pool.options(), call->request().environment(), call->response());
   const auto bytes = static_cast<int64_t>(call->response()->ByteSizeLong());
   if (bytes > bytes_max) {
     call->Finish(absl::ResourceExhaustedError(absl::StrCat(
-        "the episode takes ", bytes, " bytes, limit response_bytes_max = ", bytes_max)));
+        "the episode takes ", bytes, " bytes, limit response_bytes_max is ", bytes_max)));
     return;
   }
   call->Finish(absl::OkStatus());
 }
 
-// Copies the recording of the episode in a turn, which ends before it is decoded.
-void ReadTheEpisode(const SharedPool& pool, int64_t bytes_max, BackgroundExecutor* executor,
-                    EpisodeCall* call) {
+// Copies the recording of an episode in a turn and decodes it after the turn.
+void FetchEpisode(const SharedPool& pool, int64_t bytes_max, BackgroundExecutor* executor,
+                  EpisodeCall* call) {
   call->response()->set_sequence_number(pool->next_sequence_number() - 1);
   pool->GetEpisode(
       call->request().environment(), call->request().selector() == v1::EPISODE_SELECTOR_CURRENT,
@@ -360,7 +360,7 @@ ByteStream* StateServiceImpl::GetEpisode(grpc::CallbackServerContext* context) {
       return;
     }
     InTurn(*pool, call, [this, pool = *pool, bytes_max = *bytes_max, call] {
-      ReadTheEpisode(pool, bytes_max, &supervisor_->executor(), call);
+      FetchEpisode(pool, bytes_max, &supervisor_->executor(), call);
     });
   });
 }

@@ -8,13 +8,13 @@
 
 namespace procgen {
 
-// StateService: saves, restores and clones environments, and reads their episodes, each in a turn
-// at their pool and on the background executor. A call has one turn at a time, so calls between the
-// same pools cannot wait for one another. Serves while the server drains, too.
+// StateService: saves, restores and clones environments, and returns their episodes. Each runs in a
+// turn of the pool and on the background executor. A call has one turn at a time, so calls between
+// the same pools cannot deadlock. Also serves during a drain.
 class StateServiceImpl final : public ByteService {
  public:
   // `supervisor` and `accounting` must outlive this.
-  // `clone_source_allowlist`: the servers that CloneStates may be asked to read from.
+  // `clone_source_allowlist`: the servers that CloneStates may connect to.
   StateServiceImpl(PoolSupervisor* supervisor, const CallAccounting* accounting,
                    CloneSourceAllowlist clone_source_allowlist);
 

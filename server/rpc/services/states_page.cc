@@ -14,11 +14,11 @@
 namespace procgen {
 namespace {
 
-// All that a response has besides its states: a token and a number, rounded up, in bytes.
+// Upper bound of a response's size without its states (a token and a number), in bytes.
 constexpr int64_t kResponseOverheadBytes = 128;
-// A state's tag and length in the response, at most, in bytes.
+// Upper bound of the size of a state's tag and length, in bytes.
 constexpr int64_t kStateOverheadBytes = 8;
-constexpr size_t kTokenShownMax = 80;  // letters of a wrong token that a message shows
+constexpr size_t kTokenShownMax = 80;  // characters of an invalid token in an error
 
 }  // namespace
 
@@ -43,7 +43,7 @@ absl::StatusOr<std::unique_ptr<StatesPage>> StatesPage::Begin(const v1::SaveStat
     return status;
   }
   page->pool_ = pool.name();
-  // The time tells a pool from an earlier one of its name.
+  // The creation time distinguishes the pool from an earlier one of the same name.
   page->request_hash_ = absl::HashOf(pool.name(), pool.create_time(), page->environments_);
   page->bytes_max_ = *bytes_max;
   page->bytes_ = kResponseOverheadBytes;
@@ -62,10 +62,10 @@ absl::Status StatesPage::Continue(const std::string& token) {
       !absl::SimpleAtoi(parts[1], &change_number_) ||
       !absl::SimpleHexAtoi(parts[2], &request_hash) || request_hash != request_hash_ ||
       position_ >= environments_.size()) {
-    return absl::InvalidArgumentError(
-        absl::StrCat("page_token is '", token.substr(0, kTokenShownMax),
-                     "', allowed: the next_page_token of the answer before, with the same pool and "
-                     "environments"));
+    return absl::InvalidArgumentError(absl::StrCat(
+        "page_token is '", token.substr(0, kTokenShownMax),
+        "', allowed: the next_page_token of the previous response, with the same pool and "
+        "environments"));
   }
   is_first_ = false;
   return absl::OkStatus();
@@ -73,9 +73,10 @@ absl::Status StatesPage::Continue(const std::string& token) {
 
 absl::Status StatesPage::Open(int64_t change_number) {
   if (!is_first_ && change_number != change_number_) {
-    return absl::AbortedError(absl::StrCat("environments of pool ", pool_,
-                                           " were stepped, reset or restored since the page before;"
-                                           " begin again, without page_token"));
+    return absl::AbortedError(
+        absl::StrCat("environments of pool ", pool_,
+                     " were stepped, reset or restored since the previous page;"
+                     " start again without page_token"));
   }
   change_number_ = change_number;
   return absl::OkStatus();

@@ -15,42 +15,44 @@
 
 namespace procgen {
 
-// One page of SaveStates: which environments a request still asks for, and its answer while it is
-// filled. A page token tells how many were answered, the pool's change number then, and a hash of
-// what was asked for; nothing is kept on the server between two pages.
-// Threads: compatible (one at a time).
+// One page of SaveStates: the environments left to save, and the size of the response so far. A
+// page token contains the number of environments in earlier pages, the pool's change number and a
+// hash of the request. The server keeps no state between pages.
+// Threads: compatible.
 class StatesPage {
  public:
-  // Errors: INVALID_ARGUMENT an environment out of range or named twice, a size out of range, a
-  // token that is none of this request; RESOURCE_EXHAUSTED a size beyond the limit.
+  // Errors: INVALID_ARGUMENT an environment is out of range or listed twice, a size is out of
+  // range, or the token is of another request; RESOURCE_EXHAUSTED a size exceeds the limit.
   static absl::StatusOr<std::unique_ptr<StatesPage>> Begin(const v1::SaveStatesRequest& request,
                                                            const PoolSession& pool,
                                                            const Limits& limits);
 
-  // Those that are still to be answered, in order.
+  // The environments left to save, in order.
   absl::Span<const int32_t> rest() const {
     return absl::MakeConstSpan(environments_).subspan(position_);
   }
 
-  // Before the first is added. Errors: ABORTED the pool's `change_number` is another than at the
-  // page before.
+  // Must be called before the first Add. Errors: ABORTED the pool's `change_number` differs from
+  // that of the previous page.
   absl::Status Open(int64_t change_number);
-  // Adds the first of rest() to `response`; false, and nothing is added: it has no room there.
+  // Adds the snapshot of rest().front() to `response`. Returns false and adds nothing if it does
+  // not fit.
   bool Add(int32_t environment, std::string snapshot, v1::SaveStatesResponse* response);
-  // Once all that fits is added: sets the token. Errors: RESOURCE_EXHAUSTED nothing fitted.
+  // Completes the page: sets the token of the next one. Errors: RESOURCE_EXHAUSTED the first
+  // snapshot did not fit.
   absl::Status Close(v1::SaveStatesResponse* response) const;
 
  private:
   StatesPage() = default;
-  // Goes on where `token` says.
+  // Continues from the position of `token`.
   absl::Status Continue(const std::string& token);
 
   std::string pool_;
   uint64_t request_hash_ = 0;          // of the pool and the environments
-  std::vector<int32_t> environments_;  // all that were asked for
+  std::vector<int32_t> environments_;  // all of the request
   int64_t bytes_max_ = 0;
   int64_t bytes_ = 0;
-  size_t position_ = 0;  // of the next in environments_
+  size_t position_ = 0;  // index of the next one in environments_
   bool is_first_ = true;
   int64_t change_number_ = 0;
 };

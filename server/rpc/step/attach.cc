@@ -40,11 +40,11 @@ absl::Status CheckCanShare(const PoolSession& pool, const std::string& peer) {
       "make a pool with TRANSPORT_STREAM"));
 }
 
-// Tells a stream that has attached, if all is well with it, and lets the pool go otherwise.
+// Completes an attach: reports the attachment, or detaches after an error.
 void EndAttach(const PoolSupervisor* supervisor, Attachment attachment, absl::Status status,
                AttachDone done) {
   if (status.ok() && supervisor->draining()) {
-    status = supervisor->Draining();  // all streams may have been told before this one
+    status = supervisor->Draining();  // the drain may have ended all streams before this one
   }
   if (!status.ok()) {
     attachment.pool->Detach();
@@ -75,7 +75,7 @@ absl::StatusOr<StreamOptions> ReadAttach(const v1::StepPoolRequest& request, con
   if (request.released_batches_size() > 0) {
     return absl::InvalidArgumentError(absl::StrCat(
         "released_batches has ", request.released_batches_size(),
-        " entries with attach, allowed: none; held_batches tells what is not released"));
+        " entries with attach, allowed: none; list the unreleased ones in held_batches"));
   }
   const v1::Attach& attach = request.attach();
   if (attach.held_batches_max() < 0 || attach.held_batches_max() > kHeldBatchesMax) {

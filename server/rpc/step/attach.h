@@ -15,38 +15,38 @@
 
 namespace procgen {
 
-// What a stream gets that attaches.
+// Options of an attached stream.
 struct StreamOptions {
   AttachOptions attach;
   int64_t response_bytes_max = 0;
 };
 
-// What the first request of a stream asks for. Errors: INVALID_ARGUMENT it is no attach, or asks
-// for what makes no sense; RESOURCE_EXHAUSTED for more than a limit.
+// Returns the options of a stream's first request. Errors: INVALID_ARGUMENT it has no attach or an
+// invalid value; RESOURCE_EXHAUSTED a value exceeds a limit.
 absl::StatusOr<StreamOptions> ReadAttach(const v1::StepPoolRequest& request, const Limits& limits);
 
-// A pool that a stream has.
+// The pool that a stream is attached to.
 struct Attachment {
   std::shared_ptr<PoolSession> pool;
   StreamOptions stream_options;
 };
 
-// Whose stream it is, and from where.
+// The client of a stream.
 struct Learner {
   std::string owner;
-  std::string peer;  // as gRPC tells it, e.g. "ipv4:127.0.0.1:40000"
+  std::string peer;  // address in gRPC's form, e.g. "ipv4:127.0.0.1:40000"
 };
 
-// Attaches a stream of `learner` as its first request asks for, and calls `done` once, on this
-// thread or another: where another stream must let go first, or memory is to be shared. Errors:
-// those of ReadAttach, PoolSupervisor::FindForStream, PoolSession::Attach and
+// Attaches a stream of `learner` according to its first request. Calls `done` once: on this thread,
+// or on another if another stream must detach first or memory is to be shared.
+// Errors: those of ReadAttach, PoolSupervisor::FindForStream, PoolSession::Attach and
 // PoolSession::ShareMemory; FAILED_PRECONDITION the pool shares memory and the learner is on
 // another machine.
 void AttachStream(const PoolSupervisor* supervisor, const Learner& learner,
                   const v1::StepPoolRequest& request, PoolSession::EndStream end_stream,
                   absl::AnyInvocable<void(absl::StatusOr<Attachment>)> done);
 
-// The answer to attach.
+// Makes `response` the response to attach.
 void FillAttached(const PoolSession& pool, const StreamOptions& stream_options,
                   v1::StepPoolResponse* response);
 

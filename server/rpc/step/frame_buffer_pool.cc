@@ -9,48 +9,48 @@
 namespace procgen {
 namespace {
 
-// What may lie on the shelf: that of one response that is drawn, one that is on its way and one
-// that gRPC has not let go of yet.
-constexpr size_t kOnShelfMax = 3;
+// Largest length of the free list: buffers of a response being drawn, one being sent, and one that
+// gRPC has not released yet.
+constexpr size_t kFreeBuffersMax = 3;
 
 }  // namespace
 
-struct FrameBufferPool::Memory {
+struct FrameBufferPool::Buffer {
   std::unique_ptr<uint8_t[]> bytes;
   size_t size = 0;
 };
 
-class FrameBufferPool::Shelf {
+class FrameBufferPool::FreeList {
  public:
-  // Memory of at least `size` bytes.
-  Memory Take(size_t size) {
+  // Returns a buffer of at least `size` bytes.
+  Buffer Take(size_t size) {
     {
       absl::MutexLock lock(&mutex_);
       while (!free_.empty()) {
-        Memory memory = std::move(free_.back());
+        Buffer buffer = std::move(free_.back());
         free_.pop_back();
-        if (memory.size >= size) {
-          return memory;
+        if (buffer.size >= size) {
+          return buffer;
         }
       }
     }
-    // Left as it is: it is drawn over.
+    // Not initialised, because it is drawn over.
     return {std::make_unique_for_overwrite<uint8_t[]>(size), size};
   }
 
-  void PutBack(Memory memory) {
+  void PutBack(Buffer buffer) {
     absl::MutexLock lock(&mutex_);
-    if (free_.size() < kOnShelfMax) {
-      free_.push_back(std::move(memory));
+    if (free_.size() < kFreeBuffersMax) {
+      free_.push_back(std::move(buffer));
     }
   }
 
  private:
   absl::Mutex mutex_;
-  std::vector<Memory> free_ ABSL_GUARDED_BY(mutex_);
+  std::vector<Buffer> free_ ABSL_GUARDED_BY(mutex_);
 };
 
-FrameBufferPool::FrameBufferPool() : shelf_(std::make_shared<Shelf>()) {}
+FrameBufferPool::FrameBufferPool() : free_list_(std::make_shared<FreeList>()) {}
 
 FrameBufferPool::~FrameBufferPool() = default;
 
@@ -58,19 +58,19 @@ Frames FrameBufferPool::Take(size_t size) {
   if (size == 0) {
     return {};
   }
-  struct Lent {
-    Memory memory;
-    std::shared_ptr<Shelf> shelf;
+  struct BufferInUse {
+    Buffer buffer;
+    std::shared_ptr<FreeList> free_list;
   };
-  const auto take_back = [](void* held) {
-    const std::unique_ptr<Lent> lent(static_cast<Lent*>(held));
-    lent->shelf->PutBack(std::move(lent->memory));
+  const auto release = [](void* held) {
+    const std::unique_ptr<BufferInUse> in_use(static_cast<BufferInUse*>(held));
+    in_use->free_list->PutBack(std::move(in_use->buffer));
   };
-  auto lent = std::make_unique<Lent>();
-  lent->memory = shelf_->Take(size);
-  lent->shelf = shelf_;
-  uint8_t* const bytes = lent->memory.bytes.get();
-  return {grpc::Slice(bytes, size, take_back, lent.release()), absl::MakeSpan(bytes, size)};
+  auto in_use = std::make_unique<BufferInUse>();
+  in_use->buffer = free_list_->Take(size);
+  in_use->free_list = free_list_;
+  uint8_t* const bytes = in_use->buffer.bytes.get();
+  return {grpc::Slice(bytes, size, release, in_use.release()), absl::MakeSpan(bytes, size)};
 }
 
 }  // namespace procgen

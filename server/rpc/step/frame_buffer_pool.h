@@ -10,16 +10,16 @@
 
 namespace procgen {
 
-// Memory that frames are drawn into and that is then sent as it is.
+// Memory that workers draw frames into and gRPC sends without a copy.
 struct Frames {
-  grpc::Slice slice;          // holds the memory; empty: none
-  absl::Span<uint8_t> bytes;  // the same, to be written
+  grpc::Slice slice;          // owns the memory; empty: none
+  absl::Span<uint8_t> bytes;  // the same memory, writable
 };
 
-// Memory of frames that goes round: it comes back when the last copy of its slice is gone (gRPC has
-// sent it, and no answer that is kept refers to it), and is taken again. Slices may outlive the
-// ring.
-// Threads: compatible; slices may be let go of on any thread, at any time, under any lock.
+// Allocates memory for frames and reuses it. A buffer returns to the pool when the last copy of its
+// slice is destroyed: gRPC has sent it and no kept answer refers to it. Slices may outlive the
+// pool.
+// Threads: compatible; slices may be destroyed on any thread, at any time, under any lock.
 class FrameBufferPool {
  public:
   FrameBufferPool();
@@ -27,14 +27,14 @@ class FrameBufferPool {
   FrameBufferPool(const FrameBufferPool&) = delete;
   FrameBufferPool& operator=(const FrameBufferPool&) = delete;
 
-  // Memory of `size` bytes, of any content.
+  // Returns `size` bytes of uninitialised memory.
   Frames Take(size_t size);
 
  private:
-  class Shelf;
-  struct Memory;
+  class FreeList;
+  struct Buffer;
 
-  const std::shared_ptr<Shelf> shelf_;  // what came back
+  const std::shared_ptr<FreeList> free_list_;  // shared with the slices
 };
 
 }  // namespace procgen

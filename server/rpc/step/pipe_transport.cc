@@ -12,9 +12,10 @@
 namespace procgen {
 namespace {
 
-// How often the pipe is polled before its thread is to be woken: some 5 us, less than waking a
-// thread costs. After it was in vain, so many requests are not polled for.
+// Polls of the pipe before its thread waits for input. They take some 5 us, less than waking a
+// thread.
 constexpr int kSpinIterations = 16;
+// Requests that are not polled for after a fruitless spin.
 constexpr int kPollsSkipped = 64;
 
 }  // namespace
@@ -56,13 +57,13 @@ void PipeTransport::Watch() {
 }
 
 void PipeTransport::OnInput() {
-  // The pipe's thread also comes when the pipes were hung up, while another thread may poll.
+  // The pipe's thread also calls this after a hang-up, when another thread may be polling.
   if (is_watched_.exchange(false) && !Poll()) {
     Watch();
   }
 }
 
-absl::Status PipeTransport::Take(StreamRequest* request) {
+absl::Status PipeTransport::Parse(StreamRequest* request) {
   const absl::string_view bytes = **received_;
   request->message_bytes = bytes.size();
   metrics_->AddReceivedBytes(static_cast<int64_t>(bytes.size()));
@@ -73,7 +74,7 @@ void PipeTransport::Write(Outgoing* outgoing) {
   std::vector<absl::string_view> pieces;
   std::vector<grpc::Slice> slices;
   if (!outgoing->bytes.Valid()) {
-    // It has no observations: those are in shared memory.
+    // The observations are in shared memory, not in the response.
     outgoing->response->message.SerializeToString(&serialized_);
     pieces.emplace_back(serialized_);
   } else if (outgoing->bytes.Dump(&slices).ok()) {

@@ -14,39 +14,39 @@
 
 namespace procgen {
 
-// Carries requests and responses by pipes between the server and a learner on the same machine. No
-// thread waits for a request that comes soon: the thread that has answered polls for the next one
-// first, and only after some time lets the pipe's own thread be woken by it.
-// Threads: as StreamTransport; OnInput is called by the pipe's thread.
+// A transport over pipes, for a learner on the same machine. The thread that sent a response first
+// polls for the next request, because waking a thread costs more. Only then does the pipe's own
+// thread wait for it.
+// Threads: as StreamTransport; the pipe's thread calls OnInput.
 class PipeTransport final : public StreamTransport {
  public:
   // `user` and `metrics` must outlive it.
   PipeTransport(std::shared_ptr<PipeConnection> pipes, StreamTransportUser* user, Metrics* metrics);
 
-  // As that of PipeConnectionUser: there may be input for a read that was awaited.
+  // Like PipeConnectionUser::OnPipesInput: there may be input for a read passed to Await.
   void OnInput();
-  // Ends the pipes for both sides.
+  // Closes the pipes for both sides.
   void HangUp() { pipes_->HangUp(); }
 
   bool Read() override;
   void Await() override;
-  absl::Status Take(StreamRequest* request) override;
+  absl::Status Parse(StreamRequest* request) override;
   void Write(Outgoing* outgoing) override;
 
  private:
-  // Receives a request, if one is there, and reports it.
+  // Receives and reports a request. Returns false if none has arrived.
   bool Poll();
-  // Has OnInput called when there is one.
+  // Makes the pipe's thread call OnInput when there is input.
   void Watch();
 
   const std::shared_ptr<PipeConnection> pipes_;
   StreamTransportUser* const user_;
   Metrics* const metrics_;
-  // Of the read that is under way:
+  // State of the current read.
   absl::StatusOr<std::optional<absl::string_view>> received_;
   int polls_to_skip_ = 0;                 // set after a fruitless spin
-  std::atomic<bool> is_watched_ = false;  // the read is left to OnInput
-  // Of the write that is under way; its memory is kept.
+  std::atomic<bool> is_watched_ = false;  // OnInput continues the read
+  // Of the current write. A member, so that its memory is reused.
   std::string serialized_;
 };
 

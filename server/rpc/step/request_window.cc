@@ -14,7 +14,7 @@ void RequestWindow::Grow(size_t slot_count) {
 }
 
 bool RequestWindow::CanRead() const {
-  return reading_ == nullptr && !taking_in_ && !reading_ended_ && !free_.empty();
+  return reading_ == nullptr && !parsing_ && !reading_ended_ && !free_.empty();
 }
 
 void RequestWindow::BeginRead() {
@@ -34,12 +34,12 @@ StreamRequest* RequestWindow::EndRead(bool ok) {
     reading_ended_ = true;
     return nullptr;
   }
-  taking_in_ = true;
+  parsing_ = true;
   return request;
 }
 
-void RequestWindow::TakeIn(StreamRequest* request) {
-  taking_in_ = false;
+void RequestWindow::Enqueue(StreamRequest* request) {
+  parsing_ = false;
   if (!reading_ended_) {
     inbox_.push_back(request);
   }

@@ -10,39 +10,41 @@
 
 namespace procgen {
 
-// The requests of a stream that are not answered yet: at most as many as there are slots. While all
-// are taken nothing is read, so a learner that does not read its answers is not read either.
+// The unanswered requests of a stream, in a fixed number of slots. No request is read while all
+// slots are in use, so a learner that does not read its answers is stopped by flow control.
 //
-// The way of a slot: free, being read into, taken in, in the inbox, carried out (Next), free.
+// States of a slot: free, reading, parsing, in the inbox, executing (Next), free.
 // Threads: compatible.
 class RequestWindow {
  public:
-  // With one slot, for attach.
+  // Has one slot, for attach.
   RequestWindow();
-  // Has `slot_count` slots from now on, at least as many as before.
+  // Increases the number of slots to `slot_count`.
   void Grow(size_t slot_count);
 
   // Whether another request may be read.
   bool CanRead() const;
   void BeginRead();
-  // The read that is under way, if one is, will bring nothing.
+  // Frees the slot of the current read, which will return no request. No effect without a read.
   void AbandonRead();
-  // What was read, to be taken in; null: nothing was, or nothing is wanted any more.
+  // Ends the read and returns its request, which is then parsed. Null if not `ok`, or if reading
+  // has stopped.
   StreamRequest* EndRead(bool ok);
-  // Puts what was taken in into the inbox (unless nothing is wanted any more), or forgets it.
-  void TakeIn(StreamRequest* request);
-  void EndTakingIn() { taking_in_ = false; }
+  // Ends parsing and appends `request` to the inbox; drops it if reading has stopped.
+  void Enqueue(StreamRequest* request);
+  // Ends parsing of a request that does not enter the inbox.
+  void EndParse() { parsing_ = false; }
 
-  // The next to be carried out; null: none.
+  // Removes and returns the first request of the inbox; null: none.
   StreamRequest* Next();
-  // Its last answer is on its way.
+  // Frees the slot of an answered request.
   void Free(StreamRequest* request) { free_.push_back(request); }
 
   void StopReading() { reading_ended_ = true; }
-  // Stops reading, and forgets the inbox.
+  // Stops reading and clears the inbox.
   void Stop();
-  // No request will be carried out any more.
-  bool IsOver() const { return reading_ended_ && !taking_in_ && inbox_.empty(); }
+  // Whether Next will return no further request.
+  bool IsOver() const { return reading_ended_ && !parsing_ && inbox_.empty(); }
 
   // The slot of attach, the first request.
   StreamRequest* front() { return slots_.front().get(); }
@@ -51,8 +53,8 @@ class RequestWindow {
   std::vector<std::unique_ptr<StreamRequest>> slots_;
   std::vector<StreamRequest*> free_;
   std::deque<StreamRequest*> inbox_;
-  StreamRequest* reading_ = nullptr;  // what a read fills, or null
-  bool taking_in_ = false;            // what was read
+  StreamRequest* reading_ = nullptr;  // the slot of the current read; null: none
+  bool parsing_ = false;              // a request was read and is not in the inbox yet
   bool reading_ended_ = false;
 };
 

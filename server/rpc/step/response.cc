@@ -16,7 +16,7 @@ namespace {
 using google::protobuf::internal::WireFormatLite;
 using google::protobuf::io::CodedOutputStream;
 
-// Memory for `count` numbers of an array.
+// Resizes an array to `count` zeros and returns its memory.
 template <typename Number>
 absl::Span<Number> Sized(google::protobuf::RepeatedField<Number>* array, int32_t count) {
   array->Resize(count, Number());
@@ -30,7 +30,7 @@ absl::Span<uint8_t> Sized(google::protobuf::RepeatedField<bool>* array, int32_t 
                         static_cast<size_t>(count));
 }
 
-// The bits of unsigned numbers, in an array of signed ones.
+// The same for an array of signed numbers that stores the bits of unsigned ones.
 absl::Span<uint64_t> SizedBits(google::protobuf::RepeatedField<int64_t>* array, int32_t count) {
   const absl::Span<int64_t> numbers = Sized(array, count);
   return absl::MakeSpan(reinterpret_cast<uint64_t*>(numbers.data()), numbers.size());
@@ -41,38 +41,37 @@ absl::Span<uint8_t> Sized(std::string* bytes, int64_t size) {
   return absl::MakeSpan(reinterpret_cast<uint8_t*>(bytes->data()), bytes->size());
 }
 
-// Writes what stands before a field of `size` bytes: its number, its kind and its size; returns
-// where it ends.
-uint8_t* WriteHead(int field, size_t size, uint8_t* out) {
+// Writes the tag and the length of a field of `size` bytes. Returns the end of the written bytes.
+uint8_t* WriteFieldHeader(int field, size_t size, uint8_t* out) {
   out = WireFormatLite::WriteTagToArray(field, WireFormatLite::WIRETYPE_LENGTH_DELIMITED, out);
   return CodedOutputStream::WriteVarint32ToArray(static_cast<uint32_t>(size), out);
 }
 
-size_t HeadSize(int field, size_t size) {
+size_t FieldHeaderSize(int field, size_t size) {
   return WireFormatLite::TagSize(field, WireFormatLite::TYPE_BYTES) +
          CodedOutputStream::VarintSize32(static_cast<uint32_t>(size));
 }
 
-// All that stands before the observations: they are the last field of the batch, and the batch is
-// that of the response.
-grpc::Slice BytesBefore(const Response& response) {
+// Serialises everything before the observations, which are the last field of the batch, as the
+// batch is of the response.
+grpc::Slice PrefixOf(const Response& response) {
   constexpr int kSequenceNumber = v1::StepPoolResponse::kSequenceNumberFieldNumber;
   constexpr int kBatch = v1::StepPoolResponse::kBatchFieldNumber;
   constexpr int kObservations = v1::Batch::kObservationsFieldNumber;
   const v1::Batch& batch = response.message.batch();
   const int64_t value = response.message.sequence_number();
   const size_t picture_bytes = response.observations.size();
-  const size_t rows_bytes = batch.ByteSizeLong() + HeadSize(kObservations, picture_bytes);
+  const size_t rows_bytes = batch.ByteSizeLong() + FieldHeaderSize(kObservations, picture_bytes);
   const size_t batch_bytes = rows_bytes + picture_bytes;
   const size_t number_bytes = WireFormatLite::TagSize(kSequenceNumber, WireFormatLite::TYPE_INT64) +
                               WireFormatLite::Int64Size(value);
-  grpc::Slice bytes(number_bytes + HeadSize(kBatch, batch_bytes) + rows_bytes);
-  // It is nobody else's yet; its type does not say so.
+  grpc::Slice bytes(number_bytes + FieldHeaderSize(kBatch, batch_bytes) + rows_bytes);
+  // The slice is not shared yet, so writing through its const pointer is safe.
   auto* end = const_cast<uint8_t*>(bytes.begin());
   end = WireFormatLite::WriteInt64ToArray(kSequenceNumber, value, end);
-  end = WriteHead(kBatch, batch_bytes, end);
+  end = WriteFieldHeader(kBatch, batch_bytes, end);
   end = batch.SerializeWithCachedSizesToArray(end);
-  WriteHead(kObservations, picture_bytes, end);
+  WriteFieldHeader(kObservations, picture_bytes, end);
   return bytes;
 }
 
@@ -104,7 +103,7 @@ Batch PrepareResponse(const Request& request, Part part, int64_t observation_byt
   batch.fingerprints = SizedBits(message->mutable_fingerprints(), part.count);
   batch.final_observations = Sized(message->mutable_final_observations(),
                                    request.with_final_observations ? picture_bytes : 0);
-  response->observations = grpc::Slice();  // goes back to `frames` before another is taken
+  response->observations = grpc::Slice();  // returns to `frames` before the next Take
   Frames observations =
       frames->Take(static_cast<size_t>(request.with_observations ? picture_bytes : 0));
   batch.observations = observations.bytes;
@@ -140,7 +139,7 @@ grpc::ByteBuffer Serialized(const Response& response) {
     const grpc::Slice bytes(response.message.SerializeAsString());
     return {&bytes, 1};
   }
-  const std::array<grpc::Slice, 2> slices = {BytesBefore(response), response.observations};
+  const std::array<grpc::Slice, 2> slices = {PrefixOf(response), response.observations};
   return {slices.data(), slices.size()};
 }
 

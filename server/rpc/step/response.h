@@ -12,25 +12,25 @@
 
 namespace procgen {
 
-// A response of StepPool: its message, and beside it the field that is nearly all of it.
+// A response of StepPool. The observations, nearly all of its bytes, are separate from the message.
 struct Response {
-  v1::StepPoolResponse message;  // all but batch.observations
-  grpc::Slice observations;      // these; empty: none. REQUIRES: if not empty, message has a batch
+  v1::StepPoolResponse message;  // without batch.observations
+  grpc::Slice observations;      // batch.observations; if not empty, message has a batch
 };
 
-// Makes `response` the answer for `part` of `request`, and returns where its values are to be
-// written: observations in memory of `frames`, all else in its message, whose memory is kept from
-// answer to answer.
+// Makes `response` the response to `part` of `request` and returns the arrays for its values:
+// observations in memory of `frames`, all others in the message, whose memory is reused.
 Batch PrepareResponse(const Request& request, Part part, int64_t observation_bytes,
                       FrameBufferPool* frames, Response* response);
 
-// Once the values of `batch` are written: puts the fingerprints and final observations of episodes
-// that ended one behind the other, and leaves no others in `response`, if it bears them itself.
+// Completes `response` after the values of `batch` are written: compacts the fingerprints and final
+// observations to those of ended episodes, and truncates the fields of `response` if it contains
+// them (not with shared memory).
 void CompleteResponse(int64_t observation_bytes, const Batch& batch,
                       v1::StepPoolResponse* response);
 
-// The bytes of a response on the wire, the same as those of a message with everything in it. The
-// observations are shared, not copied.
+// Serialises a response to the bytes of a message that contains the observations. The observations
+// are shared, not copied.
 grpc::ByteBuffer Serialized(const Response& response);
 
 }  // namespace procgen

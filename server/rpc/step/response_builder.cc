@@ -24,7 +24,7 @@ absl::Cord ResponseBuilder::Complete(const PoolSession& pool, const Request& req
     return {};
   }
   if (response->observations.size() == 0) {
-    // So few bytes are written sooner than shared, and once more when they are sent.
+    // Serialising such a small message twice is cheaper than sharing its bytes.
     return absl::Cord(response->message.SerializeAsString());
   }
   *bytes = Serialized(*response);

@@ -13,17 +13,17 @@
 
 namespace procgen {
 
-// Builds the responses to the requests of a stream, one after the other: provides the memory that a
-// part is drawn into and later sent from, and encodes observations if the pool has them encoded.
-// Delta state is per stream: the first observation of each environment is a key frame.
+// Builds the responses of a stream, one after the other: provides the memory that a part is drawn
+// into and sent from, and encodes the observations if the pool has an encoding. Delta state is per
+// stream: the first observation of each environment is a key frame.
 // Threads: compatible; used in the turns of one stream.
 class ResponseBuilder {
  public:
-  // Makes `response` the answer for `part` of `request`. Returns where its values are to be
-  // written. `response` must stay valid until Complete.
+  // Makes `response` the response to `part` of `request`. Returns the arrays for its values.
+  // `response` must stay valid until Complete.
   Batch Prepare(const PoolSession& pool, const Request& request, Part part, Response* response);
-  // The values are written: completes the response. Returns it as it is sent, if `keep`; where it
-  // has observations, `bytes` is then the same.
+  // Completes the response after its values are written. If `keep`, returns its serialised bytes
+  // and, if it has observations, sets `bytes` to the same.
   absl::Cord Complete(const PoolSession& pool, const Request& request, bool keep,
                       Response* response, grpc::ByteBuffer* bytes);
   // Makes the next observation of each environment a key frame.
@@ -34,8 +34,8 @@ class ResponseBuilder {
   void Encode(const PoolSession& pool, Response* response);
 
   FrameBufferPool frames_;
-  Batch batch_;  // where the values of the response under way are written
-  // Made for the first observations; null before, and where they are not encoded.
+  Batch batch_;  // the arrays of the current response
+  // Created for the first observations; null before and without an encoding.
   std::unique_ptr<ObservationEncoder> encoder_;
 };
 

@@ -6,7 +6,7 @@
 namespace procgen {
 namespace {
 
-// One is stepped while the other is on its way.
+// One is filled while the other is sent.
 constexpr int kResponseCount = 2;
 
 }  // namespace
@@ -40,7 +40,7 @@ Response* ResponseQueue::Take() {
   return response;
 }
 
-void ResponseQueue::GiveBack(Response* response) {
+void ResponseQueue::Release(Response* response) {
   response->observations = grpc::Slice();
   free_.push_back(response);
 }
@@ -57,7 +57,7 @@ StreamRequest* ResponseQueue::EndWrite() {
   queue_.pop_front();
   writing_ = false;
   if (written.response != nullptr) {
-    GiveBack(written.response);
+    Release(written.response);
   }
   return written.answered;
 }
@@ -66,7 +66,7 @@ void ResponseQueue::DropUnwritten() {
   const size_t kept = writing_ ? 1 : 0;
   while (queue_.size() > kept) {
     if (queue_.back().response != nullptr) {
-      GiveBack(queue_.back().response);
+      Release(queue_.back().response);
     }
     queue_.pop_back();
   }

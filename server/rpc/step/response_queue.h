@@ -14,49 +14,50 @@
 
 namespace procgen {
 
-// Whether an answer that was kept, to request `sequence_number`, can be sent on a stream that takes
-// responses of this size. Errors: RESOURCE_EXHAUSTED.
+// Checks that the kept answer to request `sequence_number` can be sent on a stream with this limit.
+// Errors: RESOURCE_EXHAUSTED a response of it is larger.
 absl::Status CheckKeptAnswer(int64_t sequence_number, const Answer& answer,
                              int64_t response_bytes_max);
 
-// A response on its way.
+// A response in the send queue.
 struct Outgoing {
-  Response* response = nullptr;       // of the queue's; null: only its bytes are there
-  grpc::ByteBuffer bytes;             // not valid: to be serialised from the response
-  StreamRequest* answered = nullptr;  // the request of which this is the last response
+  Response* response = nullptr;       // owned by the queue; null: there are only `bytes`
+  grpc::ByteBuffer bytes;             // not valid: `response` is not serialised yet
+  StreamRequest* answered = nullptr;  // the request whose last response this is; null: not the last
 };
 
-// The responses of a stream: those that are stepped into, and those to be written, in order. The
-// memory of their messages is kept, so there are two: one is stepped into while the other is on its
-// way.
-// Threads: compatible; what BeginWrite returned may be used by who called it until EndWrite.
+// The responses of a stream: those being filled, and the queue of those to send. Two messages are
+// reused in turn: one is filled while the other is sent.
+// Threads: compatible; the result of writing() may be used without a lock from BeginWrite to
+// EndWrite.
 class ResponseQueue {
  public:
   ResponseQueue();
 
   bool has_free() const { return !free_.empty(); }
-  // A free response; if there is none, another one is made.
+  // Returns a free response, or a new one if none is free.
   Response* Take();
-  // Lets go of its observations.
-  void GiveBack(Response* response);
+  // Frees the response and releases its observations.
+  void Release(Response* response);
 
   void Push(Outgoing response) { queue_.push_back(std::move(response)); }
-  // Pushes an answer that was kept, to `request`.
+  // Pushes the responses of a kept answer to `request`.
   void PushAnswer(const Answer& answer, StreamRequest* request);
   bool empty() const { return queue_.empty(); }
   bool CanWrite() const { return !queue_.empty() && !writing_; }
   void BeginWrite() { writing_ = true; }
   Outgoing* writing() { return &queue_.front(); }
-  // Returns the request that is answered by what was written; null: there is more to it.
+  // Removes the written response. Returns the request that it completes; null: more responses
+  // follow.
   StreamRequest* EndWrite();
-  // Drops all but what is being written.
+  // Drops all responses but the one being written.
   void DropUnwritten();
 
  private:
   std::vector<std::unique_ptr<Response>> responses_;
   std::vector<Response*> free_;
   std::deque<Outgoing> queue_;
-  bool writing_ = false;  // the first of queue_
+  bool writing_ = false;  // the front of queue_
 };
 
 }  // namespace procgen

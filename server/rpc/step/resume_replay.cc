@@ -23,11 +23,11 @@
 namespace procgen {
 namespace {
 
-// Between attempts: doubled each time, until a request succeeds.
+// Delay between attempts. It doubles after each failure and is reset by a success.
 constexpr absl::Duration kBackoffMin = absl::Milliseconds(100);
 constexpr absl::Duration kBackoffMax = absl::Seconds(5);
 
-// Whether another attempt would get the same error.
+// Whether a retry would fail in the same way.
 bool IsPermanent(const absl::Status& status) {
   switch (status.code()) {
     case absl::StatusCode::kInvalidArgument:
@@ -42,14 +42,14 @@ bool IsPermanent(const absl::Status& status) {
   }
 }
 
-// By the steady clock.
+// Returns the time after `duration` on the steady clock.
 gpr_timespec After(absl::Duration duration) {
   return gpr_time_add(gpr_now(GPR_CLOCK_MONOTONIC),
                       gpr_time_from_millis(absl::ToInt64Milliseconds(duration), GPR_TIMESPAN));
 }
 
-// Shared, because it lasts until its last callback. As an observer it learns that the pool is
-// closed or that the server drains.
+// Shared, because it lives until its last callback. It observes the pool to detect its end and a
+// drain.
 class ResumeReplay final : public PoolObserver,
                            public ResponseSink,
                            public std::enable_shared_from_this<ResumeReplay> {
@@ -59,7 +59,7 @@ class ResumeReplay final : public PoolObserver,
       : pool_(std::move(pool)),
         requests_(std::move(requests)),
         response_bytes_max_(response_bytes_max) {
-    // The last one tells how all environments stand, and that they are where they were.
+    // A final observe reads the state of all environments.
     v1::StepPoolRequest observe;
     observe.mutable_observe()->set_observation(v1::OBSERVATION_NONE);
     observe.mutable_observe()->mutable_slice()->set_env_count(pool_->env_count());
@@ -115,7 +115,7 @@ class ResumeReplay final : public PoolObserver,
   }
 
  private:
-  // Ends the turn where there is none left.
+  // Executes the next valid request; ends the turn if none is left.
   void ExecuteNext() {
     for (; next_ < requests_.size(); ++next_) {
       const absl::Status status = Read();
@@ -132,7 +132,7 @@ class ResumeReplay final : public PoolObserver,
     const bool is_observe = next_ + 1 == requests_.size();
     absl::Status status = request_.message.ParseFromString(requests_[next_])
                               ? ReadStreamRequest(&request_)
-                              : absl::InternalError("it is no request");
+                              : absl::InternalError("invalid StepPoolRequest");
     if (status.ok()) {
       status = SetRowsMax();
     }
@@ -160,7 +160,8 @@ class ResumeReplay final : public PoolObserver,
       End();
       return;
     }
-    // Nodes have not come in time; they may yet. The turn stays: what others want comes after.
+    // For example, nodes of the fleet may still be starting. The turn is kept, so that all other
+    // callers wait for the replay.
     LogEvent(LogLevel::kWarning, "pool_resume_delayed", EventOf(status));
     {
       absl::MutexLock lock(&mutex_);
@@ -178,7 +179,7 @@ class ResumeReplay final : public PoolObserver,
     bool ended = false;
     {
       absl::MutexLock lock(&mutex_);
-      alarm_ = nullptr;  // which holds this
+      alarm_ = nullptr;  // its callback has a reference to this object
       ended = ended_;
     }
     if (ended) {
@@ -202,7 +203,7 @@ class ResumeReplay final : public PoolObserver,
   const std::shared_ptr<PoolSession> pool_;
   std::vector<std::string> requests_;
   const int64_t response_bytes_max_;
-  size_t next_ = 0;  // of requests_: the one that is executed
+  size_t next_ = 0;  // index of the current request
   StreamRequest request_;
   ResponseBuilder builder_;
   Response response_;
@@ -210,7 +211,7 @@ class ResumeReplay final : public PoolObserver,
 
   absl::Mutex mutex_;
   bool ended_ ABSL_GUARDED_BY(mutex_) = false;  // the pool is closed, or the server drains
-  // Between attempts; shared with who cancels it.
+  // Set between attempts. Shared, because OnEnd cancels it outside of the lock.
   std::shared_ptr<grpc::Alarm> alarm_ ABSL_GUARDED_BY(mutex_);
 };
 

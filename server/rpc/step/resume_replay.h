@@ -9,16 +9,16 @@
 
 namespace procgen {
 
-// Carries out requests that an earlier process of this server had accepted, and keeps their answers
-// for learners that attach again and ask for them; begins at once, takes the first turn, and goes
-// on by itself. `requests`: serialised, in order. Then the pool is where that process had it.
+// Executes requests that an earlier process of this server accepted, which restores the pool's
+// state, and keeps their answers for learners that attach again. `requests`: serialised, in order.
+// The replay takes the pool's first turn and then runs in the background.
 //
-// Where a request fails as it would again (DATA_LOSS, FAILED_PRECONDITION, INTERNAL and the like),
-// the pool fails with that error. After any other error the request is repeated, later each time,
-// and the turn stays with it, until the pool is closed or the server drains.
+// After a permanent error (DATA_LOSS, FAILED_PRECONDITION, INTERNAL and the like) the pool fails
+// with that error. After any other error the request is retried with exponential backoff. The
+// replay keeps the turn until it succeeds, the pool is closed or the server drains.
 //
-// Answers are told in small parts, and encoded observations each without their past, so that they
-// suit whoever attaches.
+// Kept answers have small responses and, with an encoding, only key frames, so that they can be
+// sent on any stream.
 void StartResumeReplay(std::shared_ptr<PoolSession> pool, std::vector<std::string> requests,
                        int64_t response_bytes_max);
 

@@ -42,7 +42,7 @@ void StepPoolReactor::OnReadDone(bool ok) {
   stream_->OnRead(this, ok ? absl::OkStatus() : absl::CancelledError());
 }
 
-absl::Status StepPoolReactor::Take(StreamRequest* request) {
+absl::Status StepPoolReactor::Parse(StreamRequest* request) {
   grpc::ByteBuffer bytes;
   bytes.Swap(&read_bytes_);
   request->message_bytes = bytes.Length();

@@ -14,12 +14,12 @@
 
 namespace procgen {
 
-// The gRPC side of a stream of StepPool: carries messages for a StepStream, which decides all else.
-// Deletes itself when gRPC has done with it.
+// The gRPC reactor of a StepPool stream: the transport of a StepStream, which makes all decisions.
+// Deletes itself in OnDone.
 class StepPoolReactor final : public ByteStream, public StreamTransport {
  public:
-  // Begins to serve a stream; it ends itself. `pipe_listener`: null: no pipes are offered. What is
-  // pointed to must outlive it.
+  // Starts to serve a stream. `pipe_listener`: null: pipes are not offered. All pointers must
+  // outlive the reactor.
   static StepPoolReactor* Start(PoolSupervisor* supervisor, const CallAccounting* accounting,
                                 PipeListener* pipe_listener, grpc::CallbackServerContext* context,
                                 Caller caller);
@@ -34,17 +34,16 @@ class StepPoolReactor final : public ByteStream, public StreamTransport {
   void OnDone() override;
 
   bool Read() override;
-  absl::Status Take(StreamRequest* request) override;
+  absl::Status Parse(StreamRequest* request) override;
   void Write(Outgoing* outgoing) override;
   void End(const absl::Status& status);
 
   PoolSupervisor* const supervisor_;
   const CallAccounting* const accounting_;
   grpc::CallbackServerContext* const context_;
-  // Shared, because a callback of the pool may still be on its way out when gRPC has done with the
-  // stream.
+  // Shared, because a callback of the pool may still be returning when gRPC calls OnDone.
   std::shared_ptr<StepStream> stream_;
-  grpc::ByteBuffer read_bytes_;  // of the read under way, or the request that was read
+  grpc::ByteBuffer read_bytes_;  // of the current read, until Parse
 };
 
 }  // namespace procgen

@@ -11,7 +11,8 @@ namespace procgen {
 // StepService: each stream is a StepPoolReactor.
 class StepServiceImpl final : public ByteService {
  public:
-  // `pipe_listener`: of pools that share memory; null: none. What is pointed to must outlive this.
+  // `pipe_listener`: for pools that share memory; null: pipes are not offered. All pointers must
+  // outlive this.
   StepServiceImpl(PoolSupervisor* supervisor, const CallAccounting* accounting,
                   PipeListener* pipe_listener);
 

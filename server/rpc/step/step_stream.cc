@@ -17,7 +17,7 @@ StepStream::StepStream(Context context, Caller caller)
     : context_(std::move(context)), caller_(std::move(caller)) {}
 
 void StepStream::Start() {
-  // Weak, because the alarm is the stream's and keeps what it calls.
+  // Weak, because the stream owns the alarm, which owns its callback.
   attach_alarm_.Set(GrpcDeadlineIn(context_.supervisor->limits().attach_timeout),
                     [weak = weak_from_this()](bool expired) {
                       const std::shared_ptr<StepStream> stream = weak.lock();
@@ -28,10 +28,10 @@ void StepStream::Start() {
   Drive();
 }
 
-// NOLINTBEGIN(misc-no-recursion): Drive enters itself once, and then has nothing to do.
+// NOLINTBEGIN(misc-no-recursion): a nested call of Drive returns immediately.
 void StepStream::Drive() {
-  // An event that happens while this thread drives, in something that Act calls, is seen by the
-  // loop that is under way. A second one inside of it would nest with each request.
+  // Events that occur within Act are handled by the running loop. A nested loop would deepen the
+  // stack with each request.
   thread_local const StepStream* driven = nullptr;
   if (driven == this) {
     return;
@@ -53,11 +53,11 @@ void StepStream::Drive() {
 }
 
 StepStream::Action StepStream::NextAction() {
-  // What keeps the pool busy comes before what keeps the wire busy.
+  // Work for the pool comes before work for the connection.
   if (phase_ == Phase::kEnded) {
     return Action::kWait;
   }
-  // A stream that is interrupted does not wait for the wire, which may be dead.
+  // An interrupted stream does not wait for the connection, which may be dead.
   if (part_waits_ && (interruption_ != Interruption::kNone || responses_.has_free())) {
     part_waits_ = false;
     return Action::kResume;
@@ -73,7 +73,7 @@ StepStream::Action StepStream::NextAction() {
     responses_.BeginWrite();
     return Action::kWrite;
   }
-  // What is read from is decided here: pipes may be opened at any time.
+  // The transport of a read is chosen here, because pipes may be opened at any time.
   if (pipes_ != nullptr && requests_.CanRead()) {
     requests_.BeginRead();
     return Action::kReadPipes;
@@ -146,17 +146,17 @@ void StepStream::OnRead(StreamTransport* transport, const absl::Status& status) 
   bool is_first = false;
   {
     absl::MutexLock lock(&mutex_);
-    const bool is_beside = transport == context_.transport && pipes_ != nullptr;
+    const bool bypasses_pipes = transport == context_.transport && pipes_ != nullptr;
     if (transport == context_.transport) {
-      grpc_reads_ = is_beside;  // and then no more
+      grpc_reads_ = bypasses_pipes;  // if set, it was the last read
     }
-    if (!is_beside) {
+    if (!bypasses_pipes) {
       request = requests_.EndRead(status.ok());
     }
-    if (is_beside || !status.ok()) {
-      EndAfterInbox(status.ok() ? absl::InvalidArgumentError("a request came by the stream, "
-                                                             "allowed while its pipe transport is "
-                                                             "open: there")
+    if (bypasses_pipes || !status.ok()) {
+      EndAfterInbox(status.ok() ? absl::InvalidArgumentError("a request arrived on the gRPC stream "
+                                                             "while its pipe transport is open, "
+                                                             "allowed: on the pipes")
                     : absl::IsCancelled(status) ? absl::OkStatus()
                                                 : status);
     }
@@ -170,32 +170,32 @@ void StepStream::OnRead(StreamTransport* transport, const absl::Status& status) 
     return;
   }
   request->request.arrival_time = SteadyNow();
-  absl::Status taken = transport->Take(request);
-  if (taken.ok()) {
-    taken = HoldLarge(request);
+  absl::Status parsed = transport->Parse(request);
+  if (parsed.ok()) {
+    parsed = ReserveLarge(request);
   }
   if (is_first) {
-    Attach(request, std::move(taken));
+    Attach(request, std::move(parsed));
     return;
   }
-  if (taken.ok()) {
-    taken = Understand(request);
+  if (parsed.ok()) {
+    parsed = Validate(request);
   }
   {
     absl::MutexLock lock(&mutex_);
-    if (!taken.ok()) {
-      EndAfterInbox(taken);
+    if (!parsed.ok()) {
+      EndAfterInbox(parsed);
     }
-    requests_.TakeIn(request);
+    requests_.Enqueue(request);
   }
   Drive();
 }
 
-absl::Status StepStream::HoldLarge(StreamRequest* request) const {
+absl::Status StepStream::ReserveLarge(StreamRequest* request) const {
   if (request->message_bytes <= kLargeMessageBytes) {
     return absl::OkStatus();
   }
-  absl::StatusOr<Quotas::Reservation> reservation = context_.accounting->HoldBytes(
+  absl::StatusOr<Quotas::Reservation> reservation = context_.accounting->ReserveBytes(
       caller_.owner, static_cast<int64_t>(request->message.SpaceUsedLong()));
   if (!reservation.ok()) {
     return reservation.status();
@@ -204,7 +204,7 @@ absl::Status StepStream::HoldLarge(StreamRequest* request) const {
   return absl::OkStatus();
 }
 
-absl::Status StepStream::Understand(StreamRequest* request) const {
+absl::Status StepStream::Validate(StreamRequest* request) const {
   if (absl::Status status = ReadStreamRequest(request); !status.ok()) {
     return status;
   }
@@ -274,7 +274,7 @@ void StepStream::OnAttached(absl::StatusOr<Attachment> attachment) {
     if (!attachment.ok()) {
       EndAfterInbox(attachment.status());
     }
-    requests_.EndTakingIn();
+    requests_.EndParse();
     if (attachment.ok() && status_.ok()) {
       requests_.Grow(static_cast<size_t>(stream_options_.attach.requests_in_flight_max));
       Response* response = responses_.Take();
@@ -296,7 +296,7 @@ void StepStream::OnPipesOpened(std::shared_ptr<PipeConnection> connection) {
     pipes_ = std::move(pipes);
     requests_.AbandonRead();
     if (phase_ == Phase::kEnded) {
-      pipes_->HangUp();  // of which OnPipesInput reports
+      pipes_->HangUp();  // reported by OnPipesInput
     }
   }
   Drive();
@@ -351,7 +351,7 @@ absl::StatusOr<std::optional<Batch>> StepStream::PreparePart(Part part) {
     if (!responses_.has_free() && interruption_ == Interruption::kPoolClosed) {
       return status_;
     }
-    // What cannot be sent is kept all the same if it may be asked for again.
+    // An answer that cannot be sent is still kept if the stream is resumable.
     unsent_ = unsent_ || interruption_ == Interruption::kCancelled || !responses_.has_free();
     if (unsent_ && !stream_options_.attach.resumable) {
       return Batch();
@@ -379,7 +379,7 @@ absl::Cord StepStream::PartDone(Part part, bool keep) {
   }
   absl::MutexLock lock(&mutex_);
   if (unsent_ || interruption_ == Interruption::kCancelled) {
-    responses_.GiveBack(response_);
+    responses_.Release(response_);
   } else {
     responses_.Push(std::move(outgoing));
   }
@@ -404,11 +404,11 @@ void StepStream::Done(const absl::Status& status) {
   {
     absl::MutexLock lock(&mutex_);
     if (response_ != nullptr) {
-      responses_.GiveBack(std::exchange(response_, nullptr));
+      responses_.Release(std::exchange(response_, nullptr));
     }
     running_ = nullptr;
     if (!status.ok()) {
-      // Requests behind the one at fault are dropped, and so is what was wrong with them.
+      // Later requests are dropped, and so are their errors.
       status_ = status;
       EndNow(Interruption::kNone, status);
     }
@@ -419,7 +419,7 @@ void StepStream::Done(const absl::Status& status) {
 void StepStream::Detach() {
   builder_.ResetEncoder();
   pool_->Detach();
-  // A learner that does not read keeps its stream, but not the pool, which may be deleted.
+  // A learner that does not read keeps its stream but not the pool, which may be deleted.
   pool_ = nullptr;
   absl::MutexLock lock(&mutex_);
   phase_ = Phase::kDetached;

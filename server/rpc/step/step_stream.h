@@ -29,25 +29,26 @@ namespace procgen {
 
 // One stream of StepPool, between a transport and a PoolSession.
 //
-// The life of a stream:
-//  1. The first request is read and must attach, within Limits::attach_timeout; where another
-//     stream is to be taken over, that one detaches first. Until then the stream is one of its
-//     owner's calls under way, afterwards one of its streams.
-//  2. Requests are read, one at a time, as long as the window has room (RequestWindow).
-//  3. The pool executes the first of the inbox, part by part: each part is drawn straight into one
-//     of two responses, so one is drawn while the other is sent. A request that was executed before
-//     is answered by what was kept.
-//  4. The stream detaches as soon as it will execute no further request, and ends when all is
-//     written; or, after a cancellation, at once. A request that was accepted is always executed to
-//     its end, if need be unsent.
+// Life of a stream:
+//  1. The first request must arrive within Limits::attach_timeout and attach. If it takes over
+//     another stream, that one detaches first. Until then the stream counts as one of its owner's
+//     calls, afterwards as one of its streams.
+//  2. Requests are read one at a time while the RequestWindow has a free slot.
+//  3. The pool executes the first request of the inbox, part by part. Each part is drawn directly
+//     into one of two responses, while the other is sent. A request that was executed before gets
+//     its kept answer.
+//  4. The stream detaches when it will execute no further request, and ends when all responses are
+//     written. A cancelled stream ends without writing. An accepted request is always executed to
+//     its end, even if its answer is not sent.
 //
-// The learner of a pool that shares memory may open pipes: from then on requests and responses
-// travel there, and gRPC's stream only shows how both sides end.
+// The learner of a pool that shares memory may open pipes. From then on requests and responses use
+// the pipes, and the gRPC stream only signals the end of either side.
 //
-// All decisions are in NextAction, under the lock; each event notes what happened and calls Drive,
-// which acts outside of the lock until there is nothing to do.
+// All decisions are in NextAction, under the lock. Each event records what happened and calls
+// Drive, which acts outside of the lock until there is nothing to do.
 //
-// Threads: any method from any thread. Lock order: mutex_ is held during none of the calls out.
+// Threads: any method from any thread. Lock order: mutex_ is not held during calls to other
+// objects.
 class StepStream final : public ResponseSink,
                          public StreamTransportUser,
                          public PipeConnectionUser,
@@ -56,8 +57,8 @@ class StepStream final : public ResponseSink,
   struct Context {
     PoolSupervisor* supervisor = nullptr;
     const CallAccounting* accounting = nullptr;
-    PipeListener* pipe_listener = nullptr;  // null: no pipes are offered
-    std::string peer;                       // as gRPC names it
+    PipeListener* pipe_listener = nullptr;  // null: pipes are not offered
+    std::string peer;                       // address in gRPC's form
     StreamTransport* transport = nullptr;   // gRPC's stream; not used after `end`
     // Ends gRPC's stream; called once.
     std::function<void(const absl::Status&)> end;
@@ -65,9 +66,9 @@ class StepStream final : public ResponseSink,
 
   StepStream(Context context, Caller caller);
 
-  // Begins to read.
+  // Starts the first read.
   void Start();
-  // The learner has cancelled the stream, or is gone.
+  // The learner has cancelled the stream or disconnected.
   void OnCancel();
 
   void OnRead(StreamTransport* transport, const absl::Status& status) override;
@@ -85,27 +86,27 @@ class StepStream final : public ResponseSink,
  private:
   enum class Phase : uint8_t {
     kOpen,       // no request has arrived
-    kAttaching,  // the first one has
-    kAttached,   // it has the pool
-    kDetaching,  // it executes no request any more
-    kDetached,   // it has let the pool go, or never had it
+    kAttaching,  // the first request has arrived
+    kAttached,
+    kDetaching,  // no further request is executed
+    kDetached,   // from the pool, or attaching failed
     kEnded,
   };
-  // What ends the stream early, each stronger than those before.
+  // What ends the stream early, in ascending priority.
   enum class Interruption : uint8_t {
     kNone,
-    kTakenOver,   // another stream waits for the pool
-    kCancelled,   // nobody reads the responses
-    kPoolClosed,  // there is no pool any more
+    kTakenOver,  // another stream waits for the pool
+    kCancelled,  // the learner has cancelled or disconnected
+    kPoolClosed,
   };
   enum class Action : uint8_t {
     kWait,        // for an event
     kExecute,     // the next request
-    kResume,      // the execution, for which a response is free now
+    kResume,      // the execution, because a response is free
     kWrite,       // the first of responses_
-    kReadPipes,   // the next request
-    kAwait,       // it, since there is nothing else to do
-    kReadStream,  // the next request or, beside pipes, the end of gRPC's stream
+    kReadPipes,   // the next request, from the pipes
+    kAwait,       // the request of a read from the pipes, because there is nothing else to do
+    kReadStream,  // the next request or, with pipes open, the end of the gRPC stream
     kDetach,      // from the pool
     kEnd,         // the stream
   };
@@ -123,27 +124,27 @@ class StepStream final : public ResponseSink,
   void OnAttached(absl::StatusOr<Attachment> attachment);
   void OnStreamEnd(StreamEnd why, const absl::Status& reason);
 
-  // Validates a request after the first, as far as that needs no turn.
-  absl::Status Understand(StreamRequest* request) const;
-  // Counts a request, if it is large, among its owner's buffers until it is answered.
-  absl::Status HoldLarge(StreamRequest* request) const;
-  // Reads no more; what was read before is still answered.
+  // Validates a request after the first, as far as possible without a turn.
+  absl::Status Validate(StreamRequest* request) const;
+  // Reserves the memory of a large request in its owner's quota, until it is answered.
+  absl::Status ReserveLarge(StreamRequest* request) const;
+  // Stops reading. Requests that were read before are still answered.
   void EndAfterInbox(const absl::Status& status) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
-  // Reads no more and drops the inbox; what runs is executed to its end.
+  // Stops reading and drops the inbox. The running request is executed to its end.
   void EndNow(Interruption interruption, const absl::Status& status)
       ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
 
   const Context context_;
-  Caller caller_;             // its reservation: until it is attached
-  grpc::Alarm attach_alarm_;  // until the first request was read
+  Caller caller_;             // has a reservation until the stream is attached
+  grpc::Alarm attach_alarm_;  // until the first request is read
   // Set by attach; null once detached.
   std::shared_ptr<PoolSession> pool_;
   std::string pool_name_;
   StreamOptions stream_options_;
-  std::string pipe_key_;                  // by which pipes may be opened; empty: none
-  std::unique_ptr<PipeTransport> pipes_;  // written once, under the lock; null: none are open
-  ResponseBuilder builder_;               // of the request that is executed
-  Response* response_ = nullptr;          // likewise; null: its part is drawn for nobody
+  std::string pipe_key_;                  // authenticates the learner's pipes; empty: none
+  std::unique_ptr<PipeTransport> pipes_;  // written once, under the lock; null: not open
+  ResponseBuilder builder_;               // of the running request
+  Response* response_ = nullptr;          // of the current part; null: its values are dropped
 
   absl::Mutex mutex_;
   Phase phase_ ABSL_GUARDED_BY(mutex_) = Phase::kOpen;
@@ -151,11 +152,12 @@ class StepStream final : public ResponseSink,
   absl::Status status_ ABSL_GUARDED_BY(mutex_);  // with which the stream ends
   RequestWindow requests_ ABSL_GUARDED_BY(mutex_);
   ResponseQueue responses_ ABSL_GUARDED_BY(mutex_);
-  StreamRequest* running_ ABSL_GUARDED_BY(mutex_) = nullptr;  // the request that is executed
-  bool part_waits_ ABSL_GUARDED_BY(mutex_) = false;           // of running_, for a response
-  bool unsent_ ABSL_GUARDED_BY(mutex_) = false;               // the rest of its answer is not sent
-  bool read_waits_ ABSL_GUARDED_BY(mutex_) = false;           // for kAwait
-  bool grpc_reads_ ABSL_GUARDED_BY(mutex_) = false;           // or has read beside the pipes
+  StreamRequest* running_ ABSL_GUARDED_BY(mutex_) = nullptr;  // the request being executed
+  bool part_waits_ ABSL_GUARDED_BY(mutex_) = false;  // part of running_ waits for a free response
+  bool unsent_ ABSL_GUARDED_BY(mutex_) = false;      // the rest of its answer is not sent
+  bool read_waits_ ABSL_GUARDED_BY(mutex_) = false;  // a read from the pipes waits for kAwait
+  // A read of the gRPC stream is in progress, or was the last one because pipes are open.
+  bool grpc_reads_ ABSL_GUARDED_BY(mutex_) = false;
 };
 
 }  // namespace procgen

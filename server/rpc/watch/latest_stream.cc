@@ -41,7 +41,7 @@ void LatestStream::OnWriteDone(bool ok) {
     absl::MutexLock lock(&mutex_);
     writes_ = false;
     if (!ok && !end_.has_value()) {
-      end_ = absl::OkStatus();  // who watched has gone
+      end_ = absl::OkStatus();  // the client has disconnected
     }
   }
   Continue();

@@ -17,32 +17,31 @@
 
 namespace procgen {
 
-// A stream of the latest state, one response at a time: while one is being sent the latest waits
-// and replaces earlier ones. So a client that does not read costs two responses. Threads: any
-// method from any thread.
+// A stream that sends the latest state, one response at a time. While one is being sent, the latest
+// waits and replaces earlier ones, so a client that does not read costs two responses.
+// Threads: any method from any thread.
 class LatestStream : public OneRequestStream {
  public:
-  // Ends the stream, once what is being sent is on its way, unless it has ended.
+  // Ends the stream after the current write. No effect if it has ended.
   void Close(const absl::Status& status) ABSL_LOCKS_EXCLUDED(mutex_);
 
  protected:
-  // Makes a response, when it can be sent.
+  // Creates the response. Called when it can be sent.
   using Response = std::function<grpc::ByteBuffer()>;
 
   // `method`: "SERVICE/METHOD". `accounting` must outlive the stream.
   LatestStream(const CallAccounting* accounting, absl::string_view method);
   ~LatestStream() override = default;
 
-  // Begins: reads the request, and holds the stream until gRPC has done with it. It may live longer
-  // if somebody else holds it.
+  // Starts to read the request. Keeps a reference to the stream until OnDone.
   void Begin(std::shared_ptr<LatestStream> self);
 
   // Sends a response, or replaces the waiting one.
   void Send(Response response) ABSL_LOCKS_EXCLUDED(mutex_);
-  // Whether a response would be sent at once.
+  // Whether a response would be sent immediately.
   bool IsIdle() ABSL_LOCKS_EXCLUDED(mutex_);
 
-  // Releases the stream's resources after gRPC is done with it.
+  // Releases the stream's resources. Called by OnDone.
   virtual void ReleaseSource() = 0;
 
  private:
@@ -50,20 +49,20 @@ class LatestStream : public OneRequestStream {
   void OnCancel() final;
   void OnDone() final;
 
-  // Writes, or ends, if there is reason to and no write is under way. gRPC is called without the
-  // lock, since it may call back at once.
+  // Writes the waiting response or ends the stream, unless a write is in progress. Calls gRPC
+  // without the lock, because it may call back immediately.
   void Continue() ABSL_LOCKS_EXCLUDED(mutex_);
 
   const CallAccounting* const accounting_;
   const std::string method_;
   std::shared_ptr<LatestStream> self_;
-  grpc::ByteBuffer written_;  // by the write under way
+  grpc::ByteBuffer written_;  // by the current write
 
   absl::Mutex mutex_;
   Response waiting_ ABSL_GUARDED_BY(mutex_);  // null: none
   bool writes_ ABSL_GUARDED_BY(mutex_) = false;
   bool ended_ ABSL_GUARDED_BY(mutex_) = false;
-  std::optional<absl::Status> end_ ABSL_GUARDED_BY(mutex_);  // that it is to end with
+  std::optional<absl::Status> end_ ABSL_GUARDED_BY(mutex_);  // final status; set by Close
 };
 
 }  // namespace procgen

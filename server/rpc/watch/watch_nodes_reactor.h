@@ -10,13 +10,12 @@
 
 namespace procgen {
 
-// One stream of WatchNodes: sends the nodes, and again when they have changed.
+// One stream of WatchNodes: sends all nodes at the start and after each change.
 // Threads: any method from any thread.
 class WatchNodesReactor final : public LatestStream {
  public:
-  // Begins a stream, which lives until gRPC has done with it, and longer if somebody holds it.
-  // `reservation`: of the owner's calls; the stream is one of them while it lasts. `cluster` and
-  // `accounting` must outlive it.
+  // Starts a stream, which lives at least until OnDone. `reservation`: of the owner's calls, held
+  // until the stream ends. `cluster` and `accounting` must outlive the stream.
   static std::shared_ptr<WatchNodesReactor> Start(Cluster* cluster,
                                                   const CallAccounting* accounting,
                                                   Quotas::Reservation reservation);

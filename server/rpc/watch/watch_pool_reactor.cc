@@ -68,14 +68,14 @@ void WatchPoolReactor::Take(const absl::Cord& frame_set) {
 }
 
 void WatchPoolReactor::End(const absl::Status& reason) {
-  // A lease that ran out ends a watch as a deletion does.
+  // An expired lease ends a watch with the same code as a deletion.
   Close(absl::IsNotFound(reason) ? absl::AbortedError(reason.message()) : reason);
 }
 
 void WatchPoolReactor::ReleaseSource() {
   supervisor_->frame_publishers().Unsubscribe(this);
-  reservation_ = Quotas::Reservation();  // a frame set that is still on its way to this may hold it
-                                         // for a while
+  // Released here, because a frame set in progress may keep this object alive for a while.
+  reservation_ = Quotas::Reservation();
 }
 
 }  // namespace procgen

@@ -14,20 +14,19 @@
 
 namespace procgen {
 
-// One stream of WatchPool: reads which pool is to be watched, then sends frame sets of it.
+// One stream of WatchPool: reads the request, then sends frame sets of its pool.
 // Threads: any method from any thread.
 class WatchPoolReactor final : public LatestStream, public FrameSubscriber {
  public:
-  // Begins a stream, which lives until gRPC has done with it, and longer if somebody holds it. What
-  // is pointed to must outlive it. `caller` counts until the request has arrived: a drain does not
-  // wait for those who watch.
+  // Starts a stream, which lives at least until OnDone. The pointers must outlive it. `caller` is
+  // held until the request has arrived, because a drain does not wait for watches.
   static WatchPoolReactor* Start(PoolSupervisor* supervisor, const CallAccounting* accounting,
                                  Caller caller);
   ~WatchPoolReactor() override = default;
 
   bool IsReady() override { return IsIdle(); }
   void Take(const absl::Cord& frame_set) override;
-  // Ends the stream, once what is being sent is on its way, unless it has ended.
+  // Ends the stream after the current write. No effect if it has ended.
   void End(const absl::Status& reason) override;
 
  private:
@@ -38,7 +37,7 @@ class WatchPoolReactor final : public LatestStream, public FrameSubscriber {
   void ReleaseSource() override;
 
   PoolSupervisor* const supervisor_;
-  Caller caller_;  // until the request is there
+  Caller caller_;  // until the request has arrived
   Quotas::Reservation reservation_;
   std::weak_ptr<WatchPoolReactor> weak_self_;
 };

@@ -367,7 +367,7 @@ class TestStream:
 
     def test_empty_request_gets_an_error(self, agent: Agent) -> None:
         agent.send(agent.protocol.pb2.EnvironmentRequest())
-        with rejected(INVALID_ARGUMENT, "asks for nothing, allowed: create_world"):
+        with rejected(INVALID_ARGUMENT, "is empty, allowed: create_world"):
             agent.receive()
 
     def test_unknown_extension_gets_an_error(self, agent: Agent) -> None:

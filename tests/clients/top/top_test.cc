@@ -120,7 +120,7 @@ TEST(TopTest, CredentialsAreThoseOfTheClient) {
   EXPECT_THAT(let_in.output, HasSubstr("pools/hers  alice"));
   const Result rejected = RunTop(flags);
   EXPECT_EQ(rejected.exit_status, 1);
-  EXPECT_THAT(rejected.output, HasSubstr("procgen-top: the call bears no token"));
+  EXPECT_THAT(rejected.output, HasSubstr("procgen-top: the call has no token"));
 }
 
 TEST(TopTest, InvalidFlagsAreReported) {

@@ -129,8 +129,8 @@ TEST(TensorTest, StringsAreScalarsOrLists) {
 }
 
 TEST(TensorTest, LongTextIsCutBetweenCharacters) {
-  EXPECT_EQ(Shown("short"), "short");
-  EXPECT_EQ(Shown(std::string(63, 'a') + "\xc3\xa4 and more"), std::string(63, 'a') + "...");
+  EXPECT_EQ(Truncated("short"), "short");
+  EXPECT_EQ(Truncated(std::string(63, 'a') + "\xc3\xa4 and more"), std::string(63, 'a') + "...");
 }
 
 }  // namespace

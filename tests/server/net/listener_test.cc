@@ -44,9 +44,9 @@ int FirstReadOf(absl::string_view name) {
 }
 
 TEST(ListenerTest, StopsDespiteConstantConnections) {
-  auto listener = Listener::ListenWithin(FourConnections());
+  auto listener = Listener::ListenInternal(FourConnections());
   ASSERT_THAT(listener, IsOk());
-  const std::string target = (*listener)->target_within();
+  const std::string target = (*listener)->internal_target();
   const absl::string_view name = absl::StripPrefix(target, "unix-abstract:");
   std::atomic<int> taken_count = 0;
   (*listener)->Start([&](int /*listening*/, int connection) {
@@ -76,7 +76,7 @@ TEST(ListenerTest, SocketPathOfALaterServerIsKept) {
 }
 
 TEST(ListenerTest, OtherProcessesAreRejected) {
-  const auto listener = Listener::ListenWithin(FourConnections());
+  const auto listener = Listener::ListenInternal(FourConnections());
   ASSERT_THAT(listener, IsOk());
   std::atomic<int> taken_count = 0;
   (*listener)->Start([&](int /*listening*/, int connection) {
@@ -84,7 +84,7 @@ TEST(ListenerTest, OtherProcessesAreRejected) {
     EXPECT_EQ(write(connection, "x", 1), 1);
     close(connection);
   });
-  const std::string target = (*listener)->target_within();
+  const std::string target = (*listener)->internal_target();
   const absl::string_view name = absl::StripPrefix(target, "unix-abstract:");
   EXPECT_EQ(FirstReadOf(name), 1);
   const pid_t other = fork();

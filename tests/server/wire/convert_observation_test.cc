@@ -39,7 +39,7 @@ TEST(ConvertObservationTest, SharedMemoryIsNotEncoded) {
   EXPECT_THAT(EncodingOf(spec),
               StatusIs(absl::StatusCode::kInvalidArgument,
                        "spec.encoding is ENCODING_DELTA_ZSTD, allowed with "
-                       "TRANSPORT_SHARED_MEMORY: ENCODING_RAW, as nothing is sent"));
+                       "TRANSPORT_SHARED_MEMORY: ENCODING_RAW, because observations are not sent"));
   spec.set_encoding(v1::ENCODING_RAW);
   EXPECT_THAT(EncodingOf(spec), IsOk());
 }

@@ -35,7 +35,7 @@ ObservationCoding CodingOf(int32_t size_px, Encoding encoding = Encoding::kRaw) 
 TEST(ConvertStepTest, EmptyRequestIsRejected) {
   StreamRequest request;
   EXPECT_THAT(ReadStreamRequest(&request),
-              StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr("asks for nothing")));
+              StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr("is empty, allowed")));
 }
 
 TEST(ConvertStepTest, SecondAttachIsRejected) {

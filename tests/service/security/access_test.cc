@@ -58,7 +58,7 @@ TEST_F(TokensTest, EveryMethodRequiresATokenAndEchoesNone) {
   for (const std::string& method : AllMethods()) {
     EXPECT_THAT(CallRaw(Channel(), method, {""}).status,
                 StatusIs(absl::StatusCode::kUnauthenticated,
-                         HasSubstr("bears no token; expected: metadata 'authorization: Bearer")))
+                         HasSubstr("has no token; expected: metadata 'authorization: Bearer")))
         << method;
     const absl::Status wrong = CallRaw(Channel(), method, {""}, "stranger-0123456789").status;
     EXPECT_THAT(wrong, StatusIs(absl::StatusCode::kUnauthenticated,

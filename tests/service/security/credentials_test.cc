@@ -104,7 +104,7 @@ TEST_F(CredentialsTest, CertificatesIdentifyOwnersWithoutTokens) {
   const auto nobody = Connect(Tls("authority", "nobody"));
   ASSERT_THAT(nobody, IsOk());
   EXPECT_THAT((*nobody)->GetCatalog(),
-              StatusIs(absl::StatusCode::kUnauthenticated, HasSubstr("names nobody")));
+              StatusIs(absl::StatusCode::kUnauthenticated, HasSubstr("has no name")));
 }
 
 TEST_F(CredentialsTest, TokenIdentifiesTheOwnerBeforeTheCertificate) {

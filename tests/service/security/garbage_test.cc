@@ -44,14 +44,14 @@ TEST_F(GarbageTest, UnaryMethodsReportUnparsableMessages) {
         {"/procgen.v1.RenderService/WatchPool", "procgen.v1.WatchPoolRequest"}}) {
     EXPECT_THAT(CallRaw(channel_, method, {kGarbage}).status,
                 StatusIs(absl::StatusCode::kInvalidArgument,
-                         "the request's 13 bytes are no valid " + message));
+                         "the request's 13 bytes are not a valid " + message));
   }
 }
 
 TEST_F(GarbageTest, StreamEndsAtTheFirstInvalidMessage) {
   EXPECT_THAT(CallRaw(channel_, "/procgen.v1.StepService/StepPool", {kGarbage}).status,
               StatusIs(absl::StatusCode::kInvalidArgument,
-                       "the request's 13 bytes are no valid procgen.v1.StepPoolRequest"));
+                       "the request's 13 bytes are not a valid procgen.v1.StepPoolRequest"));
 }
 
 TEST_F(GarbageTest, StreamAnswersRequestsBeforeAnInvalidMessage) {
@@ -62,7 +62,8 @@ TEST_F(GarbageTest, StreamAnswersRequestsBeforeAnInvalidMessage) {
   const RawResult result =
       CallRaw(channel_, "/procgen.v1.StepService/StepPool",
               {attach.SerializeAsString(), step.SerializeAsString(), kGarbage});
-  EXPECT_THAT(result.status, StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr("no valid")));
+  EXPECT_THAT(result.status,
+              StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr("not a valid")));
   ASSERT_EQ(result.responses.size(), 2U);
   v1::StepPoolResponse answer;
   ASSERT_TRUE(answer.ParseFromString(result.responses[1]));

@@ -277,11 +277,10 @@ TEST_F(CloneTest, UnrequestedResponsesAreRejected) {
   for (const v1::SaveStatesResponse& answer :
        {none, none_for_ever, another, too_many, one_for_ever}) {
     const WrongSource source(answer);
-    EXPECT_THAT(
-        client_->CloneStates(name, {Pair(0, 1)}, {"", source.address()}),
-        StatusIs(absl::StatusCode::kInternal, "source_server " + source.address() +
-                                                  " answers with other environments of pool " +
-                                                  name + " than it was asked for"));
+    EXPECT_THAT(client_->CloneStates(name, {Pair(0, 1)}, {"", source.address()}),
+                StatusIs(absl::StatusCode::kInternal, "source_server " + source.address() +
+                                                          " returned other environments of pool " +
+                                                          name + " than requested"));
   }
   v1::SaveStatesResponse no_snapshot;
   no_snapshot.add_states()->set_environment(0);

@@ -276,10 +276,11 @@ TEST_F(StatesPagesTest, ObservingBetweenPagesIsAllowed) {
 TEST_F(StatesPagesTest, StepOrRestoreBetweenPagesIsAborted) {
   const auto stream = client_->Attach(name_);
   ASSERT_THAT(stream, IsOk());
-  const auto aborted = StatusIs(absl::StatusCode::kAborted,
-                                "environments of pool " + name_ +
-                                    " were stepped, reset or restored since the page before; begin "
-                                    "again, without page_token");
+  const auto aborted =
+      StatusIs(absl::StatusCode::kAborted,
+               "environments of pool " + name_ +
+                   " were stepped, reset or restored since the previous page; start "
+                   "again without page_token");
   ASSERT_THAT(NextPage(), IsOk());
   EXPECT_THAT(CallStatus(stream->get(), SliceStepRequest(299, 1, 4)), IsOk());
   EXPECT_THAT(NextPage(), aborted);
@@ -294,7 +295,7 @@ TEST_F(StatesPagesTest, PageTokensOfOtherRequestsAreRejected) {
   const std::string token = request_.page_token();
   const auto rejected = StatusIs(
       absl::StatusCode::kInvalidArgument,
-      HasSubstr("allowed: the next_page_token of the answer before, with the same pool and "
+      HasSubstr("allowed: the next_page_token of the previous response, with the same pool and "
                 "environments"));
   for (const std::string& wrong :
        {std::string("nonsense"), "9999" + token, token + "0", std::string("-1-0-0"),

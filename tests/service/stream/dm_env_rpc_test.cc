@@ -97,13 +97,13 @@ TEST_F(DmEnvRpcTest, InvalidMessagesGetErrorsAndTheStreamContinues) {
   ASSERT_TRUE(response.ParseFromString(result.responses[0]));
   EXPECT_EQ(response.error().code(), static_cast<int32_t>(absl::StatusCode::kInvalidArgument));
   EXPECT_EQ(response.error().message(),
-            "the request's 3 bytes are no valid dm_env_rpc.v1.EnvironmentRequest");
+            "the request's 3 bytes are not a valid dm_env_rpc.v1.EnvironmentRequest");
   ASSERT_TRUE(response.ParseFromString(result.responses[1]));
   EXPECT_TRUE(response.has_create_world());
   ASSERT_TRUE(response.ParseFromString(result.responses[2]));
-  EXPECT_THAT(response.error().message(), HasSubstr("asks for nothing"));
+  EXPECT_THAT(response.error().message(), HasSubstr("is empty, allowed"));
   ASSERT_TRUE(response.ParseFromString(result.responses[3]));
-  EXPECT_THAT(response.error().message(), HasSubstr("1 bytes are no valid"));
+  EXPECT_THAT(response.error().message(), HasSubstr("1 bytes are not a valid"));
 }
 
 TEST_F(DmEnvRpcTest, RequestsBeforeHalfCloseAreAnsweredInOrder) {

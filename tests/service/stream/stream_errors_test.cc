@@ -105,7 +105,7 @@ TEST_F(StreamErrorsTest, ResetOfAnEnvironmentTwice) {
 
 TEST_F(StreamErrorsTest, EmptyRequest) {
   ExpectRejected(v1::StepPoolRequest(), absl::StatusCode::kInvalidArgument,
-                 HasSubstr("the request asks for nothing"));
+                 HasSubstr("the request is empty"));
 }
 
 TEST_F(StreamErrorsTest, SecondAttach) {

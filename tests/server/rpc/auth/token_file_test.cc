@@ -155,7 +155,7 @@ TEST_F(TokenFileTest, NonFileIsRejectedByName) {
   EXPECT_THAT(TokenFile::Open(path_ + "-none"),
               StatusIs(absl::StatusCode::kNotFound, HasSubstr(path_ + "-none")));
   EXPECT_THAT(TokenFile::Open(testing::TempDir()),
-              StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr("is no regular file")));
+              StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr("is not a regular file")));
   Replace(std::string((1 << 20) + 1, '#'));
   EXPECT_THAT(TokenFile::Open(path_), StatusIs(absl::StatusCode::kInvalidArgument,
                                                HasSubstr("has more than 1048576 bytes")));

@@ -41,7 +41,7 @@ TEST(ParseMessageTest, InvalidMessageErrorNamesItsSize) {
   const absl::Status status = ParseMessage(BytesOf("\xff\xff"), &message);
   EXPECT_EQ(status.code(), absl::StatusCode::kInvalidArgument);
   EXPECT_THAT(status.message(),
-              testing::HasSubstr("2 bytes are no valid procgen.v1.GetPoolRequest"));
+              testing::HasSubstr("2 bytes are not a valid procgen.v1.GetPoolRequest"));
 }
 
 }  // namespace

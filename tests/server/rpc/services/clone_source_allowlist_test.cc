@@ -46,7 +46,7 @@ TEST(CloneSourceAllowlistTest, AHostHasAnyPortAndAnAddressOne) {
 TEST(CloneSourceAllowlistTest, InvalidSourceIsNamed) {
   for (const char* list : {"a b", "local,,", "*", "dns:///x:1", "local,http://x"}) {
     EXPECT_THAT(CloneSourceAllowlist::Parse(list),
-                StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr("allowed: HOST, ")))
+                StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr("list of HOST, ")))
         << list;
   }
 }

@@ -9,8 +9,8 @@ namespace procgen {
 namespace {
 
 TEST(FrameBufferPoolTest, SliceContainsTheWrittenBytes) {
-  FrameBufferPool ring;
-  const Frames frames = ring.Take(100000);
+  FrameBufferPool pool;
+  const Frames frames = pool.Take(100000);
   ASSERT_EQ(frames.slice.size(), 100000U);
   ASSERT_EQ(frames.bytes.size(), 100000U);
   std::fill(frames.bytes.begin(), frames.bytes.end(), 7);
@@ -23,22 +23,22 @@ TEST(FrameBufferPoolTest, ZeroBytesGiveAnEmptySlice) {
 }
 
 TEST(FrameBufferPoolTest, MemoryIsReusedAfterTheLastSliceCopy) {
-  FrameBufferPool ring;
-  Frames frames = ring.Take(1000);
+  FrameBufferPool pool;
+  Frames frames = pool.Take(1000);
   const uint8_t* const memory = frames.bytes.data();
   grpc::Slice copy = frames.slice;
   frames = {};
-  EXPECT_NE(ring.Take(1000).bytes.data(), memory) << "the copy holds the memory";
+  EXPECT_NE(pool.Take(1000).bytes.data(), memory) << "in use by the copy";
   copy = grpc::Slice();
-  EXPECT_EQ(ring.Take(1000).bytes.data(), memory);
-  EXPECT_EQ(ring.Take(10).bytes.data(), memory) << "also for fewer bytes";
-  EXPECT_EQ(ring.Take(2000).bytes.size(), 2000U);
+  EXPECT_EQ(pool.Take(1000).bytes.data(), memory);
+  EXPECT_EQ(pool.Take(10).bytes.data(), memory) << "reused for a smaller size";
+  EXPECT_EQ(pool.Take(2000).bytes.size(), 2000U);
 }
 
 TEST(FrameBufferPoolTest, SlicesOutliveThePool) {
-  auto ring = std::make_unique<FrameBufferPool>();
-  const Frames frames = ring->Take(1000);
-  ring = nullptr;
+  auto pool = std::make_unique<FrameBufferPool>();
+  const Frames frames = pool->Take(1000);
+  pool = nullptr;
   std::fill(frames.bytes.begin(), frames.bytes.end(), 1);
   EXPECT_EQ(*frames.slice.begin(), 1);
 }

@@ -9,7 +9,7 @@ namespace {
 StreamRequest* Read(RequestWindow* window) {
   window->BeginRead();
   StreamRequest* request = window->EndRead(/*ok=*/true);
-  window->TakeIn(request);
+  window->Enqueue(request);
   return request;
 }
 
@@ -33,8 +33,8 @@ TEST(RequestWindowTest, OneIsReadAtATime) {
   window.BeginRead();
   EXPECT_FALSE(window.CanRead());
   StreamRequest* request = window.EndRead(/*ok=*/true);
-  EXPECT_FALSE(window.CanRead()) << "the request is not taken in yet";
-  window.TakeIn(request);
+  EXPECT_FALSE(window.CanRead()) << "a request is being parsed";
+  window.Enqueue(request);
   EXPECT_TRUE(window.CanRead());
 }
 
@@ -55,10 +55,10 @@ TEST(RequestWindowTest, StoppingDropsQueuedRequests) {
   window.Grow(3);
   Read(&window);
   window.BeginRead();
-  StreamRequest* taken_in = window.EndRead(/*ok=*/true);
+  StreamRequest* parsed = window.EndRead(/*ok=*/true);
   window.Stop();
-  EXPECT_FALSE(window.IsOver()) << "one is not taken in yet";
-  window.TakeIn(taken_in);
+  EXPECT_FALSE(window.IsOver()) << "a request is being parsed";
+  window.Enqueue(parsed);
   EXPECT_TRUE(window.IsOver());
   EXPECT_EQ(window.Next(), nullptr);
 }

@@ -11,21 +11,21 @@ TEST(ResponseQueueTest, DefaultCapacityIsTwoResponses) {
   queue.Take();
   EXPECT_FALSE(queue.has_free());
   EXPECT_NE(queue.Take(), nullptr);
-  queue.GiveBack(first);
+  queue.Release(first);
   EXPECT_EQ(queue.Take(), first) << "memory is reused";
 }
 
 TEST(ResponseQueueTest, ReturnedResponseReleasesItsObservations) {
   ResponseQueue queue;
   Response* response = queue.Take();
-  bool let_go = false;
+  bool released = false;
   response->observations = grpc::Slice(
-      &let_go, 1, [](void* held) { *static_cast<bool*>(held) = true; }, &let_go);
+      &released, 1, [](void* held) { *static_cast<bool*>(held) = true; }, &released);
   queue.Push({response, {}, nullptr});
   queue.BeginWrite();
-  EXPECT_FALSE(let_go);
+  EXPECT_FALSE(released);
   queue.EndWrite();
-  EXPECT_TRUE(let_go);
+  EXPECT_TRUE(released);
 }
 
 TEST(ResponseQueueTest, OneIsWrittenAtATimeAndInOrder) {

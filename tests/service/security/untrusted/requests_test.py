@@ -66,4 +66,4 @@ def test_a_call_that_ends_before_its_request_is_cancelled(tmp_path: Path, method
         connection.send(stream, b"", ends=True)
         trailers = connection.trailers(stream)
     assert trailers["grpc-status"] == "1"
-    assert trailers["grpc-message"] == "the call ended before its request came"
+    assert trailers["grpc-message"] == "the call ended before its request arrived"

@@ -127,7 +127,7 @@ def test_reflection_describes_all_services_that_it_lists(tmp_path: Path, method:
 def test_reflection_reports_unknown_names(tmp_path: Path, symbol: str) -> None:
     with serve(tmp_path) as server, channel_to(server) as channel:
         (answer,) = reflect(channel, REFLECTION, field(_FILE_CONTAINING_SYMBOL, symbol))
-    assert b"this server describes no such thing" in answer
+    assert b"this server has no such descriptor" in answer
 
 
 def test_reflection_does_not_store_unknown_names(tmp_path: Path) -> None:
@@ -181,4 +181,4 @@ def test_health_reports_unknown_services(tmp_path: Path) -> None:
             channel.unary_unary(f"/{HEALTH_CHECK}", lambda it: it, lambda it: it)(
                 b"\x0a\xac\x02" + b"x" * 300, timeout=30
             )
-        assert error.value.details() == "service has 300 characters, allowed: 256"
+        assert error.value.details() == "service has 300 characters, allowed: at most 256"

@@ -1,5 +1,5 @@
-#ifndef TESTS_SERVER_DM_ENV_RPC_TALK_H_
-#define TESTS_SERVER_DM_ENV_RPC_TALK_H_
+#ifndef TESTS_SERVER_DM_ENV_RPC_TEST_SESSION_H_
+#define TESTS_SERVER_DM_ENV_RPC_TEST_SESSION_H_
 
 #include <map>
 #include <string>
@@ -32,18 +32,18 @@ inline dm::Tensor ActionTensor(int32_t action) {
 
 using SettingList = std::map<std::string, dm::Tensor>;
 
-// A session whose answers are waited for.
-class Talk {
+// A session with blocking calls.
+class TestSession {
  public:
-  Talk(PoolSupervisor* supervisor, JoinedWorlds* worlds, const std::string& owner = "")
+  TestSession(PoolSupervisor* supervisor, JoinedWorlds* worlds, const std::string& owner = "")
       : session_(supervisor, worlds, owner, [](const absl::Status& /*reason*/) {}) {}
-  ~Talk() { session_.End(); }
-  Talk(const Talk&) = delete;
-  Talk& operator=(const Talk&) = delete;
+  ~TestSession() { session_.End(); }
+  TestSession(const TestSession&) = delete;
+  TestSession& operator=(const TestSession&) = delete;
 
   DmEnvRpcSession& session() { return session_; }
 
-  // An answer that is not waited for yet.
+  // A request and its response, which Send does not wait for.
   struct Pending {
     dm::EnvironmentRequest request;
     dm::EnvironmentResponse response;
@@ -54,7 +54,7 @@ class Talk {
                     [pending](const absl::Status& /*status*/) { pending->answered.Notify(); });
   }
 
-  dm::EnvironmentResponse Ask(const dm::EnvironmentRequest& request) {
+  dm::EnvironmentResponse Call(const dm::EnvironmentRequest& request) {
     Pending pending;
     pending.request = request;
     Send(&pending);
@@ -65,13 +65,13 @@ class Talk {
   dm::EnvironmentResponse Create(const SettingList& settings) {
     dm::EnvironmentRequest request;
     request.mutable_create_world()->mutable_settings()->insert(settings.begin(), settings.end());
-    return Ask(request);
+    return Call(request);
   }
 
   dm::EnvironmentResponse Join(const std::string& world) {
     dm::EnvironmentRequest request;
     request.mutable_join_world()->set_world_name(world);
-    return Ask(request);
+    return Call(request);
   }
 
   dm::EnvironmentResponse Step(int32_t action, const std::vector<uint64_t>& observations = {}) {
@@ -79,13 +79,13 @@ class Talk {
     (*request.mutable_step()->mutable_actions())[kActionUid] = ActionTensor(action);
     request.mutable_step()->mutable_requested_observations()->Assign(observations.begin(),
                                                                      observations.end());
-    return Ask(request);
+    return Call(request);
   }
 
   dm::EnvironmentResponse Reset(const SettingList& settings = {}) {
     dm::EnvironmentRequest request;
     request.mutable_reset()->mutable_settings()->insert(settings.begin(), settings.end());
-    return Ask(request);
+    return Call(request);
   }
 
   static dm::EnvironmentRequest ResetWorldRequest(const std::string& world) {
@@ -97,7 +97,7 @@ class Talk {
   dm::EnvironmentResponse Destroy(const std::string& world) {
     dm::EnvironmentRequest request;
     request.mutable_destroy_world()->set_world_name(world);
-    return Ask(request);
+    return Call(request);
   }
 
   dm::EnvironmentResponse Write(const std::string& property, const dm::Tensor& value) {
@@ -106,13 +106,13 @@ class Talk {
     *written.mutable_write_property()->mutable_value() = value;
     dm::EnvironmentRequest request;
     request.mutable_extension()->PackFrom(written);
-    return Ask(request);
+    return Call(request);
   }
 
   dm::EnvironmentResponse Leave() {
     dm::EnvironmentRequest request;
     request.mutable_leave_world();
-    return Ask(request);
+    return Call(request);
   }
 
  private:
@@ -121,4 +121,4 @@ class Talk {
 
 }  // namespace procgen
 
-#endif  // TESTS_SERVER_DM_ENV_RPC_TALK_H_
+#endif  // TESTS_SERVER_DM_ENV_RPC_TEST_SESSION_H_
