@@ -34,6 +34,7 @@ def play_script(
     pools = pools_pb2_grpc.PoolServiceStub(channel)
     pool = pools.CreatePool(create_pool_request(encoding))
     pool.ClearField("create_time")
+    pool.ClearField("expire_time")
     try:
         stream = step_pb2_grpc.StepServiceStub(channel).StepPool(iter(requests()))
         answers: list[list[step_pb2.StepPoolResponse]] = [[] for _ in requests()]

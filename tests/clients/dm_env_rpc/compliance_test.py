@@ -62,7 +62,7 @@ class TestCreateDestroyWorld:
             ({"distribution_mode": 3}, r"distribution_mode is 3, allowed: 'easy' \(0\)"),
             ({"num_envs": 0}, "num_envs is 0, allowed: 1 to"),
             ({"layout": "cwh"}, "layout is 'cwh', allowed: 'hwc', 'chw'"),
-            ({"lease_duration": 0.1}, "lease_duration is 100ms, allowed: 1s"),
+            ({"lease_duration": 0.1}, "lease_duration is 100ms, allowed: 0 .no lease., or 1s"),
         ],
     )
     def test_invalid_values_are_named(

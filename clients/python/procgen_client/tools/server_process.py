@@ -19,10 +19,9 @@ from procgen_client.tools.programs import FOLDER
 
 # Path of the program. If unset, ServerProcess searches the places that its docstring lists.
 BINARY_VARIABLE = "PROCGEN_SERVER_BINARY"
-# Where a checkout's release build is: this file is in clients/python/procgen_client/tools.
-_CHECKOUT_BINARY = Path(
-    os.path.normpath(Path(__file__).resolve().parent / "../../../../build/release/bin/procgen-server")
-)
+# This file is in clients/python/procgen_client/tools.
+_CHECKOUT = os.path.normpath(Path(__file__).resolve().parent / "../../../..")
+_CHECKOUT_BINARY = Path(_CHECKOUT) / "build/release/bin/procgen-server"
 
 # Shell script that runs a program and stops it at the end of the shell's standard input, which is a
 # pipe that the parent process holds. The program's standard input is empty, and standard output
