@@ -59,33 +59,59 @@ void DrawRow(const Rgba* source, const int32_t* columns, int count, uint32_t opa
   }
 }
 
-using SourceColumns = std::array<int32_t, kFrameSizePxMax>;
+// The sources of the pixels of one axis.
+class Sources {
+ public:
+  explicit Sources(const AxisSteps& steps) : first_(steps.first), count_(steps.count) {
+    for (int i = 0; i < steps.count; ++i) {
+      sources_[static_cast<size_t>(i)] = steps.SourceAt(steps.first + i);
+    }
+  }
 
-void FindColumns(const AxisSteps& across, SourceColumns* columns) {
-  for (int i = 0; i < across.count; ++i) {
-    (*columns)[static_cast<size_t>(i)] = across.SourceAt(across.first + i);
+  SourcePositions positions() const {
+    return {first_, absl::MakeConstSpan(sources_).first(static_cast<size_t>(count_))};
+  }
+
+ private:
+  int first_;
+  int count_;
+  std::array<int32_t, kFrameSizePxMax> sources_;  // NOLINT: [0, count_) is written
+};
+
+template <Mix kMix>
+void DrawRows(const Image& image, uint32_t opacity, const SourcePositions& across,
+              const SourcePositions& down, const Frame& frame) {
+  const auto width = static_cast<int>(across.sources.size());
+  int row = down.first;
+  for (const int32_t source_row : down.sources) {
+    DrawRow<kMix>(image.Row(source_row), across.sources.data(), width, opacity,
+                  frame.At(across.first, row++));
+  }
+}
+
+void DrawMixed(const Image& image, Mix mix, uint32_t opacity, const SourcePositions& across,
+               const SourcePositions& down, const Frame& frame) {
+  if (across.sources.empty() || down.sources.empty()) {
+    return;
+  }
+  switch (mix) {
+    case Mix::kCopy:
+      DrawRows<Mix::kCopy>(image, opacity, across, down, frame);
+      break;
+    case Mix::kLayOver:
+      DrawRows<Mix::kLayOver>(image, opacity, across, down, frame);
+      break;
+    case Mix::kLayOverFaded:
+      DrawRows<Mix::kLayOverFaded>(image, opacity, across, down, frame);
+      break;
   }
 }
 
 void DrawStepped(const Image& image, Mix mix, uint32_t opacity, const AxisSteps& across,
                  const AxisSteps& down, const Frame& frame) {
-  SourceColumns columns;  // NOLINT: every element is written before it is read
-  FindColumns(across, &columns);
-  for (int row = down.first; row < down.first + down.count && across.count > 0; ++row) {
-    const Rgba* source = image.Row(down.SourceAt(row));
-    Rgba* pixel = frame.At(across.first, row);
-    switch (mix) {
-      case Mix::kCopy:
-        DrawRow<Mix::kCopy>(source, columns.data(), across.count, opacity, pixel);
-        break;
-      case Mix::kLayOver:
-        DrawRow<Mix::kLayOver>(source, columns.data(), across.count, opacity, pixel);
-        break;
-      case Mix::kLayOverFaded:
-        DrawRow<Mix::kLayOverFaded>(source, columns.data(), across.count, opacity, pixel);
-        break;
-    }
-  }
+  const Sources columns(across);
+  const Sources rows(down);
+  DrawMixed(image, mix, opacity, columns.positions(), rows.positions(), frame);
 }
 
 struct StepsOfBoth {
@@ -116,6 +142,11 @@ FirstPosition FirstPositionFor(uint32_t opacity) {
 
 }  // namespace
 
+void DrawAtPositions(const Image& image, bool opaque, const SourcePositions& across,
+                     const SourcePositions& down, const Frame& frame) {
+  DrawMixed(image, MixFor(opaque, kOpaque), kOpaque, across, down, frame);
+}
+
 void DrawUpright(const Image& image, bool opaque, uint32_t opacity, const ScreenRect& rect,
                  const Frame& frame) {
   const StepsOfBoth steps = StepsFor(image, FirstPositionFor(opacity), rect, frame.size_px);
@@ -140,13 +171,13 @@ void DrawBackdrop(const Image& image, const ScreenRect& rect, BackdropPixels* pi
   const StepsOfBoth steps = StepsFor(image, FirstPosition::kExactStep, rect, frame.size_px);
   const AxisSteps& across = steps.across;
   const AxisSteps& down = steps.down;
-  SourceColumns columns;  // NOLINT: every element is written before it is read
-  FindColumns(across, &columns);
+  const Sources columns(across);
+  const absl::Span<const int32_t> sources = columns.positions().sources;
   const PixelBox box = {across.first, down.first, across.first + across.count,
                         down.first + down.count};
   ForEachRunToDraw(box, pixels, [&](int row, int first, int end) {
     const Rgba* source = image.Row(down.SourceAt(row));
-    DrawRow<Mix::kCopy>(source, columns.data() + (first - across.first), end - first, kOpaque,
+    DrawRow<Mix::kCopy>(source, sources.data() + (first - across.first), end - first, kOpaque,
                         frame.At(first, row));
   });
 }

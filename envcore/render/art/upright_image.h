@@ -3,6 +3,7 @@
 
 #include <cstdint>
 
+#include "absl/types/span.h"
 #include "envcore/render/output/frame.h"
 #include "envcore/render/raster/image.h"
 #include "envcore/render/raster/pixel_set.h"
@@ -10,6 +11,18 @@
 
 namespace procgen {
 
+// The source column (or row) of successive pixel columns, from pixel column `first` on.
+struct SourcePositions {
+  int end() const { return first + static_cast<int>(sources.size()); }
+
+  int first = 0;
+  absl::Span<const int32_t> sources;
+};
+
+// Draws the pixels of `image` at the given positions. `opaque`: whether all pixels of the image are
+// opaque. REQUIRES: the positions are in the frame, their sources in the image.
+void DrawAtPositions(const Image& image, bool opaque, const SourcePositions& across,
+                     const SourcePositions& down, const Frame& frame);
 // Draws `image` stretched into `rect`; each pixel shows one source pixel. `opaque`: whether all
 // pixels of the image are opaque. `opacity`: a factor for Mul.
 void DrawUpright(const Image& image, bool opaque, uint32_t opacity, const ScreenRect& rect,

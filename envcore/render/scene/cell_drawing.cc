@@ -2,9 +2,11 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <utility>
 
 #include "envcore/render/art/nearest_sampling.h"
 #include "envcore/render/art/scaled_drawing.h"
+#include "envcore/render/raster/axis_steps.h"
 #include "envcore/render/raster/flat_rectangle.h"
 
 namespace procgen {
@@ -27,6 +29,8 @@ void CellDrawing::Begin(const Scene& scene, const GameArt& art, const Viewport& 
   rows_.clear();
   dot_columns_.clear();
   dot_rows_.clear();
+  across_.count = 0;
+  down_.count = 0;
   if (HasCells()) {
     FindRanges(viewport);
     FindCells();
@@ -89,7 +93,37 @@ void CellDrawing::FindRanges(const Viewport& viewport) {
             height_min_ < ScaledImageCache::kSizePxMax;
 }
 
-CellDrawing::Look CellDrawing::FindLook(int kind) const {
+template <typename StartAndSize>
+const CellDrawing::AxisPositions* CellDrawing::PositionsOf(int first, int last, int source_size,
+                                                           StartAndSize start_and_size,
+                                                           AxisPositionsList* list) const {
+  for (size_t i = 0; i < list->count; ++i) {
+    const AxisPositions* known = list->all[i].get();
+    if (known->source_size == source_size) {
+      return known;
+    }
+  }
+  if (list->count == list->all.size()) {
+    list->all.push_back(std::make_unique<AxisPositions>());
+  }
+  AxisPositions* positions = list->all[list->count++].get();
+  positions->source_size = source_size;
+  positions->ranges.clear();
+  positions->sources.clear();
+  for (int cell = first; cell <= last; ++cell) {
+    const auto [start, size] = start_and_size(cell);
+    const AxisSteps steps =
+        StretchedSteps(start, size, source_size, frame_->size_px, FirstPosition::kTruncatedStep);
+    positions->ranges.push_back(
+        {steps.first, positions->sources.size(), static_cast<size_t>(steps.count)});
+    for (int pixel = steps.first; pixel < steps.first + steps.count; ++pixel) {
+      positions->sources.push_back(steps.SourceAt(pixel));
+    }
+  }
+  return positions;
+}
+
+CellDrawing::Look CellDrawing::FindLook(int kind) {
   Look look;
   look.frame_number = frame_number_;
   const CellAppearance& cell = cells_->looks[static_cast<size_t>(kind)];
@@ -108,7 +142,30 @@ CellDrawing::Look CellDrawing::FindLook(int kind) const {
   if (scales_ && look.art.picture->scales()) {
     look.way = Look::Way::kScaled;
     look.opaque = look.art.picture->opaque();
+    return look;
   }
+  const ScreenRect rect = viewport_->OfCell(cells_->first_column, cells_->first_row);
+  const Image& image = look.art.picture->LevelFor(rect.width, rect.height);
+  // An image of exactly its own size is drawn differently.
+  if (look.art.generated || look.art.picture->level_count() > 1 || rect.width == image.width()) {
+    return look;
+  }
+  look.way = Look::Way::kStretched;
+  look.opaque = look.art.picture->opaque();
+  look.across = PositionsOf(
+      cells_->first_column, cells_->last_column, image.width(),
+      [this](int x) {
+        const ScreenRect cell = viewport_->OfCell(x, cells_->first_row);
+        return std::pair(cell.x, cell.width);
+      },
+      &across_);
+  look.down = PositionsOf(
+      cells_->first_row, cells_->last_row, image.height(),
+      [this](int y) {
+        const ScreenRect cell = viewport_->OfCell(cells_->first_column, y);
+        return std::pair(cell.y, cell.height);
+      },
+      &down_);
   return look;
 }
 
@@ -148,10 +205,20 @@ void CellDrawing::FindCells() {
 void CellDrawing::AddHidden(PixelSet* hidden) {
   hidden_of_rows_.assign(rows_.size(), 0);
   for (const Cell& cell : shown_) {
-    if (cell.look->opaque) {
-      const PixelRange across = columns_[static_cast<size_t>(cell.column)];
-      hidden_of_rows_[static_cast<size_t>(cell.row)] |= BitRange(across.first, across.end);
+    if (!cell.look->opaque) {
+      continue;
     }
+    if (cell.look->way == Look::Way::kStretched) {
+      const SourcePositions across = cell.look->across->At(cell.column);
+      const SourcePositions down = cell.look->down->At(cell.row);
+      const uint64_t columns = BitRange(across.first, across.end());
+      for (int y = down.first; y < down.end(); ++y) {
+        hidden->Add(y, columns);
+      }
+      continue;
+    }
+    const PixelRange across = columns_[static_cast<size_t>(cell.column)];
+    hidden_of_rows_[static_cast<size_t>(cell.row)] |= BitRange(across.first, across.end);
   }
   for (size_t row = 0; row < rows_.size(); ++row) {
     const int end = std::min(rows_[row].end, frame_->size_px);
@@ -173,6 +240,10 @@ void CellDrawing::Draw() {
         break;
       case Look::Way::kScaled:
         DrawScaledCell(*cell.look, across, down);
+        break;
+      case Look::Way::kStretched:
+        DrawAtPositions(cell.look->art.picture->level(0), cell.look->opaque,
+                        cell.look->across->At(cell.column), cell.look->down->At(cell.row), *frame_);
         break;
       case Look::Way::kPicture:
         DrawPicture(*cell.look, cell.column, cell.row);

@@ -6,8 +6,10 @@
 #include <memory>
 #include <vector>
 
+#include "absl/types/span.h"
 #include "envcore/render/art/game_art.h"
 #include "envcore/render/art/scaled_image_cache.h"
+#include "envcore/render/art/upright_image.h"
 #include "envcore/render/output/frame.h"
 #include "envcore/render/raster/pixel_set.h"
 #include "envcore/scene/camera.h"
@@ -44,14 +46,39 @@ class CellDrawing {
     int end = 0;
   };
 
+  // Where the cells of one axis show an image, whose size on that axis is source_size.
+  struct AxisPositions {
+    SourcePositions At(int cell) const {
+      const Range& range = ranges[static_cast<size_t>(cell)];
+      return {range.first, absl::MakeConstSpan(sources).subspan(range.begin, range.count)};
+    }
+
+    struct Range {
+      int first;     // pixel
+      size_t begin;  // in sources
+      size_t count;
+    };
+    int source_size = 0;
+    std::vector<Range> ranges;  // by cell
+    std::vector<int32_t> sources;
+  };
+  // Those of a frame. Keeps the memory of earlier frames.
+  struct AxisPositionsList {
+    std::vector<std::unique_ptr<AxisPositions>> all;
+    size_t count = 0;  // of this frame
+  };
+
   // How the cells of a kind are drawn.
   struct Look {
-    enum class Way : uint8_t { kNothing, kFlat, kScaled, kPicture, kDot };
+    enum class Way : uint8_t { kNothing, kFlat, kScaled, kStretched, kPicture, kDot };
     int64_t frame_number = 0;  // frame that it was computed for
     Way way = Way::kNothing;
     bool opaque = false;
     Rgba color;
     SpriteArt art;
+    // Of kStretched.
+    const AxisPositions* across = nullptr;
+    const AxisPositions* down = nullptr;
     // By height and width above their minima; null: not looked up yet.
     std::array<std::array<std::shared_ptr<const ScaledImage>, 2>, 2> scaled;
   };
@@ -68,7 +95,12 @@ class CellDrawing {
   void FindRanges(const Viewport& viewport);
   // Lists the cells to draw, in drawing order: column by column.
   void FindCells();
-  Look FindLook(int kind) const;
+  Look FindLook(int kind);
+  // Returns where cells [first, last] of an axis show an image of `source_size`. `start_and_size`:
+  // of a cell's rectangle on that axis.
+  template <typename StartAndSize>
+  const AxisPositions* PositionsOf(int first, int last, int source_size,
+                                   StartAndSize start_and_size, AxisPositionsList* list) const;
   // How the cells of a kind are drawn; null: they are not drawn.
   Look* LookOf(int kind) {
     if (kind == cells_->dots.kind && kind != kOutsideKind) {
@@ -99,6 +131,8 @@ class CellDrawing {
   int width_min_ = 0;  // smallest range
   int height_min_ = 0;
   bool scales_ = false;  // the ranges are small enough for scaled images
+  AxisPositionsList across_;
+  AxisPositionsList down_;
   std::vector<Cell> shown_;
   std::vector<uint64_t>
       hidden_of_rows_;  // by place in rows_: the pixels hidden in each of its lines
