@@ -86,10 +86,11 @@ absl::Status PoolSupervisor::WithIdlePools(const absl::Status& error,
   if (error.code() != absl::StatusCode::kResourceExhausted || idle_count == 0) {
     return error;
   }
-  return {error.code(),
-          absl::StrCat(error.message(), "; ", idle_count, " of your ", pools.size(),
-                       " pools have no learner attached: DeletePool or `procgen-top --delete POOL` "
-                       "frees one")};
+  return {
+      error.code(),
+      absl::StrCat(error.message(), "; ", idle_count, " of ", pools.size(),
+                   " own pools without an attached learner: DeletePool or `procgen-top --delete` "
+                   "frees one")};
 }
 
 absl::StatusOr<PoolRegistry::Key> PoolSupervisor::Reserve(absl::string_view owner,

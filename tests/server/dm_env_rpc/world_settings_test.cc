@@ -28,7 +28,7 @@ TEST(WorldSettingsTest, DefaultsAreThoseOfUpstream) {
   EXPECT_EQ(options->pool_options.environment.distribution_mode, DistributionMode::kHard);
   EXPECT_EQ(options->pool_options.environment.center_agent, defaults.center_agent);
   EXPECT_EQ(options->pool_options.environment.use_backgrounds, defaults.use_backgrounds);
-  EXPECT_EQ(options->session_options.lease_duration, absl::InfiniteDuration());
+  EXPECT_EQ(options->session_options.lease_duration, Limits().lease_duration_default);
 }
 
 TEST(WorldSettingsTest, EverySettingIsApplied) {

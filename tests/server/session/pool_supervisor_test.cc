@@ -109,8 +109,8 @@ TEST_F(PoolSupervisorTest, DeletionAndFailureFreeTheQuota) {
   unknown.games = {"chess"};
   EXPECT_THAT(create(unknown), StatusIs(absl::StatusCode::kNotFound, testing::_));
   ASSERT_THAT(create(MazeOptions(1)), IsOk());
-  EXPECT_THAT(create(MazeOptions(1)), StatusIs(absl::StatusCode::kResourceExhausted,
-                                               testing::HasSubstr("owner alice has 1 pools")));
+  EXPECT_THAT(create(MazeOptions(1)),
+              StatusIs(absl::StatusCode::kResourceExhausted, HasSubstr("owner alice has 1 pools")));
   ASSERT_THAT(supervisor.Delete("alice", "pools/2"), IsOk());
   EXPECT_THAT(create(MazeOptions(1)), IsOk());
 }
@@ -137,9 +137,8 @@ TEST_F(PoolSupervisorTest, TooManyPoolsAreRejectedUntilOneIsDeleted) {
       Create("c", MazeOptions(1)),
       StatusIs(
           absl::StatusCode::kResourceExhausted,
-          HasSubstr(
-              "there are 2 pools, limit pool_count_max is 2; 2 of your 2 pools have no learner "
-              "attached")));
+          HasSubstr("there are 2 pools, limit pool_count_max is 2; 2 of 2 own pools without an "
+                    "attached learner")));
   ASSERT_THAT(supervisor_.Delete("", "pools/a"), IsOk());
   EXPECT_THAT(Create("c", MazeOptions(1)), IsOk());
 }
@@ -159,8 +158,8 @@ TEST_F(PoolSupervisorTest, TooManyEnvironmentsInAllPoolsAreRejected) {
   ASSERT_THAT(Create("", MazeOptions(8)), IsOk());
   EXPECT_THAT(Create("", MazeOptions(3)),
               StatusIs(absl::StatusCode::kResourceExhausted,
-                       "spec.env_count is 3 and there are 8 environments, limit "
-                       "env_count_max is 10"));
+                       HasSubstr("spec.env_count is 3 and there are 8 environments, limit "
+                                 "env_count_max is 10; 1 of 1 own pools")));
   EXPECT_THAT(Create("", MazeOptions(2)), IsOk());
 }
 
@@ -170,8 +169,8 @@ TEST_F(PoolSupervisorTest, ObservationBytesOfAllPoolsAreLimitedUntilOneIsDeleted
   ASSERT_THAT(Create("a", options), IsOk());
   EXPECT_THAT(Create("b", options),
               StatusIs(absl::StatusCode::kResourceExhausted,
-                       "one observation of each environment takes 786432 bytes and those of other "
-                       "pools 786432, limit observation_bytes_max is 1048576"));
+                       HasSubstr("one observation of each environment takes 786432 bytes and those "
+                                 "of other pools 786432, limit observation_bytes_max is 1048576")));
   ASSERT_THAT(supervisor_.Delete("", "pools/a"), IsOk());
   options.games = {"chess"};
   EXPECT_THAT(Create("b", options), StatusIs(absl::StatusCode::kNotFound, testing::_));
@@ -264,7 +263,8 @@ TEST_F(PoolSupervisorTest, LeasesAreWithinTheLimits) {
   EXPECT_THAT(CheckLeaseDuration("lease", absl::Seconds(1), limits), IsOk());
   EXPECT_THAT(CheckLeaseDuration("lease", absl::Hours(24), limits), IsOk());
   EXPECT_THAT(CheckLeaseDuration("lease", absl::Milliseconds(999), limits),
-              StatusIs(absl::StatusCode::kInvalidArgument, "lease is 999ms, allowed: 1s to 24h"));
+              StatusIs(absl::StatusCode::kInvalidArgument,
+                       "lease is 999ms, allowed: 0 (no lease), or 1s to 24h"));
   limits.lease_duration_max = absl::Minutes(1);
   EXPECT_THAT(CheckLeaseDuration("lease", absl::Seconds(61), limits),
               StatusIs(absl::StatusCode::kResourceExhausted,

@@ -20,8 +20,8 @@ TEST_F(LimitsTest, TooManyPoolsAreRejected) {
   EXPECT_THAT(
       client_->CreatePool(MazeSpec(1)),
       StatusIs(absl::StatusCode::kResourceExhausted,
-               HasSubstr("there are 4 pools, limit pool_count_max is 4; 3 of your 4 pools have no "
-                         "learner attached")));
+               HasSubstr("there are 4 pools, limit pool_count_max is 4; 3 of 4 own pools without "
+                         "an attached learner")));
 }
 
 TEST_F(LimitsTest, TooManyEnvironmentsInOnePoolAreRejected) {
@@ -35,7 +35,7 @@ TEST_F(LimitsTest, TooManyEnvironmentsInAllPoolsAreRejected) {
   EXPECT_THAT(client_->CreatePool(MazeSpec(199)),
               StatusIs(absl::StatusCode::kResourceExhausted,
                        HasSubstr("spec.env_count is 199 and there are 402 environments, limit "
-                                 "env_count_max is 600; 1 of your 2 pools have")));
+                                 "env_count_max is 600; 1 of 2 own pools without")));
   ASSERT_THAT(client_->DeletePool(name), IsOk());
   EXPECT_THAT(client_->CreatePool(MazeSpec(199)), IsOk());
 }
