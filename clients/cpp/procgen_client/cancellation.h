@@ -21,6 +21,9 @@ class Cancellation {
  public:
   // `check`: may be empty, never cancelled.
   explicit Cancellation(CancellationCheck check) : check_(std::move(check)) {}
+  bool has_check() const { return check_ != nullptr; }
+  // Whether it was cancelled. Does not call the check.
+  bool is_cancelled() const { return is_cancelled_; }
   // Calls the check, unless it is cancelled already.
   bool Check() {
     if (!is_cancelled_ && check_ != nullptr && check_()) {

@@ -103,7 +103,7 @@ bool PipeTransport::TakeEnds(int socket) {
   const std::string again = absl::StrCat("/proc/self/fd/", requests_);
   requests_read_ = open(again.c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC);
   return requests_read_ >= 0 && fcntl(requests_, F_SETFL, O_NONBLOCK) == 0 &&
-         fcntl(responses_, F_SETFL, O_NONBLOCK) == 0;
+         (!cancellation_->has_check() || fcntl(responses_, F_SETFL, O_NONBLOCK) == 0);
 }
 
 PipeTransport::~PipeTransport() {
@@ -183,12 +183,11 @@ bool PipeTransport::Fill(size_t count) {
     buffer_.resize(std::max({buffer_.size(), count, kBufferBytes}));
   }
   while (end_ - begin_ < count) {
-    // The response is often there already; then one system call is enough.
     const ssize_t received = read(responses_, buffer_.data() + end_, buffer_.size() - end_);
     if (received < 0 && (errno == EINTR || (errno == EAGAIN && AwaitResponse()))) {
       continue;
     }
-    if (received <= 0) {
+    if (received <= 0 || cancellation_->is_cancelled()) {
       return false;
     }
     end_ += static_cast<size_t>(received);
@@ -200,6 +199,19 @@ void PipeTransport::HangUp() const {
   // Closes the write end atomically for all threads. Replacing it by a read-only descriptor keeps
   // its number from being reused by another file.
   dup3(requests_read_, requests_, O_CLOEXEC);
+}
+
+void PipeTransport::Interrupt() const {
+  // A byte wakes the reader. The write end is closed again, so that the end of the server's is
+  // seen.
+  const std::string response_pipe = absl::StrCat("/proc/self/fd/", responses_);
+  const int write_end = open(response_pipe.c_str(), O_WRONLY | O_NONBLOCK | O_CLOEXEC);
+  const char wake = 0;
+  if (write_end >= 0) {
+    // On failure the pipe is full, so the reader does not wait.
+    [[maybe_unused]] const ssize_t written = write(write_end, &wake, sizeof(wake));
+    close(write_end);
+  }
 }
 
 }  // namespace procgen_client

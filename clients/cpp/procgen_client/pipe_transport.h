@@ -14,7 +14,7 @@ namespace procgen_client {
 
 // The client side of procgen.v1.PipeTransport: two pipes that carry the messages of a stream in
 // place of gRPC.
-// Threads: one may send while another receives; HangUp from any.
+// Threads: one may send while another receives; HangUp and Interrupt from any.
 class PipeTransport {
  public:
   // Opens the pipes; null if that fails, and the caller keeps using the gRPC stream.
@@ -36,6 +36,8 @@ class PipeTransport {
   bool is_damaged() const { return is_damaged_; }
   // Closes the request pipe: the stream ends when all requests sent are answered.
   void HangUp() const;
+  // Ends a blocked Receive after a cancellation that its thread cannot notice by itself.
+  void Interrupt() const;
 
  private:
   PipeTransport(int64_t response_bytes_max, std::shared_ptr<Cancellation> cancellation)
@@ -44,7 +46,8 @@ class PipeTransport {
   bool TakeEnds(int socket);
   // Blocks until the request pipe is writable. False: the pipes have ended, or cancelled.
   bool AwaitRoom() const;
-  // Blocks until the response pipe is readable or has ended. False: cancelled.
+  // Blocks until the response pipe is readable or has ended. False: cancelled. Only for streams
+  // with a cancellation check; without one, reads block, which saves two system calls a response.
   bool AwaitResponse() const;
   // Blocks until buffer_ has `count` bytes from begin_ on. False: the pipe has ended.
   bool Fill(size_t count);

@@ -440,7 +440,7 @@ void StepStream::Cancel() { connection()->context()->TryCancel(); }
 
 void StepStream::Abort() {
   cancellation_->Cancel();
-  Cancel();
+  connection()->Interrupt();
 }
 
 absl::Status StepStream::Close() {

@@ -36,6 +36,13 @@ void StreamConnection::OpenPipes(const procgen::v1::Attached& attached) {
                                attached.response_bytes_max(), cancellation_);
 }
 
+void StreamConnection::Interrupt() {
+  context_.TryCancel();
+  if (pipes_ != nullptr) {
+    pipes_->Interrupt();
+  }
+}
+
 bool StreamConnection::Write(const procgen::v1::StepPoolRequest& request) {
   if (pipes_ != nullptr) {
     return pipes_->Send(request);

@@ -37,6 +37,9 @@ class StreamConnection : public std::enable_shared_from_this<StreamConnection> {
   // Uses pipes for all further messages if the server offers them and they open.
   void OpenPipes(const procgen::v1::Attached& attached);
 
+  // Cancels the call and ends its waits, after a cancellation. From any thread.
+  void Interrupt();
+
   // Both return false if the call has ended.
   bool Write(const procgen::v1::StepPoolRequest& request);
   bool Read(procgen::v1::StepPoolResponse* response);

@@ -8,6 +8,8 @@
 #include <thread>
 #include <vector>
 
+#include "absl/time/clock.h"
+#include "absl/time/time.h"
 #include "gmock/gmock.h"
 #include "grpcpp/create_channel.h"
 #include "grpcpp/security/credentials.h"
@@ -37,8 +39,7 @@ class PipeTransportTest : public SharedMemoryTest {
     ASSERT_TRUE(stream_->Write(attach));
     ASSERT_TRUE(stream_->Read(&response));
     pipes_ = procgen_client::PipeTransport::Open(
-        response.attached().shared_memory().pipe_transport(), 4 << 20,
-        std::make_shared<procgen_client::Cancellation>(nullptr));
+        response.attached().shared_memory().pipe_transport(), 4 << 20, cancellation_);
     ASSERT_NE(pipes_, nullptr);
     // A response through the pipes shows that they are open.
     ASSERT_TRUE(pipes_->Send(Observe(1)));
@@ -66,8 +67,22 @@ class PipeTransportTest : public SharedMemoryTest {
   std::unique_ptr<v1::StepService::Stub> stub_;
   grpc::ClientContext context_;
   std::unique_ptr<grpc::ClientReaderWriter<v1::StepPoolRequest, v1::StepPoolResponse>> stream_;
+  const std::shared_ptr<procgen_client::Cancellation> cancellation_ =
+      std::make_shared<procgen_client::Cancellation>(nullptr);
   std::unique_ptr<procgen_client::PipeTransport> pipes_;
 };
+
+TEST_F(PipeTransportTest, InterruptEndsABlockedReceive) {
+  std::thread reader([this] {
+    v1::StepPoolResponse response;
+    EXPECT_FALSE(pipes_->Receive(&response));
+  });
+  absl::SleepFor(absl::Milliseconds(50));  // The reader is blocked by then: no request was sent.
+  cancellation_->Cancel();
+  pipes_->Interrupt();
+  reader.join();
+  context_.TryCancel();
+}
 
 TEST_F(PipeTransportTest, ErrorsEndTheStreamAfterEarlierRequests) {
   ASSERT_TRUE(pipes_->Send(Observe(2)));
