@@ -106,7 +106,10 @@ def _link(file: pathlib.Path, run_path: str, new_names: dict[str, str]) -> None:
         if name in new_names
         for argument in ("--replace-needed", name, new_names[name])
     ]
-    _run("patchelf", *replacements, "--force-rpath", "--set-rpath", run_path, file)
+    # One change at a time: patchelf 0.14 writes wrong strings if it makes both at once.
+    if replacements:
+        _run("patchelf", *replacements, file)
+    _run("patchelf", "--force-rpath", "--set-rpath", run_path, file)
 
 
 def _copy_licenses(libraries: list[pathlib.Path], folder: pathlib.Path) -> None:
