@@ -7,12 +7,11 @@
 
 #include "envcore/random/random_stream.h"
 #include "envcore/render/output/pixel.h"
-#include "gtest/gtest.h"
-#include "png.h"
+#include "tests/envcore/render/one_colour_png.h"
 
 namespace procgen {
 
-// A PNG file of this size, written by libpng, with random colors. `is_opaque`: else the alpha of
+// A PNG file of this size, with random colors. `is_opaque`: else the alpha of
 // each pixel is 0, 255 or between.
 inline std::string RandomPng(int width, int height, bool is_opaque, int64_t seed) {
   RandomStream random(seed);
@@ -23,17 +22,7 @@ inline std::string RandomPng(int width, int height, bool is_opaque, int64_t seed
     pixel = {byte(), byte(), byte(),
              is_opaque ? uint8_t{255} : alphas[static_cast<size_t>(random.Int(3))]};
   }
-  png_image image = {};
-  image.version = PNG_IMAGE_VERSION;
-  image.width = static_cast<png_uint_32>(width);
-  image.height = static_cast<png_uint_32>(height);
-  image.format = PNG_FORMAT_RGBA;
-  png_alloc_size_t size = 0;
-  EXPECT_NE(png_image_write_to_memory(&image, nullptr, &size, 0, pixels.data(), 0, nullptr), 0);
-  std::string bytes(size, '\0');
-  EXPECT_NE(png_image_write_to_memory(&image, bytes.data(), &size, 0, pixels.data(), 0, nullptr),
-            0);
-  return bytes;
+  return PngOf(width, height, pixels);
 }
 
 }  // namespace procgen
