@@ -183,6 +183,10 @@ bool PipeTransport::Fill(size_t count) {
     buffer_.resize(std::max({buffer_.size(), count, kBufferBytes}));
   }
   while (end_ - begin_ < count) {
+    // Cancelled before this connection was known to Interrupt.
+    if (cancellation_->is_cancelled()) {
+      return false;
+    }
     const ssize_t received = read(responses_, buffer_.data() + end_, buffer_.size() - end_);
     if (received < 0 && (errno == EINTR || (errno == EAGAIN && AwaitResponse()))) {
       continue;

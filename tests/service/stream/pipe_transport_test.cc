@@ -72,6 +72,13 @@ class PipeTransportTest : public SharedMemoryTest {
   std::unique_ptr<procgen_client::PipeTransport> pipes_;
 };
 
+TEST_F(PipeTransportTest, ReceiveAfterACancellationDoesNotBlock) {
+  cancellation_->Cancel();
+  v1::StepPoolResponse response;
+  EXPECT_FALSE(pipes_->Receive(&response));
+  context_.TryCancel();
+}
+
 TEST_F(PipeTransportTest, InterruptEndsABlockedReceive) {
   std::thread reader([this] {
     v1::StepPoolResponse response;
