@@ -1,5 +1,5 @@
 // procgen-legibility: measures whether the parts of a game can be distinguished at the size that an
-// agent sees. See README.md.
+// agent sees, and compares the contrast of two arts. See README.md.
 
 #include <algorithm>
 #include <iostream>
@@ -14,6 +14,7 @@
 #include "absl/strings/str_format.h"
 #include "absl/strings/str_replace.h"
 #include "envcore/pool/shared_art.h"
+#include "tools/art/contrast.h"
 #include "tools/art/images.h"
 #include "tools/art/legibility.h"
 #include "tools/art/requests.h"
@@ -22,7 +23,12 @@
 ABSL_FLAG(std::vector<std::string>, games, {}, "games to measure, e.g. maze,heist; empty: all");
 ABSL_FLAG(std::string, art_dir, "",
           "folder with art in the layout of Procgen 0.10.7; empty: the built-in art");
-ABSL_FLAG(double, minimum, 0, "smallest distance that passes, at least 0");
+ABSL_FLAG(
+    std::string, contrast_to, "",
+    "folder with art in the layout of Procgen 0.10.7: compare the contrast of the agent's views "
+    "with it, instead of measuring distances");
+ABSL_FLAG(double, minimum, 0,
+          "smallest distance that passes, or with --contrast_to smallest ratio; at least 0");
 ABSL_FLAG(std::string, crops, "", "folder for an enlarged image of each pair; empty: none");
 
 namespace procgen {
@@ -120,20 +126,21 @@ std::string CommandError(const std::vector<char*>& arguments) {
   return "";
 }
 
-int Main(const std::vector<char*>& arguments) {
-  if (const std::string error = CommandError(arguments); !error.empty()) {
-    return Fail(error);
+// Returns the exit status.
+int ReportWeak(int64_t count, absl::string_view things) {
+  if (count > 0) {
+    std::cerr << count << " " << things << " are below " << absl::GetFlag(FLAGS_minimum) << "\n";
   }
-  const auto request = MakeDrawingRequest(absl::GetFlag(FLAGS_games), absl::GetFlag(FLAGS_art_dir));
-  if (!request.ok()) {
-    return Fail(request.status().message());
-  }
-  Progress progress(request->games.size());
+  return count > 0 ? 1 : 0;
+}
+
+int MeasureDistances(const DrawingRequest& request) {
+  Progress progress(request.games.size());
   int64_t weak_count = 0;
-  for (const GameSpec* game : request->games) {
+  for (const GameSpec* game : request.games) {
     const Roles& roles = RolesOf(game->name);
     const std::vector<PartDistance> likenesses =
-        CompareParts(roles, *request->art,
+        CompareParts(roles, *request.art,
                      [&](int64_t done, int64_t total) { progress.Show(roles.game, done, total); });
     progress.Finish(roles.game, absl::StrFormat("%.1f", likenesses.front().distance));
     PrintTable(roles, likenesses);
@@ -142,10 +149,55 @@ int Main(const std::vector<char*>& arguments) {
     }
     weak_count += WeakCount(likenesses);
   }
-  if (weak_count > 0) {
-    std::cerr << weak_count << " pairs are below " << absl::GetFlag(FLAGS_minimum) << "\n";
+  return ReportWeak(weak_count, "pairs");
+}
+
+void PrintContrasts(absl::string_view name, const Contrast& art, const Contrast& other) {
+  std::cout << absl::StreamFormat("| %s | %.1f | %.1f | %.2f | %.1f | %.1f | %.2f |\n", name,
+                                  art.view, other.view, art.view / other.view, art.figures,
+                                  other.figures, art.figures / other.figures);
+}
+
+// Prints one row per game, and the means over the games.
+int CompareContrasts(const DrawingRequest& request, const SharedArt& other_art) {
+  Progress progress(request.games.size());
+  std::cout << "| game | view | other art | ratio | figures | other art | ratio |\n"
+               "| --- | --- | --- | --- | --- | --- | --- |\n";
+  Contrast mean;
+  Contrast other_mean;
+  int64_t weak_count = 0;
+  const auto game_count = static_cast<double>(request.games.size());
+  for (const GameSpec* game : request.games) {
+    const Roles& roles = RolesOf(game->name);
+    const Contrast contrast = MeasureContrast(roles, *request.art);
+    const Contrast other = MeasureContrast(roles, other_art);
+    progress.Finish(roles.game, absl::StrFormat("%.2f", contrast.view / other.view));
+    PrintContrasts(roles.game, contrast, other);
+    mean.view += contrast.view / game_count;
+    mean.figures += contrast.figures / game_count;
+    other_mean.view += other.view / game_count;
+    other_mean.figures += other.figures / game_count;
+    weak_count += contrast.view < absl::GetFlag(FLAGS_minimum) * other.view ? 1 : 0;
   }
-  return weak_count > 0 ? 1 : 0;
+  PrintContrasts("mean", mean, other_mean);
+  return ReportWeak(weak_count, "games");
+}
+
+int Main(const std::vector<char*>& arguments) {
+  if (const std::string error = CommandError(arguments); !error.empty()) {
+    return Fail(error);
+  }
+  const auto request = MakeDrawingRequest(absl::GetFlag(FLAGS_games), absl::GetFlag(FLAGS_art_dir));
+  if (!request.ok()) {
+    return Fail(request.status().message());
+  }
+  const std::string other_folder = absl::GetFlag(FLAGS_contrast_to);
+  if (other_folder.empty()) {
+    return MeasureDistances(*request);
+  }
+  const auto other_art = SharedArt::LoadFolder(other_folder);
+  return other_art.ok() ? CompareContrasts(*request, **other_art)
+                        : Fail(other_art.status().message());
 }
 
 }  // namespace
@@ -153,8 +205,10 @@ int Main(const std::vector<char*>& arguments) {
 
 int main(int argc, char** argv) {
   absl::SetProgramUsageMessage(
-      "Measures how well the parts of each game can be distinguished. Prints a table per game.\n"
+      "Measures how well the parts of each game can be distinguished, or compares the contrast of "
+      "two "
+      "arts.\n"
       "usage: procgen-legibility [--games NAME,...] [--minimum X] [--crops FOLDER] "
-      "[--art_dir FOLDER]");
+      "[--art_dir FOLDER] [--contrast_to FOLDER]");
   return procgen::Main(absl::ParseCommandLine(argc, argv));
 }

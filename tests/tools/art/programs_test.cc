@@ -7,6 +7,7 @@
 #include "absl/strings/str_cat.h"
 #include "gmock/gmock.h"
 #include "gtest/gtest.h"
+#include "tests/envcore/pool/painted_art.h"
 #include "tests/program_run.h"
 #include "tests/temporary_folder.h"
 
@@ -14,6 +15,7 @@ namespace procgen {
 namespace {
 
 using ::testing::AllOf;
+using ::testing::ContainsRegex;
 using ::testing::HasSubstr;
 
 ProgramRun Gallery(const std::string& arguments) {
@@ -94,12 +96,37 @@ TEST(ProcgenLegibilityTest, WritesAnImageOfEachPair) {
   EXPECT_EQ(SizeOf(folder + "/maze_wall_the-backdrop.png"), "490x240");
 }
 
+TEST(ProcgenLegibilityTest, ComparesTheContrastWithAnotherArt) {
+  const TemporaryFolder temporary;
+  PaintArtFolder(temporary.At("art"));
+  const std::string flags = absl::StrCat("--games maze --contrast_to ", temporary.At("art"));
+  const ProgramRun run = Legibility(flags);
+  EXPECT_EQ(run.exit_status, 0) << run.output;
+  EXPECT_THAT(run.output, AllOf(HasSubstr("| game | view | other art | ratio |"),
+                                HasSubstr("\n| maze | "), HasSubstr("\n| mean | ")));
+  const ProgramRun strict = Legibility(flags + " --minimum 1000");
+  EXPECT_EQ(strict.exit_status, 1);
+  EXPECT_THAT(strict.output, HasSubstr("1 games are below 1000\n"));
+}
+
+TEST(ProcgenLegibilityTest, AnArtHasTheContrastOfItself) {
+  const TemporaryFolder temporary;
+  const std::string folder = temporary.At("art");
+  PaintArtFolder(folder);
+  const ProgramRun run =
+      Legibility(absl::StrCat("--games bigfish --art_dir ", folder, " --contrast_to ", folder));
+  EXPECT_EQ(run.exit_status, 0) << run.output;
+  EXPECT_THAT(run.output, ContainsRegex("mean .* 1.00 .* 1.00 "));
+}
+
 TEST(ProcgenLegibilityTest, WrongFlagsAreRejectedWithWhatIsAllowed) {
   EXPECT_EQ(Legibility("--minimum -1").exit_status, 2);
   EXPECT_THAT(Legibility("--minimum -1").output, HasSubstr("--minimum -1: must be at least 0"));
   EXPECT_THAT(Legibility("--games chess").output, HasSubstr("game 'chess' is not one of bigfish"));
   EXPECT_THAT(Legibility("maze").output,
               HasSubstr("unexpected argument 'maze': only flags are allowed"));
+  EXPECT_EQ(Legibility("--contrast_to /no/art").exit_status, 2);
+  EXPECT_THAT(Legibility("--contrast_to /no/art").output, HasSubstr("/no/art"));
 }
 
 }  // namespace
