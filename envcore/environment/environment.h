@@ -116,6 +116,8 @@ class Environment {
   const Game& game() const { return *game_; }
   // Fills `scene` with what is visible now. Valid until the environment changes.
   void FillScene(Scene* scene) const { game_->FillScene(scene); }
+  // As FillScene, with the whole level.
+  void FillLevelScene(Scene* scene) { game_->FillLevelScene(scene); }
 
  private:
   // Makes an environment without a level.

@@ -182,7 +182,7 @@ class BossFight final : public Game {
     Entity& agent = world_.agent();
     agent.rx = kAgentRadius;
     agent.ry = kAgentRadius / AspectRatio(kAgentKind, agent.theme);
-    PlaceAgentAnew(world_, random_);
+    PlaceAgentAtRandom(world_, random_);
     agent.y = agent.ry;
   }
 

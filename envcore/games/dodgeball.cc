@@ -176,7 +176,7 @@ class Dodgeball final : public Game {
     world_.agent().ry = figures_.agent_radius;
     DivideHall();
     PlaceDoor();
-    PlaceAgentAnew(world_, random_);
+    PlaceAgentAtRandom(world_, random_);
     PlaceEnemies();
   }
 

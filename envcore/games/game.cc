@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
+#include <utility>
 
 #include "envcore/world/contacts.h"
 #include "envcore/world/motion.h"
@@ -197,6 +198,12 @@ void Game::FillScene(Scene* scene) const {
                      .vx_max = top_speed_,
                      .vy_max = jump_speed_};
   AddOverlays(&scene->overlays);
+}
+
+void Game::FillLevelScene(Scene* scene) {
+  const bool centers_agent = std::exchange(center_agent_, false);
+  FillScene(scene);
+  center_agent_ = centers_agent;
 }
 
 void Game::AddSprites(int layer, std::vector<Sprite>* sprites) const {

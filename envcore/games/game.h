@@ -65,6 +65,8 @@ class Game : public Rules {
   // Fills `scene` with what is visible now. The scene refers to this game and is valid until the
   // game changes.
   void FillScene(Scene* scene) const;
+  // As FillScene, with the camera that shows the whole world.
+  void FillLevelScene(Scene* scene);
 
  protected:
   // Generates a level. Calls StandardReset first.

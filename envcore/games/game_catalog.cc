@@ -28,16 +28,14 @@ constexpr SpecialAction kNinjaActions[] = {{9, "Throws a star ahead, at most one
                                            {10, "Throws a star ahead and up."},
                                            {11, "Throws a star up."},
                                            {12, "Throws a star ahead and down."},
-                                           {13, "Throws a star ahead, as action 9."},
-                                           {14, "Throws a star ahead, as action 9."}};
+                                           {13, "Throws a star ahead."},
+                                           {14, "Throws a star ahead."}};
 constexpr SpecialAction kPlunderActions[] = {
     {9, "Fires a cannon ball upwards, at most once in 3 steps."}};
-constexpr SpecialAction kStarPilotActions[] = {{9, "Fires a bullet forwards."},
-                                               {10, "Fires a bullet backwards."},
-                                               {11, "Fires a bullet forwards, as action 9."},
-                                               {12, "Fires a bullet forwards, as action 9."},
-                                               {13, "Fires a bullet forwards, as action 9."},
-                                               {14, "Fires a bullet forwards, as action 9."}};
+constexpr SpecialAction kStarPilotActions[] = {
+    {9, "Fires a bullet forwards."},  {10, "Fires a bullet backwards."},
+    {11, "Fires a bullet forwards."}, {12, "Fires a bullet forwards."},
+    {13, "Fires a bullet forwards."}, {14, "Fires a bullet forwards."}};
 
 constexpr GameSpec kGames[] = {
     {.name = "bigfish",

@@ -157,7 +157,7 @@ class Plunder final : public Game {
     const int32_t own_type = random_.Int(kOwnTypes);
     agent.theme = ship_types_[1 + static_cast<size_t>(own_type)];
     agent.ry = agent.rx / AspectRatio(kShipKind, agent.theme);
-    PlaceAgentAnew(world_, random_);
+    PlaceAgentAtRandom(world_, random_);
     agent.y = kAgentBottom + agent.ry;
     KeepAgentOffLegend();
   }

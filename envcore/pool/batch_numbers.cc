@@ -17,7 +17,7 @@ void Lend(std::vector<Number>* memory, size_t count, absl::Span<Number>* span) {
 
 }  // namespace
 
-Batch BatchNumbers::LendTo(Batch batch, int32_t count) {
+Batch BatchNumbers::ReplaceEmptyArrays(Batch batch, int32_t count) {
   const auto rows = static_cast<size_t>(count);
   Lend(&rewards, rows, &batch.rewards);
   Lend(&first, rows, &batch.first);

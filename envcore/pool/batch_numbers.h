@@ -24,7 +24,7 @@ struct BatchNumbers {
   // Returns `batch`, of `count` environments, with each empty array replaced by a buffer of this
   // object. The buffers keep their values between calls. The returned spans are valid until the
   // next call.
-  Batch LendTo(Batch batch, int32_t count);
+  Batch ReplaceEmptyArrays(Batch batch, int32_t count);
 
   bool operator==(const BatchNumbers& other) const = default;
 };

@@ -126,9 +126,24 @@ class Pool::StepJob final : public ParallelJob {
       return true;
     }
     if (input_.steps) {
-      view.environment.Step(input_.actions[view.row], input_.repeat, before_new_level);
+      view.environment.Step(input_.actions[view.row], input_.repeat, [&] {
+        CaptureFinalScene(view);
+        before_new_level();
+      });
     }
     return input_.steps;
+  }
+
+  // Captures the scene if the batch asks for it.
+  void CaptureFinalScene(const View& view) const {
+    const auto number = static_cast<int32_t>(view.index);
+    const auto wanted = std::lower_bound(
+        batch_.final_scenes.begin(), batch_.final_scenes.end(), number,
+        [](const FinalScene& each, int32_t environment) { return each.environment < environment; });
+    if (wanted != batch_.final_scenes.end() && wanted->environment == number) {
+      wanted->scene =
+          std::make_shared<const SceneSnapshot>(view.environment, pool_->ArtOf(view.index));
+    }
   }
 
   absl::Span<uint8_t> RowOf(absl::Span<uint8_t> observations, size_t row) const {
@@ -340,7 +355,7 @@ absl::Status Pool::Render(int32_t environment, int32_t size_px, absl::Span<uint8
   return absl::OkStatus();
 }
 
-absl::StatusOr<SceneSnapshot> Pool::CaptureScene(int32_t environment) {
+absl::StatusOr<SceneSnapshot> Pool::CaptureScene(int32_t environment, bool whole_level) {
   if (absl::Status status = CheckIndex(environment); !status.ok()) {
     return status;
   }
@@ -348,7 +363,9 @@ absl::StatusOr<SceneSnapshot> Pool::CaptureScene(int32_t environment) {
     return absl::AbortedError("another call steps or reads this pool; retry when it has returned");
   }
   const auto index = static_cast<size_t>(environment);
-  SceneSnapshot snapshot(*environments_[index], ArtOf(index));
+  SceneSnapshot snapshot = whole_level
+                               ? SceneSnapshot::OfLevel(environments_[index].get(), ArtOf(index))
+                               : SceneSnapshot(*environments_[index], ArtOf(index));
   Release();
   return snapshot;
 }

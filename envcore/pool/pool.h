@@ -125,6 +125,10 @@ struct Batch {
   // The last observation of each episode that ended in this step, drawn before the new level
   // begins. Other rows are not written.
   absl::Span<uint8_t> final_observations;  //                                       [n, F]
+  // Scenes to capture when an episode ends in this step, before the new level begins. The caller
+  // sets each `environment`, in increasing order, and a null `scene`; the step sets `scene` where
+  // an episode ended. Its length is that of the list, not n.
+  absl::Span<FinalScene> final_scenes;
 };
 
 // A Pool steps env_count() environments as one batch.
@@ -207,8 +211,9 @@ class Pool {
   absl::Status Render(int32_t environment, int32_t size_px, absl::Span<uint8_t> frame);
 
   // Captures the scene of one environment for later rendering; much cheaper than Render. Errors:
-  // INVALID_ARGUMENT: the index is out of range. ABORTED as in Step.
-  absl::StatusOr<SceneSnapshot> CaptureScene(int32_t environment);
+  // INVALID_ARGUMENT: the index is out of range. ABORTED as in Step. `whole_level`: the scene shows
+  // the whole level, and not what the agent sees of it.
+  absl::StatusOr<SceneSnapshot> CaptureScene(int32_t environment, bool whole_level = false);
 
  private:
   class StepJob;

@@ -18,10 +18,26 @@ struct SceneSnapshot::Content {
   std::shared_ptr<const GameArt> art;
 };
 
-SceneSnapshot::SceneSnapshot(const Environment& environment, std::shared_ptr<const GameArt> art)
+SceneSnapshot::SceneSnapshot(std::shared_ptr<const GameArt> art)
     : content_(std::make_unique<Content>()) {
+  content_->art = std::move(art);
+}
+
+SceneSnapshot::SceneSnapshot(const Environment& environment, std::shared_ptr<const GameArt> art)
+    : SceneSnapshot(std::move(art)) {
+  environment.FillScene(&content_->scene);
+  CopyReferences();
+}
+
+SceneSnapshot SceneSnapshot::OfLevel(Environment* environment, std::shared_ptr<const GameArt> art) {
+  SceneSnapshot snapshot(std::move(art));
+  environment->FillLevelScene(&snapshot.content_->scene);
+  snapshot.CopyReferences();
+  return snapshot;
+}
+
+void SceneSnapshot::CopyReferences() {
   Scene& scene = content_->scene;
-  environment.FillScene(&scene);
   if (scene.cells.grid != nullptr) {
     content_->grid = *scene.cells.grid;
     scene.cells.grid = &content_->grid;
@@ -30,7 +46,6 @@ SceneSnapshot::SceneSnapshot(const Environment& environment, std::shared_ptr<con
     content_->background = *scene.background.generated;
     scene.background.generated = &content_->background;
   }
-  content_->art = std::move(art);
 }
 
 SceneSnapshot::SceneSnapshot(SceneSnapshot&& other) noexcept = default;

@@ -18,6 +18,8 @@ class SceneSnapshot {
  public:
   // `art`: the art of the environment's game.
   SceneSnapshot(const Environment& environment, std::shared_ptr<const GameArt> art);
+  // With the whole level.
+  static SceneSnapshot OfLevel(Environment* environment, std::shared_ptr<const GameArt> art);
   SceneSnapshot(SceneSnapshot&& other) noexcept;
   SceneSnapshot& operator=(SceneSnapshot&& other) noexcept;
   ~SceneSnapshot();
@@ -26,7 +28,18 @@ class SceneSnapshot {
   friend class SceneSnapshotRenderer;
   struct Content;
 
+  explicit SceneSnapshot(std::shared_ptr<const GameArt> art);
+  // Copies what the scene points to.
+  void CopyReferences();
+
   std::unique_ptr<Content> content_;
+};
+
+// The last scene of an episode of one environment.
+struct FinalScene {
+  int32_t environment = 0;  // index in the pool
+  // Shared, because several readers may render it. Null: no episode ended.
+  std::shared_ptr<const SceneSnapshot> scene;
 };
 
 // Renders scene snapshots. Keeps its buffers between calls.

@@ -229,6 +229,13 @@ absl::StatusOr<Trace> ParseTrace(absl::string_view contents) {
   // The JSON library reports missing fields by exceptions; none leaves this function.
   try {
     return ParseAfterHeader(Json::parse(parts.first), parts.second);
+  } catch (const Json::parse_error&) {
+    return absl::DataLossError("invalid trace header: the first line is not JSON");
+  } catch (const Json::exception& error) {
+    // Its texts begin with "[json.exception.KIND.NUMBER] ".
+    const std::pair<absl::string_view, absl::string_view> text =
+        absl::StrSplit(error.what(), absl::MaxSplits("] ", 1));
+    return absl::DataLossError(absl::StrCat("invalid trace header: ", text.second));
   } catch (const std::exception& error) {
     return absl::DataLossError(absl::StrCat("invalid trace header: ", error.what()));
   }

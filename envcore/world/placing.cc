@@ -75,7 +75,7 @@ Entity& SpawnDust(World& world, const Entity& parent) {
   return dust;
 }
 
-void PlaceAgentAnew(World& world, RandomStream& random) {
+void PlaceAgentAtRandom(World& world, RandomStream& random) {
   Entity& agent = world.agent();
   const auto collides = [&world, &agent] {
     return std::any_of(

@@ -39,7 +39,7 @@ Entity& SpawnDust(World& world, const Entity& parent);
 bool OverlapsAnything(const World& world, const Entity& entity);
 
 // Draws positions for the agent, anywhere in the world, until it overlaps no entity; at most 100.
-void PlaceAgentAnew(World& world, RandomStream& random);
+void PlaceAgentAtRandom(World& world, RandomStream& random);
 
 // The distance between the centers, in cells.
 float Distance(const Entity& a, const Entity& b);

@@ -52,7 +52,7 @@ void LayCovered(const Rgba& source, uint32_t opacity, double coverage, Rgba* pix
     shown = Mul(shown, weight);
   }
   if (shown.alpha != 0) {
-    LayOver(shown, *pixel);
+    BlendOver(shown, *pixel);
   }
 }
 

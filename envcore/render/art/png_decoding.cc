@@ -41,7 +41,7 @@ const png_byte* Unsigned(absl::string_view bytes) {
 }
 
 // Converts everything to RGBA with 8 bits per channel. No gamma: the stored values are used.
-void AskForRgba(png_structp png) {
+void RequestRgba(png_structp png) {
   png_set_expand(png);
   png_set_strip_16(png);
   png_set_gray_to_rgb(png);
@@ -58,7 +58,7 @@ bool ReadImage(png_structp png, png_infop info, std::vector<uint8_t>* bytes,
   }
   png_set_user_limits(png, kPngSizePxMax, kPngSizePxMax);
   png_read_info(png, info);
-  AskForRgba(png);
+  RequestRgba(png);
   png_read_update_info(png, info);
   *width = static_cast<int>(png_get_image_width(png, info));
   *height = static_cast<int>(png_get_image_height(png, info));

@@ -35,7 +35,7 @@ void DrawRun(const Image& image, uint32_t opacity, SourceWalk walk, int row, int
     const int64_t source_column = std::clamp<int64_t>(walk.column >> 16, 0, last_column);
     const Rgba& source = image.At(static_cast<int>(source_column), static_cast<int>(source_row));
     if (source.alpha != 0) {
-      LayOver(Mul(source, opacity), *pixel);
+      BlendOver(Mul(source, opacity), *pixel);
     }
     walk.column += walk.column_step;
     walk.row += walk.row_step;

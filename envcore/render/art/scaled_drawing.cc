@@ -45,7 +45,7 @@ class FourPixels {
   }
 
   // Blends them over the pixels at `below`.
-  void LayOver(const Rgba* below) {
+  void BlendOver(const Rgba* below) {
     const __m128i pixels = _mm_loadu_si128(reinterpret_cast<const __m128i*>(below));
     // The remaining weight of each pixel below, in both halves of its 32 bits.
     const __m128i rest = _mm_sub_epi32(_mm_set1_epi32(255), _mm_srli_epi32(bytes_, 24));
@@ -86,10 +86,10 @@ class FourPixels {
     }
   }
 
-  void LayOver(const Rgba* below) {
+  void BlendOver(const Rgba* below) {
     for (Rgba& pixel : pixels_) {
       Rgba result = *below++;
-      procgen::LayOver(pixel, result);
+      procgen::BlendOver(pixel, result);
       pixel = result;
     }
   }
@@ -107,14 +107,14 @@ FourPixels LaidOver(const Rgba* from, uint32_t opacity, const Rgba* below) {
   if (opacity != kOpaque) {
     four.Mul(opacity);
   }
-  four.LayOver(below);
+  four.BlendOver(below);
   return four;
 }
 
 void LayPixels(const Rgba* from, int count, uint32_t opacity, Rgba* to) {
   if (count < 4) {
     for (; count > 0; --count, ++from, ++to) {
-      LayOver(Mul(*from, opacity), *to);
+      BlendOver(Mul(*from, opacity), *to);
     }
     return;
   }

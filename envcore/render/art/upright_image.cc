@@ -1,5 +1,6 @@
 #include "envcore/render/art/upright_image.h"
 
+#include <algorithm>
 #include <array>
 
 #if defined(__x86_64__)
@@ -52,9 +53,9 @@ void DrawRow(const Rgba* source, const int32_t* columns, int count, uint32_t opa
     if (kMix == Mix::kCopy || (kMix == Mix::kLayOver && shown.alpha == kOpaque)) {
       *pixel = shown;
     } else if constexpr (kMix == Mix::kLayOverFaded) {
-      LayOver(Mul(shown, opacity), *pixel);
+      BlendOver(Mul(shown, opacity), *pixel);
     } else if (shown.alpha != 0) {
-      LayOver(shown, *pixel);
+      BlendOver(shown, *pixel);
     }
   }
 }
@@ -140,6 +141,24 @@ FirstPosition FirstPositionFor(uint32_t opacity) {
   return opacity == kOpaque ? FirstPosition::kTruncatedStep : FirstPosition::kExactStep;
 }
 
+// A background has megabytes and its rows are read once a frame: they are fetched into the cache
+// ahead. The benefit is the same for 3 to 8 rows.
+constexpr int kRowsAhead = 4;
+constexpr int64_t kPixelsPerCacheLine = 64 / sizeof(Rgba);
+
+// Smallest number of columns whose sources span a cache line; at least 1.
+int ColumnsPerCacheLine(const AxisSteps& across) {
+  return static_cast<int>(
+      std::max<int64_t>(1, (kPixelsPerCacheLine << 16) / std::max<int64_t>(1, across.step)));
+}
+
+void PrefetchRow(const Rgba* source, absl::Span<const int32_t> columns, int stride) {
+  for (size_t i = 0; i < columns.size(); i += static_cast<size_t>(stride)) {
+    __builtin_prefetch(source + columns[i]);
+  }
+  __builtin_prefetch(source + columns.back());
+}
+
 }  // namespace
 
 void DrawAtPositions(const Image& image, bool opaque, const SourcePositions& across,
@@ -175,9 +194,15 @@ void DrawBackdrop(const Image& image, const ScreenRect& rect, BackdropPixels* pi
   const absl::Span<const int32_t> sources = columns.positions().sources;
   const PixelBox box = {across.first, down.first, across.first + across.count,
                         down.first + down.count};
+  const int stride = ColumnsPerCacheLine(across);
   ForEachRunToDraw(box, pixels, [&](int row, int first, int end) {
-    const Rgba* source = image.Row(down.SourceAt(row));
-    DrawRow<Mix::kCopy>(source, sources.data() + (first - across.first), end - first, kOpaque,
+    const auto skipped = static_cast<size_t>(first - across.first);
+    const absl::Span<const int32_t> run =
+        sources.subspan(skipped, static_cast<size_t>(end - first));
+    if (row + kRowsAhead < box.bottom) {
+      PrefetchRow(image.Row(down.SourceAt(row + kRowsAhead)), run, stride);
+    }
+    DrawRow<Mix::kCopy>(image.Row(down.SourceAt(row)), run.data(), end - first, kOpaque,
                         frame.At(first, row));
   });
 }

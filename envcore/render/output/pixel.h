@@ -40,7 +40,7 @@ constexpr Rgba Premultiplied(const Rgba& p) {
 }
 
 // Blends `source` over `below`. No channel overflows, because none is above its alpha.
-constexpr void LayOver(const Rgba& source, Rgba& below) {
+constexpr void BlendOver(const Rgba& source, Rgba& below) {
   below = std::bit_cast<Rgba>(std::bit_cast<uint32_t>(source) +
                               std::bit_cast<uint32_t>(Mul(below, 255U - source.alpha)));
 }

@@ -43,7 +43,7 @@ void DrawFlatAliased(const ScreenRect& rect, const Rgba& plain, const Frame& fra
   for (int y = box.top; y < box.bottom; ++y) {
     Rgba* pixel = frame.At(box.left, y);
     for (int x = box.left; x < box.right; ++x, ++pixel) {
-      LayOver(color, *pixel);
+      BlendOver(color, *pixel);
     }
   }
 }
@@ -66,7 +66,7 @@ void DrawFlatAntialiased(const ScreenRect& rect, const Rgba& plain, const Frame&
     Rgba* pixel = frame.At(columns.first, y);
     for (int x = columns.first; x < columns.end; ++x, ++pixel) {
       const auto coverage = static_cast<uint32_t>(255 * (row_share * columns.ShareOf(x)));
-      LayOver(Mul(color, coverage), *pixel);
+      BlendOver(Mul(color, coverage), *pixel);
     }
   }
 }

@@ -66,7 +66,7 @@ void FillAntialiased(const ScreenRect& bounds, const Rgba& plain, const Frame& f
       }
       if (hits > 0) {
         const uint32_t coverage = 255 * hits / (kSamplesPerSide * kSamplesPerSide);
-        LayOver(Mul(color, coverage), *frame.At(x, y));
+        BlendOver(Mul(color, coverage), *frame.At(x, y));
       }
     }
   }
@@ -121,7 +121,7 @@ void DrawOverlayAliased(const Overlay& overlay, const Viewport& viewport, const 
   const auto lay = [&frame](const Rgba& plain) {
     return [&frame, color = PremultipliedFlat(plain)](int row, int first, int end) {
       for (int x = first; x < end; ++x) {
-        LayOver(color, *frame.At(x, row));
+        BlendOver(color, *frame.At(x, row));
       }
     };
   };

@@ -302,7 +302,7 @@ void DrawNearestScene(const Scene& scene, const GameArt& art, const MipmappedIma
                       const Frame& frame) {
   const Drawing<Sampling::kNearest> drawing(scene, art, frame, cells, rows);
   const StaticLayerCache::Use use =
-      static_layer == nullptr ? StaticLayerCache::Use::kDrawOnly : static_layer->Meet(scene);
+      static_layer == nullptr ? StaticLayerCache::Use::kDrawOnly : static_layer->Classify(scene);
   rows->Clear();
   if (use != StaticLayerCache::Use::kCopy) {
     drawing.DrawStatic(background);

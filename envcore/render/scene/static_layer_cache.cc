@@ -43,7 +43,7 @@ bool SameWindow(const CellLayer& a, const CellLayer& b) {
 
 }  // namespace
 
-StaticLayerCache::Use StaticLayerCache::Meet(const Scene& scene) {
+StaticLayerCache::Use StaticLayerCache::Classify(const Scene& scene) {
   if (!Knows(scene)) {
     Remember(scene);
     repeat_count_ = 0;

@@ -23,13 +23,14 @@ class StaticLayerCache {
     kDrawOnly,  // draw it: it is new, or still likely to change
   };
 
-  // Compares the next scene with the last. REQUIRES: all scenes are drawn with one art, at one
+  // Compares the next scene with the last one. REQUIRES: all scenes are drawn with one art, at one
   // size.
-  Use Meet(const Scene& scene);
+  Use Classify(const Scene& scene);
 
-  // Stores the layer. REQUIRES: Meet returned kKeep; `frame` always has the same size.
+  // Stores the layer. REQUIRES: Classify returned kKeep; `frame` always has the same size.
   void Keep(const Frame& frame);
-  // Copies the cached rows [first, end). REQUIRES: Meet returned kCopy; the rows are in the frame.
+  // Copies the cached rows [first, end). REQUIRES: Classify returned kCopy; the rows are in the
+  // frame.
   void CopyRows(int first, int end, const Frame& frame) const;
   // The cached rows as RGB: uint8 [end - first, size_px, 3].
   absl::Span<const uint8_t> Rows(int first, int end) const;

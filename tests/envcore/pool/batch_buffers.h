@@ -20,7 +20,7 @@ struct BatchBuffers : BatchNumbers {
   explicit BatchBuffers(int32_t env_count, size_t bytes = kObservationBytes)
       : observation_bytes(bytes) {
     const auto n = static_cast<size_t>(env_count);
-    LendTo({}, env_count);
+    ReplaceEmptyArrays({}, env_count);
     observations.resize(n * bytes);
     final_observations.resize(n * bytes);
   }

@@ -12,7 +12,7 @@ TEST(BatchNumbersTest, BuffersReplaceOnlyEmptyArrays) {
   std::vector<uint8_t> terminated(8);
   Batch given;
   given.terminated = absl::MakeSpan(terminated);
-  const Batch batch = numbers.LendTo(given, 8);
+  const Batch batch = numbers.ReplaceEmptyArrays(given, 8);
   EXPECT_EQ(batch.terminated.data(), terminated.data());
   EXPECT_EQ(batch.truncated.size(), 8);
   EXPECT_EQ(batch.rewards.size(), 8);

@@ -1,5 +1,7 @@
 #include "envcore/state/snapshot_frame.h"
 
+#include "absl/strings/str_cat.h"
+#include "absl/strings/string_view.h"
 #include "gmock/gmock.h"
 #include "gtest/gtest.h"
 #include "tests/status_matchers.h"
@@ -12,8 +14,10 @@ using ::testing::HasSubstr;
 
 TEST(SnapshotFrameTest, TheHeaderIsMagicVersionLengthAndChecksum) {
   // 0xcbf43926 is the published CRC-32 of these nine digits.
-  EXPECT_EQ(FrameSnapshot("123456789"),
-            std::string("PGST\x01\x00\x00\x00\x09\x00\x00\x00\x26\x39\xf4\xcb", 16) + "123456789");
+  EXPECT_EQ(
+      FrameSnapshot("123456789"),
+      absl::StrCat(absl::string_view("PGST\x01\x00\x00\x00\x09\x00\x00\x00\x26\x39\xf4\xcb", 16),
+                   "123456789"));
 }
 
 TEST(SnapshotFrameTest, FramingRoundTrips) {

@@ -88,8 +88,8 @@ TEST(TraceTest, ATruncatedFileErrorNamesTheArray) {
 
 TEST(TraceTest, AFileThatIsNotATraceIsRejected) {
   ExpectDataLoss("", "invalid trace header");
-  ExpectDataLoss("PNG\n", "invalid trace header");
-  ExpectDataLoss("{}\n", "invalid trace header");
+  ExpectDataLoss("PNG\n", "invalid trace header: the first line is not JSON");
+  ExpectDataLoss("{}\n", "invalid trace header: key 'format' not found");
   ExpectDataLoss(Changed("procgen-trace-1", "procgen-trace-9"),
                  "format is \"procgen-trace-9\", must be procgen-trace-1");
 }

@@ -126,7 +126,7 @@ TEST(PlaceAgentAnewTest, TakesTwoDrawsAnAttempt) {
   RandomStream same(3);
   const float x = same.Unit() * (4 - 2 * 0.4F) + 0.4F;
   const float y = same.Unit() * (4 - 2 * 0.4F) + 0.4F;
-  PlaceAgentAnew(world, random);
+  PlaceAgentAtRandom(world, random);
   EXPECT_EQ(world.agent().x, x);
   EXPECT_EQ(world.agent().y, y);
   EXPECT_EQ(random.draws(), 2U);
@@ -136,7 +136,7 @@ TEST(PlaceAgentAnewTest, GivesUpAfterAHundredAttempts) {
   World world = DrawWorld(kEmptyRoom, 0, 0);
   world.entities.push_back(Entity::Make(kBallKind, 2, 2, 0, 0, 10, 10));
   RandomStream random(3);
-  PlaceAgentAnew(world, random);
+  PlaceAgentAtRandom(world, random);
   EXPECT_EQ(random.draws(), 200U);
 }
 
@@ -145,7 +145,7 @@ TEST(PlaceAgentAnewTest, TheMarginOfTheOtherEntityCounts) {
   world.entities.push_back(Entity::Make(kBallKind, 2, 2, 0, 0, 0.1F, 0.1F));
   world.entities.back().contact_margin = 10;
   RandomStream random(3);
-  PlaceAgentAnew(world, random);
+  PlaceAgentAtRandom(world, random);
   EXPECT_EQ(random.draws(), 200U);
 }
 

@@ -26,13 +26,13 @@ TEST(PixelTest, LayOverDoesNotOverflow) {
 
 TEST(PixelTest, LayOverOfATransparentPixelKeepsThePixelBelow) {
   Rgba below = {1, 127, 255, 255};
-  LayOver({0, 0, 0, 0}, below);
+  BlendOver({0, 0, 0, 0}, below);
   EXPECT_EQ(below, (Rgba{1, 127, 255, 255}));
 }
 
 TEST(PixelTest, LayOverOfAnOpaquePixelReplacesThePixelBelow) {
   Rgba below = {1, 127, 255, 255};
-  LayOver({4, 5, 6, 255}, below);
+  BlendOver({4, 5, 6, 255}, below);
   EXPECT_EQ(below, (Rgba{4, 5, 6, 255}));
 }
 

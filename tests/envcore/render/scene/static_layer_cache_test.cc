@@ -31,11 +31,11 @@ class StaticLayerCacheTest : public ::testing::Test {
 
   // Repeats the scene until the layer is kept.
   void Keep() {
-    layer_.Meet(scene_);
-    layer_.Meet(scene_);
-    ASSERT_EQ(layer_.Meet(scene_), Use::kKeep);
+    layer_.Classify(scene_);
+    layer_.Classify(scene_);
+    ASSERT_EQ(layer_.Classify(scene_), Use::kKeep);
     layer_.Keep(frame_.frame());
-    ASSERT_EQ(layer_.Meet(scene_), Use::kCopy);
+    ASSERT_EQ(layer_.Classify(scene_), Use::kCopy);
   }
 
   Grid grid_;
@@ -45,12 +45,12 @@ class StaticLayerCacheTest : public ::testing::Test {
 };
 
 TEST_F(StaticLayerCacheTest, ALayerUsedThreeTimesIsCached) {
-  EXPECT_EQ(layer_.Meet(scene_), Use::kDrawOnly);
-  EXPECT_EQ(layer_.Meet(scene_), Use::kDrawOnly);
-  EXPECT_EQ(layer_.Meet(scene_), Use::kKeep);
+  EXPECT_EQ(layer_.Classify(scene_), Use::kDrawOnly);
+  EXPECT_EQ(layer_.Classify(scene_), Use::kDrawOnly);
+  EXPECT_EQ(layer_.Classify(scene_), Use::kKeep);
   *frame_.frame().At(3, 2) = {'k', 0, 0, 255};
   layer_.Keep(frame_.frame());
-  EXPECT_EQ(layer_.Meet(scene_), Use::kCopy);
+  EXPECT_EQ(layer_.Classify(scene_), Use::kCopy);
   TextFrame other(4);
   layer_.CopyRows(0, 4, other.frame());
   EXPECT_EQ(other.Text(), frame_.Text());
@@ -82,7 +82,7 @@ TEST_F(StaticLayerCacheTest, EveryChangeIsDetected) {
   for (size_t i = 0; i < changes.size(); ++i) {
     Keep();
     changes[i]();
-    EXPECT_EQ(layer_.Meet(scene_), Use::kDrawOnly) << "change " << i;
+    EXPECT_EQ(layer_.Classify(scene_), Use::kDrawOnly) << "change " << i;
   }
 }
 
@@ -90,14 +90,14 @@ TEST_F(StaticLayerCacheTest, CellsOutOfViewAndSpritesAboveCellsAreIgnored) {
   Keep();
   grid_.Set(3, 1, 3);
   scene_.above_cells.push_back({});
-  EXPECT_EQ(layer_.Meet(scene_), Use::kCopy);
+  EXPECT_EQ(layer_.Classify(scene_), Use::kCopy);
 }
 
 TEST_F(StaticLayerCacheTest, GeneratedBackgroundsAreNotCached) {
   const GeneratedArt art;
   scene_.background.generated = &art;
   for (int i = 0; i < 5; ++i) {
-    EXPECT_EQ(layer_.Meet(scene_), Use::kDrawOnly);
+    EXPECT_EQ(layer_.Classify(scene_), Use::kDrawOnly);
   }
 }
 
