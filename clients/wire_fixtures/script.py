@@ -98,7 +98,7 @@ def expected_values(
     shape = tuple(responses[0][0].attached.pool.observation_shape)
     for answer in responses:
         parts = [response for response in answer if response.HasField("batch")]
-        yield values_of(batch_of(grpc_fallback.Batch(parts, shape))) if parts else None
+        yield values_of(batch_of(grpc_fallback.Batch(parts, shape), owned=True)) if parts else None
 
 
 def values_of(batch: Batch) -> dict[str, object]:
