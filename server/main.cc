@@ -31,6 +31,7 @@
 #include "server/fleet_flags.h"
 #include "server/logging/event_log.h"
 #include "server/metrics/metrics_page.h"
+#include "server/pool_reports.h"
 #include "server/rpc/server.h"
 #include "server/security_flags.h"
 #include "server/shared_memory/shared_memory_dir.h"
@@ -202,14 +203,21 @@ absl::StatusOr<std::unique_ptr<web::WebServer>> StartWebServer(const Config& con
   if (config.web_address.empty()) {
     return nullptr;
   }
-  return web::WebServer::Start({.address = config.web_address,
-                                .allowed_hosts = config.web_allowed_hosts,
-                                .viewers_max = config.web_viewers_max,
-                                .tls = config.server.tls,
-                                .requires_token = config.server.tokens != nullptr,
-                                .version = PROCGEN_SERVER_VERSION,
-                                .channel = server.MakeChannel(),
-                                .list_pools = [&server] { return server.ListAllPools(); }});
+  return web::WebServer::Start(
+      {.address = config.web_address,
+       .allowed_hosts = config.web_allowed_hosts,
+       .viewers_max = config.web_viewers_max,
+       .tls = config.server.tls,
+       .requires_token = config.server.tokens != nullptr,
+       .version = PROCGEN_SERVER_VERSION,
+       .channel = server.MakeChannel(),
+       .report_pools = [&server] { return ReportPools(server); },
+       .report_episodes = [&server](
+                              const std::string& owner, const std::string& name,
+                              int64_t after) { return ReportEpisodes(server, owner, name, after); },
+       .pause_pool = [&server](
+                         const std::string& owner,
+                         const std::string& name) { return PausePool(server, owner, name); }});
 }
 
 int FailToStart(const absl::Status& status) {
@@ -310,6 +318,16 @@ int Serve(const Config& config, const sigset_t& stop_signals,
   return 0;
 }
 
+int PrintCredentials() {
+  const auto text = MakeCredentialsOfFlags(absl::GetFlag(FLAGS_address));
+  if (!text.ok()) {
+    std::fprintf(stderr, "procgen-server: %s\n", std::string(text.status().message()).c_str());
+    return kExitUsage;
+  }
+  std::fputs(text->c_str(), stdout);
+  return 0;
+}
+
 int Main(int argc, char** argv) {
   const sigset_t stop_signals = StopSignals();
   pthread_sigmask(SIG_BLOCK, &stop_signals, nullptr);
@@ -340,6 +358,9 @@ int Main(int argc, char** argv) {
   if (const std::vector<char*> rest = absl::ParseCommandLine(argc, argv); rest.size() > 1) {
     std::fprintf(stderr, "procgen-server: '%s' is not a flag; see --help\n", rest[1]);
     return kExitUsage;
+  }
+  if (MakesCredentials()) {
+    return PrintCredentials();
   }
   absl::StatusOr<Config> config = ReadConfig();
   absl::Status status = config.status();

@@ -2,7 +2,6 @@
 
 #include <utility>
 
-#include "absl/strings/str_cat.h"
 #include "server/concurrency/start_thread.h"
 
 namespace procgen {
@@ -18,8 +17,7 @@ absl::Status ThreadGroup::Start(std::function<void()> work) {
   absl::MutexLock lock(&mutex_);
   Reap();
   if (entries_.size() >= count_max_) {
-    return absl::ResourceExhaustedError(absl::StrCat("the server's pages have ", count_max_,
-                                                     " threads of a kind, allowed: no more"));
+    return absl::ResourceExhaustedError(full_error_);
   }
   auto has_ended = std::make_shared<std::atomic<bool>>(false);
   absl::StatusOr<std::thread> thread = StartThread([work = std::move(work), has_ended]() mutable {
@@ -31,15 +29,6 @@ absl::Status ThreadGroup::Start(std::function<void()> work) {
     entries_.push_back({*std::move(thread), has_ended});
   }
   return thread.status();
-}
-
-bool ThreadGroup::HasRoom() const {
-  absl::MutexLock lock(&mutex_);
-  size_t count = 0;
-  for (const Entry& entry : entries_) {
-    count += *entry.has_ended ? 0 : 1;
-  }
-  return count < count_max_;
 }
 
 void ThreadGroup::Reap() {

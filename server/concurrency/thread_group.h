@@ -6,7 +6,9 @@
 #include <functional>
 #include <list>
 #include <memory>
+#include <string>
 #include <thread>
+#include <utility>
 
 #include "absl/base/thread_annotations.h"
 #include "absl/status/status.h"
@@ -18,7 +20,9 @@ namespace procgen {
 // Threads: any method from any thread that is not one of them.
 class ThreadGroup {
  public:
-  explicit ThreadGroup(size_t count_max) : count_max_(count_max) {}
+  // `full_error` is the message of Start's error while `count_max` threads run.
+  ThreadGroup(size_t count_max, std::string full_error)
+      : count_max_(count_max), full_error_(std::move(full_error)) {}
   // Waits until all have ended.
   ~ThreadGroup();
   ThreadGroup(const ThreadGroup&) = delete;
@@ -27,8 +31,6 @@ class ThreadGroup {
   // Runs `work` on a new thread. Errors: RESOURCE_EXHAUSTED the group is full, or the process is at
   // its thread limit.
   absl::Status Start(std::function<void()> work);
-  // Whether another thread could start.
-  bool HasRoom() const;
 
  private:
   struct Entry {
@@ -40,7 +42,8 @@ class ThreadGroup {
   void Reap() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
 
   const size_t count_max_;
-  mutable absl::Mutex mutex_;
+  const std::string full_error_;
+  absl::Mutex mutex_;
   std::list<Entry> entries_ ABSL_GUARDED_BY(mutex_);
 };
 

@@ -13,13 +13,13 @@ void Assign(const std::vector<Element>& values, Array* array) {
 }  // namespace
 
 StepValues::StepValues(const WorldSignature& signature) : env_count_(signature.env_count) {
-  numbers_.LendTo({}, env_count_);
+  numbers_.ReplaceEmptyArrays({}, env_count_);
 }
 
 Batch StepValues::BatchOf(absl::Span<uint8_t> frames) {
   Batch batch;
   batch.observations = frames;
-  return numbers_.LendTo(batch, env_count_);
+  return numbers_.ReplaceEmptyArrays(batch, env_count_);
 }
 
 void StepValues::ClearOutcome() {

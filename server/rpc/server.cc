@@ -7,6 +7,7 @@
 #include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
 #include "absl/time/clock.h"
+#include "grpc/grpc.h"
 #include "grpc/support/log.h"
 #include "grpcpp/grpcpp.h"
 #include "server/concurrency/start_thread.h"
@@ -22,7 +23,6 @@
 #include "server/rpc/step/resume_replay.h"
 #include "server/session/pool_supervisor.h"
 #include "server/shared_memory/pipe_listener.h"
-#include "server/wire/convert_pool.h"
 
 namespace procgen {
 namespace {
@@ -127,6 +127,8 @@ class GrpcServer final : public Server {
 
   absl::Status Listen(const ServerOptions& options) {
     gpr_set_log_function(LogGrpcLine);
+    // Without its grpc_shutdown, which waits indefinitely if gRPC ever failed to start a thread.
+    grpc_init();
     const absl::StatusOr<Address> address = ParseAddress(options.address);
     if (!address.ok()) {
       return address.status();
@@ -180,12 +182,8 @@ class GrpcServer final : public Server {
                                      grpc::InsecureChannelCredentials(), arguments);
   }
 
-  std::vector<v1::Pool> ListAllPools() const override {
-    std::vector<v1::Pool> pools;
-    for (const std::shared_ptr<PoolSession>& pool : supervisor_.ListAll()) {
-      pools.push_back(PoolMessageOf(*pool));
-    }
-    return pools;
+  std::vector<std::shared_ptr<PoolSession>> ListAllPools() const override {
+    return supervisor_.ListAll();
   }
 
   void BeginDrain() override {

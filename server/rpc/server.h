@@ -11,7 +11,6 @@
 #include "absl/time/time.h"
 #include "envcore/pool/shared_art.h"
 #include "grpcpp/channel.h"
-#include "procgen/v1/pools.pb.h"
 #include "server/cluster/cluster.h"
 #include "server/metrics/metrics.h"
 #include "server/net/tls_files.h"
@@ -22,6 +21,8 @@
 #include "server/shared_memory/shared_memory_dir.h"
 
 namespace procgen {
+
+class PoolSession;
 
 struct ServerOptions {
   // Address to listen on: "host:port" (port 0: any free port) or "unix:path".
@@ -64,7 +65,7 @@ class Server {
   // while the server exists.
   virtual std::shared_ptr<grpc::Channel> MakeChannel() const = 0;
   // Returns the pools of all owners. The caller must show a pool only to its owner.
-  virtual std::vector<v1::Pool> ListAllPools() const = 0;
+  virtual std::vector<std::shared_ptr<PoolSession>> ListAllPools() const = 0;
 
   // Reports the drain to the cluster and NOT_SERVING to health checks, rejects new pools, and ends
   // each stream after its current request. Returns immediately.

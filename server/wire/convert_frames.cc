@@ -1,6 +1,7 @@
 #include "server/wire/convert_frames.h"
 
 #include <cmath>
+#include <optional>
 #include <string>
 #include <utility>
 
@@ -84,13 +85,29 @@ absl::StatusOr<absl::Duration> IntervalOf(float frames_per_second_max) {
   return std::min(absl::Seconds(1) / static_cast<double>(frames_per_second_max), kIntervalMax);
 }
 
+void FillStep(const EnvironmentStep& step, v1::EnvironmentStep* message) {
+  if (step.action.has_value()) {
+    message->set_action(*step.action);
+  }
+  message->set_reward(step.reward);
+  message->set_episode_return(step.episode_return);
+  message->set_episode_length(step.episode_length);
+  message->set_level_seed(step.level_seed);
+  for (const EnvironmentAnnotation& annotation : step.annotations) {
+    v1::Annotation* const added = message->add_annotations();
+    added->set_name(annotation.name);
+    added->mutable_values()->Add(annotation.values.begin(), annotation.values.end());
+  }
+}
+
 }  // namespace
 
 RenderSpec RenderSpecOf(const v1::RenderEnvironmentsRequest& request) {
-  const bool as_agent = request.view() == v1::FRAME_VIEW_AGENT;
-  const int32_t size_px_default = as_agent ? kObservationSizePx : kRenderSizePxDefault;
-  return {as_agent ? View::kAgent : View::kHuman,
-          request.size_px() == 0 ? size_px_default : request.size_px()};
+  const View view = request.view() == v1::FRAME_VIEW_AGENT   ? View::kAgent
+                    : request.view() == v1::FRAME_VIEW_LEVEL ? View::kLevel
+                                                             : View::kHuman;
+  const int32_t size_px_default = view == View::kAgent ? kObservationSizePx : kRenderSizePxDefault;
+  return {view, request.size_px() == 0 ? size_px_default : request.size_px()};
 }
 
 absl::Status CheckRender(const v1::RenderEnvironmentsRequest& request, const PoolSession& pool,
@@ -136,11 +153,12 @@ absl::StatusOr<WatchSpec> WatchSpecOf(const v1::WatchPoolRequest& request, const
   if (absl::Status status = CheckFrames(frames, pool); !status.ok()) {
     return status;
   }
-  return WatchSpec{.environments = {frames.environments.begin(), frames.environments.end()},
-                   .size_px = frames.size_px,
-                   .interval = *interval,
-                   .format = frames.format == v1::FRAME_FORMAT_PNG ? v1::FRAME_FORMAT_PNG
-                                                                   : v1::FRAME_FORMAT_RGB};
+  return WatchSpec{
+      .environments = {frames.environments.begin(), frames.environments.end()},
+      .size_px = frames.size_px,
+      .interval = *interval,
+      .format = frames.format == v1::FRAME_FORMAT_PNG ? v1::FRAME_FORMAT_PNG : v1::FRAME_FORMAT_RGB,
+      .with_steps = request.with_steps()};
 }
 
 void WriteFrames(v1::FrameFormat format, google::protobuf::RepeatedPtrField<v1::Frame>* frames) {
@@ -162,6 +180,17 @@ absl::Cord EncodeWatched(v1::FrameFormat format, FrameSet frame_set) {
     frame->set_environment(frame_set.environments[i]);
     frame->set_size_px(frame_set.size_px);
     frame->set_image(std::move(frame_set.images[i]));
+    if (!frame_set.steps.empty() && frame_set.steps[i].has_value()) {
+      FillStep(*frame_set.steps[i], frame->mutable_step());
+    }
+    if (const std::optional<FinishedEpisode>& ended = frame_set.ended_episodes[i]) {
+      v1::EndedEpisode* const message = frame->mutable_ended_episode();
+      message->set_episode_return(ended->episode_return);
+      message->set_episode_length(ended->length);
+      message->set_level_seed(ended->level_seed);
+      message->set_level_complete(ended->level_complete);
+      message->set_truncated(ended->truncated);
+    }
   }
   WriteFrames(format, response.mutable_frames());
   response.set_sequence_number(frame_set.sequence_number);

@@ -64,6 +64,12 @@ absl::Status ReadStep(const v1::Step& step, StreamRequest* request) {
   }
   request->request.next_levels = request->next_levels;
   ReadResets(step.resets(), request);
+  for (const v1::Annotation& message : step.annotations()) {
+    request->annotations.push_back(
+        {message.name(),
+         absl::MakeConstSpan(message.values().data(), static_cast<size_t>(message.values_size()))});
+  }
+  request->request.annotations = request->annotations;
   request->request.with_final_observations = step.with_final_observations();
   if (step.chunk_count() < 0 || step.chunk_count() > kChunkCountMax) {
     return absl::InvalidArgumentError(
@@ -91,6 +97,7 @@ absl::Status ReadStreamRequest(StreamRequest* request) {
   const v1::StepPoolRequest& message = request->message;
   request->next_levels.clear();
   request->resets.clear();
+  request->annotations.clear();
   const absl::Time arrival_time = request->request.arrival_time;
   request->request = Request();
   request->request.arrival_time = arrival_time;

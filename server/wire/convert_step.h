@@ -23,12 +23,13 @@ struct StreamRequest {
   Quotas::Reservation reservation;  // of a large request
   std::vector<NextLevel> next_levels;
   std::vector<Reset> resets;
+  std::vector<Annotation> annotations;
   Request request;  // refers to the members above
 };
 
-// Sets `next_levels`, `resets` and `request` (except `arrival_time` and `chunk_rows_max`) from
-// `message`. Does not check what depends on the pool.
-// Errors: INVALID_ARGUMENT the message is empty, an attach or invalid; UNIMPLEMENTED.
+// Sets `next_levels`, `resets`, `annotations` and `request` (except `arrival_time` and
+// `chunk_rows_max`) from `message`. Does not check what depends on the pool. Errors:
+// INVALID_ARGUMENT the message is empty, an attach or invalid; UNIMPLEMENTED.
 absl::Status ReadStreamRequest(StreamRequest* request);
 
 // Returns the number of environments that fit in one response of `response_bytes_max` bytes, with

@@ -17,7 +17,7 @@ namespace {
 
 TEST(StateCorpusTest, EveryGameHasSnapshotsThatCanBeRestored) {
   std::multiset<std::string> games;
-  const std::string folder = std::string(PROCGEN_SOURCE_DIR) + "/tests/fuzz/corpus/state";
+  const std::string folder = PROCGEN_SOURCE_DIR "/tests/fuzz/corpus/state";
   for (const auto& entry : std::filesystem::directory_iterator(folder)) {
     SCOPED_TRACE(entry.path().string());
     if (entry.path().extension() != ".pgst") {

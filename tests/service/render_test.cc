@@ -76,6 +76,29 @@ TEST_F(RenderTest, AgentViewEqualsObservationsInEveryFormat) {
                        "size_px is 128, allowed with FRAME_VIEW_AGENT: 64"));
 }
 
+TEST_F(RenderTest, LevelViewShowsWhatACameraDoesThatDoesNotFollowTheAgent) {
+  v1::PoolSpec spec;
+  spec.add_games("coinrun");
+  spec.set_env_count(1);
+  spec.mutable_options()->set_rand_seed(5);
+  const std::string centered = CreatePool(spec);
+  spec.mutable_options()->set_center_agent(false);
+  const std::string whole = CreatePool(spec);
+  const auto level =
+      client_->RenderEnvironments(centered, {0}, 200, v1::FRAME_FORMAT_RGB, v1::FRAME_VIEW_LEVEL);
+  const auto seen = client_->RenderEnvironments(centered, {0}, 200);
+  const auto expected = client_->RenderEnvironments(whole, {0}, 200);
+  ASSERT_THAT(level, IsOk());
+  ASSERT_THAT(seen, IsOk());
+  ASSERT_THAT(expected, IsOk());
+  EXPECT_EQ(level->frames(0).image(), expected->frames(0).image());
+  EXPECT_NE(level->frames(0).image(), seen->frames(0).image());
+  const auto by_default =
+      client_->RenderEnvironments(centered, {0}, 0, v1::FRAME_FORMAT_RGB, v1::FRAME_VIEW_LEVEL);
+  ASSERT_THAT(by_default, IsOk());
+  EXPECT_EQ(by_default->frames(0).size_px(), 512);
+}
+
 TEST_F(RenderTest, InvalidArgumentsAreRejected) {
   const std::string name = CreatePool(MazeSpec(2));
   EXPECT_THAT(client_->RenderEnvironments(name, {2}),

@@ -1,5 +1,6 @@
 // Watching pools while learners step them.
 
+#include <algorithm>
 #include <limits>
 #include <memory>
 #include <string>
@@ -15,6 +16,7 @@ namespace {
 
 using procgen_client::PoolWatch;
 using testing::_;
+using testing::ElementsAre;
 using testing::HasSubstr;
 
 constexpr size_t kAgentFrameBytes = size_t{64} * 64 * 3;
@@ -49,10 +51,36 @@ v1::WatchPoolResponse ResponseAfter(int64_t sequence_number, PoolWatch* watch) {
   }
 }
 
+// The same, without ends of episodes.
+v1::WatchPoolResponse CurrentStatesAfter(int64_t sequence_number, PoolWatch* watch) {
+  v1::WatchPoolResponse response = ResponseAfter(sequence_number, watch);
+  while (std::any_of(response.frames().begin(), response.frames().end(),
+                     [](const v1::Frame& frame) { return frame.has_ended_episode(); })) {
+    response = ResponseAfter(sequence_number, watch);
+  }
+  return response;
+}
+
 std::string ObservationOf(const procgen_client::Batch& batch, size_t environment) {
   const absl::Span<const uint8_t> row =
       batch.observations().subspan(environment * kAgentFrameBytes, kAgentFrameBytes);
   return {row.begin(), row.end()};
+}
+
+// A step in which environment 0 ends its episode and the others do nothing.
+v1::StepPoolRequest EndingStep(int32_t env_count) {
+  std::vector<int32_t> actions(static_cast<size_t>(env_count), 4);
+  actions[0] = -1;
+  v1::StepPoolRequest request = StepRequest(actions);
+  request.mutable_step()->set_with_final_observations(true);
+  return request;
+}
+
+v1::Annotation AnnotationOf(const std::string& name, const std::vector<float>& values) {
+  v1::Annotation annotation;
+  annotation.set_name(name);
+  annotation.mutable_values()->Add(values.begin(), values.end());
+  return annotation;
 }
 
 class WatchTest : public ServiceTest {};
@@ -64,7 +92,7 @@ TEST_F(WatchTest, AgentViewEqualsTheObservations) {
   ASSERT_THAT(stream->Observe(&batch), IsOk());
   for (int32_t step = 0; step < 20; ++step) {
     ASSERT_THAT(stream->Step({step % 9, 4, 7, (step + 3) % 9}, &batch), IsOk());
-    const v1::WatchPoolResponse response = ResponseAfter(step + 2, watch.get());
+    const v1::WatchPoolResponse response = CurrentStatesAfter(step + 2, watch.get());
     ASSERT_EQ(response.sequence_number(), step + 2);
     ASSERT_EQ(response.frames_size(), 3);
     EXPECT_EQ(response.frames(0).environment(), 3);
@@ -135,6 +163,154 @@ TEST_F(WatchTest, UnchangedFramesAreNotSent) {
     ASSERT_THAT(response, IsOk());
     EXPECT_EQ(response->sequence_number(), 1);
   }
+}
+
+TEST_F(WatchTest, LastStateOfAnEpisodeIsShownBeforeTheNextStart) {
+  const auto stream = CreateAndAttach(MazeSpec(2));
+  const auto watch = client_->Watch(WatchRequest(stream->pool().name(), {1, 0}));
+  ASSERT_THAT(watch->Next(), IsOk());
+  procgen_client::Batch batch;
+  ASSERT_THAT(stream->Step({7, 4}, &batch), IsOk());
+  const int32_t level_seed = batch.level_seeds()[0];
+  ASSERT_THAT(stream->Call(EndingStep(2), &batch), IsOk());
+  const v1::WatchPoolResponse end = ResponseAfter(2, watch.get());
+  EXPECT_FALSE(end.frames(0).has_ended_episode());
+  EXPECT_EQ(end.frames(0).image(), ObservationOf(batch, 1));
+  ASSERT_TRUE(end.frames(1).has_ended_episode());
+  const absl::Span<const uint8_t> last = batch.final_observations();
+  EXPECT_EQ(end.frames(1).image(), std::string(last.begin(), last.end()));
+  const v1::EndedEpisode& ended = end.frames(1).ended_episode();
+  EXPECT_EQ(ended.episode_return(), 0);
+  EXPECT_EQ(ended.episode_length(), 2);
+  EXPECT_EQ(ended.level_seed(), level_seed);
+  EXPECT_FALSE(ended.level_complete());
+  EXPECT_FALSE(ended.truncated());
+
+  // The start follows without another step.
+  const auto start = watch->Next();
+  ASSERT_THAT(start, IsOk());
+  EXPECT_EQ(start->sequence_number(), 2);
+  EXPECT_FALSE(start->frames(1).has_ended_episode());
+  EXPECT_EQ(start->frames(1).image(), ObservationOf(batch, 0));
+}
+
+TEST_F(WatchTest, LastStateIsShownInHumanView) {
+  const auto stream = CreateAndAttach(MazeSpec(1));
+  v1::PoolSpec next_step = MazeSpec(1);
+  next_step.set_autoreset_mode(v1::AUTORESET_MODE_NEXT_STEP);
+  const auto other = CreateAndAttach(next_step);  // the same levels, and keeps its last state
+  const auto watch = client_->Watch(WatchRequest(stream->pool().name(), {0}, 100));
+  ASSERT_THAT(watch->Next(), IsOk());
+  procgen_client::Batch batch;
+  for (procgen_client::StepStream* each : {stream.get(), other.get()}) {
+    ASSERT_THAT(each->Step({7}, &batch), IsOk());
+    ASSERT_THAT(each->Step({-1}, &batch), IsOk());
+  }
+  const v1::WatchPoolResponse end = ResponseAfter(2, watch.get());
+  EXPECT_TRUE(end.frames(0).has_ended_episode());
+  const auto last = client_->RenderEnvironments(other->pool().name(), {0}, 100);
+  ASSERT_THAT(last, IsOk());
+  EXPECT_EQ(end.frames(0).image(), last->frames(0).image());
+}
+
+TEST_F(WatchTest, NewestStepsAreReturnedOnRequest) {
+  const auto stream = CreateAndAttach(MazeSpec(2));
+  v1::WatchPoolRequest request = WatchRequest(stream->pool().name(), {1, 0});
+  const auto plain = client_->Watch(request);
+  request.set_with_steps(true);
+  const auto watch = client_->Watch(request);
+  auto response = watch->Next();
+  ASSERT_THAT(response, IsOk());
+  ASSERT_THAT(plain->Next(), IsOk());
+  EXPECT_FALSE(response->frames(0).has_step());  // nothing was stepped
+  procgen_client::Batch batch;
+  ASSERT_THAT(stream->Step({7, 3}, &batch), IsOk());
+  ASSERT_THAT(stream->Step({1, 5}, &batch), IsOk());
+  EXPECT_FALSE(ResponseAfter(2, plain.get()).frames(0).has_step());
+  v1::EnvironmentStep step = ResponseAfter(2, watch.get()).frames(0).step();
+  EXPECT_EQ(step.action(), 5);
+  EXPECT_EQ(step.episode_length(), 2);
+  EXPECT_EQ(step.level_seed(), batch.level_seeds()[1]);
+
+  // The end of an episode has its last step, and the start has no action.
+  ASSERT_THAT(stream->Call(EndingStep(2), &batch), IsOk());
+  step = ResponseAfter(3, watch.get()).frames(1).step();
+  EXPECT_EQ(step.action(), -1);
+  EXPECT_EQ(step.episode_length(), 3);
+  EXPECT_EQ(step.level_seed(), batch.prev_level_seeds()[0]);
+  response = watch->Next();
+  ASSERT_THAT(response, IsOk());
+  step = response->frames(1).step();
+  EXPECT_FALSE(step.has_action());
+  EXPECT_EQ(step.episode_length(), 0);
+  EXPECT_EQ(step.level_seed(), batch.level_seeds()[0]);
+
+  // Restored states have no known step.
+  ASSERT_THAT(client_->CloneStates(stream->pool().name(), {Pair(1, 0)}), IsOk());
+  response = watch->Next();
+  ASSERT_THAT(response, IsOk());
+  EXPECT_FALSE(response->frames(1).has_step());
+}
+
+TEST_F(WatchTest, AnnotationsAreReturnedWithTheNewestStep) {
+  const auto stream = CreateAndAttach(MazeSpec(3));
+  v1::WatchPoolRequest request = WatchRequest(stream->pool().name(), {2, 0});
+  request.set_with_steps(true);
+  const auto watch = client_->Watch(request);
+  ASSERT_THAT(watch->Next(), IsOk());
+  const v1::Annotation value = AnnotationOf("value", {1, 2, 3});
+  const v1::Annotation pair =
+      AnnotationOf("policy/pair", {0, 1, 2, 3, 4, std::numeric_limits<float>::infinity()});
+  procgen_client::Batch batch;
+  ASSERT_THAT(stream->Step({7, 4, 5}, &batch, {value, pair}), IsOk());
+  const v1::WatchPoolResponse response = ResponseAfter(1, watch.get());
+  const v1::EnvironmentStep& step = response.frames(0).step();
+  ASSERT_EQ(step.annotations_size(), 2);
+  EXPECT_EQ(step.annotations(0).name(), "value");
+  EXPECT_THAT(step.annotations(0).values(), ElementsAre(3));
+  EXPECT_THAT(step.annotations(1).values(), ElementsAre(4, std::numeric_limits<float>::infinity()));
+  EXPECT_THAT(response.frames(1).step().annotations(1).values(), ElementsAre(0, 1));
+
+  // A slice has values for its own environments.
+  v1::StepPoolRequest slice = SliceStepRequest(1, 2, 4);
+  *slice.mutable_step()->add_annotations() = AnnotationOf("value", {8, 9});
+  ASSERT_THAT(stream->Call(slice, &batch), IsOk());
+  EXPECT_THAT(ResponseAfter(2, watch.get()).frames(0).step().annotations(0).values(),
+              ElementsAre(9));
+}
+
+TEST_F(WatchTest, InvalidAnnotationsChangeNothing) {
+  const auto stream = CreateAndAttach(MazeSpec(2));
+  const v1::Annotation value = AnnotationOf("value", {1, 2, 3});
+  procgen_client::Batch batch;
+  EXPECT_THAT(stream->Step({7, 4}, &batch, {value}),
+              StatusIs(absl::StatusCode::kInvalidArgument,
+                       "annotations[0] 'value' has 3 values, allowed: 1 to 64 for each of the 2 "
+                       "environments of the slice"));
+  const auto again = client_->Attach(stream->pool().name());
+  ASSERT_THAT(again, IsOk());
+  ASSERT_THAT((*again)->Step({7, 4}, &batch), IsOk());
+  EXPECT_THAT(batch.episode_lengths(), ElementsAre(1, 1));
+}
+
+// Otherwise a pool with short episodes would never show how they run.
+TEST_F(WatchTest, EveryEndIsFollowedByTheCurrentState) {
+  const auto stream = CreateAndAttach(MazeSpec(1));
+  const auto watch = client_->Watch(WatchRequest(stream->pool().name(), {0}));
+  ASSERT_THAT(watch->Next(), IsOk());
+  procgen_client::Batch batch;
+  bool showed_end = false;
+  int32_t end_count = 0;
+  for (int32_t step = 1; step <= 20; ++step) {
+    ASSERT_THAT(stream->Call(EndingStep(1), &batch), IsOk());
+    const auto response = watch->Next();
+    ASSERT_THAT(response, IsOk());
+    const bool shows_end = response->frames(0).has_ended_episode();
+    EXPECT_FALSE(showed_end && shows_end) << step;
+    showed_end = shows_end;
+    end_count += shows_end ? 1 : 0;
+  }
+  EXPECT_GT(end_count, 5);
 }
 
 TEST_F(WatchTest, RestoredStatesAreShown) {

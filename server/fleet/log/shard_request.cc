@@ -128,7 +128,7 @@ std::optional<v1::StepPoolRequest> CutRequest(const v1::StepPoolRequest& request
   return cut;
 }
 
-void AskForNoPictures(v1::StepPoolRequest* request) {
+void DisableObservations(v1::StepPoolRequest* request) {
   if (request->has_step()) {
     request->mutable_step()->set_observation(v1::OBSERVATION_NONE);
     request->mutable_step()->set_with_final_observations(false);

@@ -19,8 +19,8 @@ std::optional<v1::StepPoolRequest> CutRequest(const v1::StepPoolRequest& request
 // The intersection; a count of 0: empty.
 Part Overlap(Part left, Part right);
 
-// Clears the request's demand for images, for a replay.
-void AskForNoPictures(v1::StepPoolRequest* request);
+// Requests no observations, for a replay.
+void DisableObservations(v1::StepPoolRequest* request);
 
 // Converts a level sampler to a message.
 v1::LevelSampler LevelSamplerMessageOf(const LevelSampler& level_sampler);

@@ -127,7 +127,7 @@ absl::Status RemotePool::Replay(const LoggedRequest& logged) {
   if (!request.has_value() || request->has_observe()) {
     return absl::OkStatus();
   }
-  AskForNoPictures(&*request);
+  DisableObservations(&*request);
   if (unanswered_ == stream_->requests_in_flight_max()) {
     if (absl::Status status = stream_->Receive(&replayed_); !status.ok()) {
       return StreamError(std::move(status));
@@ -198,10 +198,12 @@ absl::StatusOr<std::vector<std::string>> RemotePool::SaveStates(
 
 absl::Status RemotePool::Render(absl::Span<const int32_t> environments, View view, int32_t size_px,
                                 const std::vector<absl::Span<uint8_t>>& frames) const {
+  const v1::FrameView frame_view = view == View::kAgent   ? v1::FRAME_VIEW_AGENT
+                                   : view == View::kLevel ? v1::FRAME_VIEW_LEVEL
+                                                          : v1::FRAME_VIEW_HUMAN;
   for (size_t i = 0; i < environments.size(); ++i) {
-    const auto rendered = node_->client->RenderEnvironments(
-        name_, {&environments[i], 1}, size_px, v1::FRAME_FORMAT_RGB,
-        view == View::kAgent ? v1::FRAME_VIEW_AGENT : v1::FRAME_VIEW_HUMAN);
+    const auto rendered = node_->client->RenderEnvironments(name_, {&environments[i], 1}, size_px,
+                                                            v1::FRAME_FORMAT_RGB, frame_view);
     if (!rendered.ok()) {
       return rendered.status();
     }

@@ -39,7 +39,7 @@ class RemoteStatesFetch final : public std::enable_shared_from_this<RemoteStates
     request_.mutable_environments()->Add(source_.environments.begin(), source_.environments.end());
   }
 
-  void AskForPage() {
+  void RequestPage() {
     context_ = grpc::ClientContext::FromCallbackServerContext(caller_);
     context_->set_deadline(deadline_);
     response_.Clear();
@@ -53,7 +53,7 @@ class RemoteStatesFetch final : public std::enable_shared_from_this<RemoteStates
     absl::Status status = answered.ok() ? TakePage() : ErrorOf(answered);
     if (status.ok() && !response_.next_page_token().empty()) {
       request_.set_page_token(response_.next_page_token());
-      AskForPage();
+      RequestPage();
       return;
     }
     if (status.ok() && snapshots_.size() != source_.environments.size()) {
@@ -138,7 +138,7 @@ class RemoteStatesFetch final : public std::enable_shared_from_this<RemoteStates
 
 void FetchRemoteStates(const grpc::CallbackServerContext& caller, RemoteEnvironments source,
                        RemoteStatesDone done) {
-  std::make_shared<RemoteStatesFetch>(caller, std::move(source), std::move(done))->AskForPage();
+  std::make_shared<RemoteStatesFetch>(caller, std::move(source), std::move(done))->RequestPage();
 }
 
 }  // namespace procgen

@@ -76,7 +76,8 @@ class ResumeReplay final : public PoolObserver,
     });
   }
 
-  void OnPart(Part /*part*/, absl::Span<const uint8_t> /*observations*/) override {}
+  void OnPart(const Request& /*request*/, const StepInput& /*input*/,
+              const Batch& /*batch*/) override {}
   void OnRequestEnd(int64_t /*sequence_number*/, int64_t /*change_number*/) override {}
   void OnInvalidated() override {}
   void OnEnd(const absl::Status& /*reason*/) override {

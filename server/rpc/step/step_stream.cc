@@ -260,7 +260,10 @@ void StepStream::Attach(StreamRequest* request, absl::Status status) {
 
 void StepStream::OnAttached(absl::StatusOr<Attachment> attachment) {
   if (attachment.ok()) {
-    pool_ = std::move(attachment->pool);
+    {
+      absl::MutexLock lock(&mutex_);
+      pool_ = std::move(attachment->pool);
+    }
     pool_name_ = pool_->name();
     stream_options_ = attachment->stream_options;
     caller_.reservation = Quotas::Reservation();
@@ -328,9 +331,14 @@ void StepStream::OnStreamEnd(StreamEnd why, const absl::Status& reason) {
 }
 
 void StepStream::OnCancel() {
+  std::shared_ptr<PoolSession> pool;
   {
     absl::MutexLock lock(&mutex_);
     EndNow(Interruption::kCancelled, absl::CancelledError());
+    pool = pool_;
+  }
+  if (pool != nullptr) {
+    pool->OnLearnerGone();
   }
   Drive();
 }
@@ -420,8 +428,9 @@ void StepStream::Detach() {
   builder_.ResetEncoder();
   pool_->Detach();
   // A learner that does not read keeps its stream but not the pool, which may be deleted.
-  pool_ = nullptr;
+  std::shared_ptr<PoolSession> pool;
   absl::MutexLock lock(&mutex_);
+  std::swap(pool, pool_);
   phase_ = Phase::kDetached;
 }
 

@@ -137,7 +137,7 @@ class StepStream final : public ResponseSink,
   const Context context_;
   Caller caller_;             // has a reservation until the stream is attached
   grpc::Alarm attach_alarm_;  // until the first request is read
-  // Set by attach; null once detached.
+  // Set by attach; null once detached. Written with the lock held; OnCancel reads it at any time.
   std::shared_ptr<PoolSession> pool_;
   std::string pool_name_;
   StreamOptions stream_options_;

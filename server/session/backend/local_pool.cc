@@ -105,7 +105,8 @@ void LocalPool::CaptureScenesHere(const std::vector<int32_t>& environments, View
     if (!is_another) {
       continue;
     }
-    absl::StatusOr<SceneSnapshot> scene = pool_->CaptureScene(environment);
+    absl::StatusOr<SceneSnapshot> scene =
+        pool_->CaptureScene(environment, /*whole_level=*/view == View::kLevel);
     if (!scene.ok()) {
       done(scene.status());
       return;

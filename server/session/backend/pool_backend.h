@@ -21,6 +21,7 @@ namespace procgen {
 enum class View : uint8_t {
   kHuman,  // antialiased, as Pool::Render does
   kAgent,  // as an observation in the default format, and so at kObservationSizePx
+  kLevel,  // as kHuman, with the whole level
 };
 
 // The environments of one pool: in this process (LocalPool), or on the nodes of a fleet.

@@ -81,7 +81,9 @@ absl::Status CheckRequest(absl::string_view pool, int32_t env_count, Request* re
     return status;
   }
   if (request->kind == Request::Kind::kStep) {
-    if (absl::Status status = CheckActions(pool, *request); !status.ok()) {
+    absl::Status status = CheckActions(pool, *request);
+    status.Update(CheckAnnotations(request->annotations, request->count));
+    if (!status.ok()) {
       return status;
     }
   }

@@ -9,6 +9,7 @@
 #include "absl/time/time.h"
 #include "absl/types/span.h"
 #include "envcore/pool/pool.h"
+#include "server/session/backend/annotation.h"
 
 namespace procgen {
 
@@ -25,12 +26,13 @@ struct Request {
   int64_t acknowledged = 0;            // answers up to this number have arrived; 0: none given
   absl::Span<const int32_t> released;  // shared-memory batches that the learner no longer needs
   Kind kind = Kind::kObserve;
-  int32_t first = 0;                        // the slice: environments [first, first + count)
-  int32_t count = 0;                        // 0: all from `first` on
-  absl::Span<const int32_t> actions;        // kStep: [count]
-  int32_t repeat = 1;                       // kStep: how often each action is taken
-  absl::Span<const NextLevel> next_levels;  // kStep
-  absl::Span<const Reset> resets;           // kStep, kReset
+  int32_t first = 0;                         // the slice: environments [first, first + count)
+  int32_t count = 0;                         // 0: all from `first` on
+  absl::Span<const int32_t> actions;         // kStep: [count]
+  int32_t repeat = 1;                        // kStep: how often each action is taken
+  absl::Span<const NextLevel> next_levels;   // kStep
+  absl::Span<const Reset> resets;            // kStep, kReset
+  absl::Span<const Annotation> annotations;  // kStep; ignored by the pool
   std::shared_ptr<const LevelSampler> level_sampler;  // kSample
   bool with_observations = true;                      // the answer has observations
   bool with_final_observations = false;               // kStep: also those of ended episodes

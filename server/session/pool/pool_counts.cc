@@ -4,6 +4,8 @@
 #include <cstddef>
 #include <string>
 
+#include "absl/time/clock.h"
+
 namespace procgen {
 
 PoolCounts::PoolCounts(const PoolOptions& options, Metrics* metrics)
@@ -24,7 +26,14 @@ int64_t PoolCounts::Add(Part part, absl::Span<const Reset> resets, const Batch& 
     if (batch.terminated[at] != 0 || batch.truncated[at] != 0) {
       games_[GameIndexOf(part.first + row)]->AddEpisode(batch.episode_returns[at],
                                                         batch.episode_lengths[at]);
-      episodes_.Add(batch.episode_returns[at], batch.episode_lengths[at]);
+      episodes_.Add({.environment = part.first + row,
+                     .level_seed = batch.prev_level_seeds[at],
+                     .total_reward = batch.episode_returns[at],
+                     .length = batch.episode_lengths[at],
+                     .is_truncated = batch.terminated[at] == 0,
+                     .level_complete = batch.prev_level_complete[at] != 0,
+                     .fingerprint = batch.fingerprints[at],
+                     .end_time = absl::Now()});
     }
   }
   return steps;

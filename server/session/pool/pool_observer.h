@@ -5,6 +5,7 @@
 
 #include "absl/status/status.h"
 #include "absl/types/span.h"
+#include "envcore/pool/pool.h"
 #include "server/session/backend/request.h"
 
 namespace procgen {
@@ -16,9 +17,14 @@ class PoolObserver {
  public:
   virtual ~PoolObserver() = default;
 
-  // A part of a request was executed. `observations`: the current ones of its environments, in the
-  // pool's ObservationFormat; empty if the request asked for none.
-  virtual void OnPart(Part part, absl::Span<const uint8_t> observations) = 0;
+  // The environments whose last scenes it needs when episodes end. Constant.
+  virtual absl::Span<const int32_t> final_scene_environments() const { return {}; }
+
+  // A part of `request`, given by `input`, was executed. `batch`: its results. Observations are in
+  // the pool's ObservationFormat, and empty if the request asked for none. Other arrays are
+  // complete after a step or reset. `final_scenes` contains those of all observers; fleets leave
+  // them null.
+  virtual void OnPart(const Request& request, const StepInput& input, const Batch& batch) = 0;
   // The last part of request `sequence_number` was executed. `change_number`: the pool's new one.
   virtual void OnRequestEnd(int64_t sequence_number, int64_t change_number) = 0;
   // Environments changed without being observed.

@@ -1,5 +1,7 @@
 #include "server/session/pool/pool_observers.h"
 
+#include <algorithm>
+#include <set>
 #include <utility>
 
 namespace procgen {
@@ -32,10 +34,22 @@ PoolObservers::PoolObservers(const PoolOptions& options, const PoolContext& cont
                     ? nullptr
                     : std::make_unique<EpisodeLog>(options.env_count, context.episode_bytes)) {}
 
+void PoolObservers::SelectFinalScenes(Part part, std::vector<FinalScene>* selected) {
+  if (!has_observers_) {
+    return;
+  }
+  absl::MutexLock lock(&observers_mutex_);
+  auto each = std::lower_bound(final_scene_environments_.begin(), final_scene_environments_.end(),
+                               part.first);
+  for (; each != final_scene_environments_.end() && *each < part.first + part.count; ++each) {
+    selected->push_back({.environment = *each, .scene = nullptr});
+  }
+}
+
 void PoolObservers::OnPart(const Request& request, const StepInput& input, const Batch& batch,
                            bool ok) {
   Remember(request, input, batch, ok);
-  NotifyObservers(request, {input.first, input.count}, batch, ok);
+  NotifyObservers(request, input, batch, ok);
 }
 
 void PoolObservers::Remember(const Request& request, const StepInput& input, const Batch& batch,
@@ -58,19 +72,19 @@ void PoolObservers::Remember(const Request& request, const StepInput& input, con
   }
 }
 
-void PoolObservers::NotifyObservers(const Request& request, Part part, const Batch& batch,
-                                    bool ok) {
+void PoolObservers::NotifyObservers(const Request& request, const StepInput& input,
+                                    const Batch& batch, bool ok) {
   if (!has_observers_ || request.sequence_number == 0) {
     return;
   }
-  const bool is_last = part.first + part.count == request.first + request.count;
+  const bool is_last = input.first + input.count == request.first + request.count;
   absl::MutexLock lock(&observers_mutex_);
   for (const std::shared_ptr<PoolObserver>& observer : observers_) {
     if (!ok) {
       observer->OnInvalidated();
       continue;
     }
-    observer->OnPart(part, batch.observations);
+    observer->OnPart(request, input, batch);
     if (is_last) {
       observer->OnRequestEnd(request.sequence_number, change_number_);
     }
@@ -105,10 +119,20 @@ void PoolObservers::ForgetEpisodes(int32_t env_count) {
   }
 }
 
+void PoolObservers::UpdateFinalSceneEnvironments() {
+  std::set<int32_t> environments;
+  for (const std::shared_ptr<PoolObserver>& observer : observers_) {
+    const absl::Span<const int32_t> needed = observer->final_scene_environments();
+    environments.insert(needed.begin(), needed.end());
+  }
+  final_scene_environments_.assign(environments.begin(), environments.end());
+}
+
 absl::Status PoolObservers::AddObserver(std::shared_ptr<PoolObserver> observer) {
   absl::MutexLock lock(&observers_mutex_);
   if (observers_end_.ok()) {
     observers_.push_back(std::move(observer));
+    UpdateFinalSceneEnvironments();
     has_observers_ = true;
   }
   return observers_end_;
@@ -119,6 +143,7 @@ void PoolObservers::RemoveObserver(const PoolObserver* observer) {
   std::erase_if(observers_, [observer](const std::shared_ptr<PoolObserver>& each) {
     return each.get() == observer;
   });
+  UpdateFinalSceneEnvironments();
   has_observers_ = !observers_.empty();
 }
 
@@ -128,6 +153,7 @@ void PoolObservers::EndObservers(const absl::Status& reason) {
     absl::MutexLock lock(&observers_mutex_);
     observers.swap(observers_);
     observers_end_.Update(reason);
+    UpdateFinalSceneEnvironments();
     has_observers_ = false;
   }
   for (const std::shared_ptr<PoolObserver>& observer : observers) {

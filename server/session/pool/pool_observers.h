@@ -27,6 +27,9 @@ class PoolObservers {
   // `context` must outlive this.
   PoolObservers(const PoolOptions& options, const PoolContext& context);
 
+  // Appends the environments of `part` whose last scenes an observer needs, in increasing order.
+  void SelectFinalScenes(Part part, std::vector<FinalScene>* selected)
+      ABSL_LOCKS_EXCLUDED(observers_mutex_);
   // A part of `request` was executed into `batch`, as BatchNumbers provides it. Or (`ok` false) it
   // failed, and with it the whole request.
   void OnPart(const Request& request, const StepInput& input, const Batch& batch, bool ok);
@@ -54,8 +57,9 @@ class PoolObservers {
 
  private:
   void Remember(const Request& request, const StepInput& input, const Batch& batch, bool ok);
-  void NotifyObservers(const Request& request, Part part, const Batch& batch, bool ok)
+  void NotifyObservers(const Request& request, const StepInput& input, const Batch& batch, bool ok)
       ABSL_LOCKS_EXCLUDED(observers_mutex_);
+  void UpdateFinalSceneEnvironments() ABSL_EXCLUSIVE_LOCKS_REQUIRED(observers_mutex_);
 
   std::atomic<int64_t>* const step_count_;  // of the server
   PoolCounts counts_;
@@ -64,6 +68,8 @@ class PoolObservers {
 
   absl::Mutex observers_mutex_;
   std::vector<std::shared_ptr<PoolObserver>> observers_ ABSL_GUARDED_BY(observers_mutex_);
+  // Those of all observers, in increasing order.
+  std::vector<int32_t> final_scene_environments_ ABSL_GUARDED_BY(observers_mutex_);
   absl::Status observers_end_ ABSL_GUARDED_BY(observers_mutex_);  // OK while they can be added
   std::atomic<bool> has_observers_ = false;                       // observers_ is not empty
 };

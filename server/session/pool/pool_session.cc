@@ -71,6 +71,17 @@ void PoolSession::ResumeAt(int64_t next_sequence_number) {
   executor_.ResumeAt(next_sequence_number);
 }
 
+void PoolSession::Attach(const AttachOptions& options, EndStream end_stream, Done done) {
+  stream_.Attach(
+      options,
+      [this, end_stream = std::move(end_stream)](StreamEnd why,
+                                                 const absl::Status& reason) mutable {
+        pause_.PassStream();  // first, because the stream may detach at once
+        end_stream(why, reason);
+      },
+      std::move(done));
+}
+
 void PoolSession::ShareMemory(const AttachOptions& options, Done done) {
   if (shared_batch_slots_ == nullptr) {
     done(absl::OkStatus());
@@ -134,6 +145,12 @@ void PoolSession::NotifyClosed(const absl::Status& reason) {
   for (TurnQueue::Begin& begin : waiting) {
     begin(reason);
   }
+}
+
+void PoolSession::Execute(Request* request, std::shared_ptr<ResponseSink> sink) {
+  pause_.Pass([this, request, sink = std::move(sink)]() mutable {
+    executor_.Execute(request, std::move(sink));
+  });
 }
 
 void PoolSession::SaveStates(absl::Span<const int32_t> environments, TakeState take, Done done) {

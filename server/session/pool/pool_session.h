@@ -26,6 +26,7 @@
 #include "server/session/pool/pool_observer.h"
 #include "server/session/pool/pool_observers.h"
 #include "server/session/pool/request_executor.h"
+#include "server/session/pool/request_pause.h"
 #include "server/session/pool/request_times.h"
 #include "server/session/pool/response_sink.h"
 #include "server/session/pool/resume_buffer.h"
@@ -78,7 +79,8 @@ class PoolSession {
   // Environment steps since it was created.
   int64_t step_count() const { return observers_.counts().step_count(); }
   // Statistics of its episodes and requests.
-  RecentEpisodes::Summary episodes() const { return observers_.counts().episodes().Read(); }
+  RecentEpisodes::Summary episodes() const { return recent_episodes().Read(); }
+  const RecentEpisodes& recent_episodes() const { return observers_.counts().episodes(); }
   RequestTimes::Summary request_times() const { return executor_.request_times(); }
   bool attached() const { return stream_.attached(); }
   bool closed() const { return stream_.closed(); }
@@ -100,9 +102,7 @@ class PoolSession {
   // resumable. Errors: FAILED_PRECONDITION another stream is attached and `take_over` is not set;
   // ABORTED a third stream took over; RESOURCE_EXHAUSTED the owner has too many streams, or no
   // memory for answers; the reason of Close.
-  void Attach(const AttachOptions& options, EndStream end_stream, Done done) {
-    stream_.Attach(options, std::move(end_stream), std::move(done));
-  }
+  void Attach(const AttachOptions& options, EndStream end_stream, Done done);
   // Allocates shared memory for the attached stream, before its first turn. Calls `done` once: on
   // another thread or, if there is nothing to do, on this one. Errors: RESOURCE_EXHAUSTED.
   void ShareMemory(const AttachOptions& options, Done done);
@@ -110,7 +110,10 @@ class PoolSession {
   const SharedBatchSlots* shared_batch_slots() const { return shared_batch_slots_.get(); }
   // Detaches the stream. The waiting stream attaches, or the lease begins. REQUIRES: its turn has
   // ended.
-  void Detach() { stream_.Detach(); }
+  void Detach() {
+    pause_.OnDetach();
+    stream_.Detach();
+  }
   // Ends the attached stream, if any, with `reason`. It detaches when its turn has ended.
   void End(StreamEnd why, const absl::Status& reason) { stream_.End(why, reason); }
   // Ends the stream. From now on no stream attaches and no turn begins; callers get `reason`.
@@ -126,17 +129,25 @@ class PoolSession {
     return stream_.Renew(lease_duration);
   }
 
-  // Executes a request of the stream: takes a turn, validates the request, fills in its count,
-  // executes it part by part, keeps the answer if the stream is resumable, and ends the turn.
-  // `request` and what its spans refer to must stay valid until PartDone of the last part, or Done.
-  // Errors, which change nothing: those of TakeTurn; INVALID_ARGUMENT; FAILED_PRECONDITION the
-  // answer is not kept, an environment must be reset, or no shared-memory batch is free; those of
-  // the pool.
-  void Execute(Request* request, std::shared_ptr<ResponseSink> sink) {
-    executor_.Execute(request, std::move(sink));
-  }
+  // Executes a request of the stream: waits while the pool is paused, takes a turn, validates the
+  // request, fills in its count, executes it part by part, keeps the answer if the stream is
+  // resumable, and ends the turn. `request` and what its spans refer to must stay valid until
+  // PartDone of the last part, or Done. Errors, which change nothing: those of TakeTurn;
+  // INVALID_ARGUMENT; FAILED_PRECONDITION the answer is not kept, an environment must be reset, or
+  // no shared-memory batch is free; those of the pool.
+  void Execute(Request* request, std::shared_ptr<ResponseSink> sink);
   // Continues a request whose sink had no memory for its next part.
   void Resume() { executor_.Resume(); }
+
+  // Pauses the pool: requests of its stream wait until each Pause was followed by EndPause, or
+  // until the stream ends. StepPaused lets one pass.
+  void Pause() { pause_.Pause(); }
+  void EndPause() { pause_.EndPause(); }
+  void StepPaused() { pause_.PassOne(); }
+  bool paused() const { return pause_.paused(); }
+  // The learner left: its stream ends, and its request does not wait for the end of a pause. The
+  // request ends with CANCELLED unless it is still wanted.
+  void OnLearnerGone() { pause_.PassStream(); }
 
   // As TurnQueue::Take and End.
   void TakeTurn(Done begin) { turns_.Take(std::move(begin)); }
@@ -206,6 +217,7 @@ class PoolSession {
   std::atomic<int64_t> next_capture_ns_ = 0;  // of next_capture_time()
 
   // Each may use the members before it.
+  RequestPause pause_;
   TurnQueue turns_;
   ResumeBuffer resume_buffer_;
   PoolObservers observers_;

@@ -222,8 +222,13 @@ void RequestExecutor::RunPart() {
   input_.next_levels = part_next_levels_;
   input_.resets = part_resets_;
   if (request.kind != Request::Kind::kObserve) {
-    batch_ = unasked_.LendTo(batch_, part_.count);
+    batch_ = unasked_.ReplaceEmptyArrays(batch_, part_.count);
   }
+  final_scenes_.clear();
+  if (input_.steps) {
+    context_.observers->SelectFinalScenes(part_, &final_scenes_);
+  }
+  batch_.final_scenes = absl::MakeSpan(final_scenes_);
   backend->StepAsync(input_, batch_, std::move(done));
 }
 

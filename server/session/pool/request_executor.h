@@ -105,6 +105,7 @@ class RequestExecutor {
   Batch batch_;                              // memory for part_
   std::vector<NextLevel> part_next_levels_;  // for part_
   std::vector<Reset> part_resets_;           // for part_
+  std::vector<FinalScene> final_scenes_;     // for part_: those that observers need
   BatchNumbers unasked_;  // arrays that observers need and the learner did not request
 };
 

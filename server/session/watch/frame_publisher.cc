@@ -12,6 +12,10 @@ namespace {
 
 constexpr size_t kAgentViewBytes = kObservationBytes;
 
+absl::Span<uint8_t> PixelsOf(std::string* image) {
+  return absl::MakeSpan(reinterpret_cast<uint8_t*>(image->data()), image->size());
+}
+
 }  // namespace
 
 FramePublisher::FramePublisher(std::shared_ptr<PoolSession> pool, WatchSpec spec,
@@ -21,7 +25,10 @@ FramePublisher::FramePublisher(std::shared_ptr<PoolSession> pool, WatchSpec spec
       encode_(std::move(encode)),
       drawing_(drawing),
       can_copy_(spec_.size_px == kObservationSizePx &&
-                pool_->options().observation_format.frame == FrameFormat()) {}
+                pool_->options().observation_format.frame == FrameFormat()),
+      endings_(spec_.environments.size()),
+      showed_end_(spec_.environments.size()),
+      steps_(spec_.with_steps ? spec_.environments.size() : 0) {}
 
 std::optional<absl::Cord> FramePublisher::Subscribe(std::shared_ptr<FrameSubscriber> subscriber) {
   absl::MutexLock lock(&mutex_);
@@ -138,37 +145,85 @@ void FramePublisher::OnTurn(const absl::Status& turn) {
                        });
 }
 
-FrameSet FramePublisher::BeginFrameSet() const {
-  return {.environments = spec_.environments,
-          .images = {},
-          .size_px = spec_.size_px,
-          .sequence_number = 0,
-          .time = absl::Now()};
+FramePublisher::Plan FramePublisher::BeginFrameSet(int64_t sequence_number) {
+  const size_t count = spec_.environments.size();
+  Plan plan = {.frame_set = {.environments = spec_.environments,
+                             .images = {},
+                             .ended_episodes = {},
+                             .steps = steps_,
+                             .size_px = spec_.size_px,
+                             .sequence_number = sequence_number,
+                             .time = absl::Now()},
+               .final_scenes = {}};
+  plan.frame_set.ended_episodes.resize(count);
+  plan.final_scenes.resize(count);
+  for (size_t i = 0; i < count; ++i) {
+    std::optional<Ending>& ending = endings_[i];
+    if (showed_end_[i] || ending.has_value()) {
+      shown_ = {};  // another frame set is needed even if the pool does not change
+    }
+    showed_end_[i] = !showed_end_[i] && ending.has_value();
+    if (showed_end_[i]) {
+      plan.frame_set.ended_episodes[i] = ending->episode;
+      if (spec_.with_steps) {
+        plan.frame_set.steps[i] = std::move(ending->last_step);
+      }
+      plan.final_scenes[i] = std::move(ending->scene);
+      ending.reset();
+    }
+  }
+  return plan;
+}
+
+void FramePublisher::DrawFinalScenes(Plan* plan) {
+  std::optional<SceneSnapshotRenderer> renderer;
+  for (size_t i = 0; i < plan->final_scenes.size(); ++i) {
+    const SceneSnapshot* const scene = plan->final_scenes[i].get();
+    if (scene == nullptr) {
+      continue;
+    }
+    if (!renderer.has_value()) {
+      renderer.emplace();
+    }
+    const absl::Span<uint8_t> frame = PixelsOf(&plan->frame_set.images[i]);
+    if (plan->frame_set.size_px == kObservationSizePx) {
+      renderer->DrawAgentView(*scene, frame);
+    } else {
+      renderer->DrawHumanView(*scene, plan->frame_set.size_px, frame);
+    }
+  }
 }
 
 void FramePublisher::OnCaptured(absl::StatusOr<PoolBackend::Draw> draw, absl::Time begin_time) {
-  FrameSet frame_set = BeginFrameSet();
-  frame_set.sequence_number = pool_->next_sequence_number() - 1;
+  Plan plan;
+  {
+    absl::MutexLock lock(&mutex_);
+    if (draw.ok()) {
+      plan = BeginFrameSet(pool_->next_sequence_number() - 1);
+    } else {
+      busy_ = false;
+      shown_ = {};
+    }
+  }
   pool_->NoteCapture(begin_time);
   pool_->EndTurn();
   if (!draw.ok()) {
-    absl::MutexLock lock(&mutex_);
-    busy_ = false;
-    shown_ = {};
     return;
   }
-  drawing_->Run(pool_->owner(), [self = shared_from_this(), frame_set = std::move(frame_set),
+  drawing_->Run(pool_->owner(), [self = shared_from_this(), plan = std::move(plan),
                                  draw = *std::move(draw)]() mutable {
     const CpuThrottle throttle;
+    FrameSet& frame_set = plan.frame_set;
     const int64_t sequence_number = frame_set.sequence_number;
     const auto size_px = static_cast<size_t>(self->spec_.size_px);
     std::vector<absl::Span<uint8_t>> frames;
     frame_set.images.resize(frame_set.environments.size());
     for (std::string& image : frame_set.images) {
       image.resize(size_px * size_px * 3);
-      frames.push_back(absl::MakeSpan(reinterpret_cast<uint8_t*>(image.data()), image.size()));
+      frames.push_back(PixelsOf(&image));
     }
     draw(frames);
+    DrawFinalScenes(&plan);
     self->Deliver(std::move(frame_set));
     self->Rest(sequence_number, throttle);
   });
@@ -197,28 +252,82 @@ void FramePublisher::Deliver(FrameSet frame_set) {
   }
 }
 
-void FramePublisher::OnPart(Part part, absl::Span<const uint8_t> observations) {
+void FramePublisher::OnPart(const Request& request, const StepInput& input, const Batch& batch) {
   absl::MutexLock lock(&mutex_);
-  if (!armed_ || busy_) {
-    return;
-  }
-  const size_t row_bytes = observations.size() / static_cast<size_t>(part.count);
-  for (size_t i = 0; i < seen_.size(); ++i) {
-    const int32_t row = spec_.environments[i] - part.first;
-    if (row < 0 || row >= part.count) {
+  for (size_t i = 0; i < spec_.environments.size(); ++i) {
+    const int32_t offset = spec_.environments[i] - input.first;
+    if (offset < 0 || offset >= input.count) {
       continue;
     }
-    seen_[i] = !observations.empty();
-    if (seen_[i]) {
-      // The last frame of a stack.
-      const size_t end = (static_cast<size_t>(row) + 1) * row_bytes;
-      std::memcpy(copied_[i].data(), observations.data() + end - kAgentViewBytes, kAgentViewBytes);
+    const auto row = static_cast<size_t>(offset);
+    if (armed_ && !busy_) {
+      CopyObservation(i, row, input, batch);
+    }
+    if (input.steps || !input.resets.empty()) {
+      NoteStep(i, row, request, input, batch);
     }
   }
 }
 
+void FramePublisher::CopyObservation(size_t i, size_t row, const StepInput& input,
+                                     const Batch& batch) {
+  seen_[i] = !batch.observations.empty();
+  if (seen_[i]) {
+    // The last frame of a stack.
+    const size_t row_bytes = batch.observations.size() / static_cast<size_t>(input.count);
+    const size_t end = (row + 1) * row_bytes;
+    std::memcpy(copied_[i].data(), batch.observations.data() + end - kAgentViewBytes,
+                kAgentViewBytes);
+  }
+}
+
+void FramePublisher::NoteStep(size_t i, size_t row, const Request& request, const StepInput& input,
+                              const Batch& batch) {
+  if (!spec_.with_steps) {
+    NoteEnd(i, row, batch, nullptr);
+    return;
+  }
+  std::optional<EnvironmentStep>& step = steps_[i];
+  if (input.steps) {
+    const bool ended = batch.terminated[row] != 0 || batch.truncated[row] != 0;
+    if (!step.has_value()) {
+      step.emplace();
+    }
+    step->action = input.actions[row];
+    step->reward = batch.rewards[row];
+    step->episode_return = batch.episode_returns[row];
+    step->episode_length = batch.episode_lengths[row];
+    step->level_seed = ended ? batch.prev_level_seeds[row] : batch.level_seeds[row];
+    CopyAnnotations(request.annotations, request.count,
+                    static_cast<size_t>(spec_.environments[i] - request.first), &step->annotations);
+    NoteEnd(i, row, batch, &*step);
+  }
+  if (batch.first[row] != 0) {
+    step.emplace().level_seed = batch.level_seeds[row];
+  }
+}
+
+void FramePublisher::NoteEnd(size_t i, size_t row, const Batch& batch,
+                             const EnvironmentStep* last_step) {
+  const int32_t environment = spec_.environments[i];
+  const auto final_scene = std::lower_bound(
+      batch.final_scenes.begin(), batch.final_scenes.end(), environment,
+      [](const FinalScene& each, int32_t number) { return each.environment < number; });
+  if (final_scene == batch.final_scenes.end() || final_scene->environment != environment ||
+      final_scene->scene == nullptr) {
+    return;
+  }
+  endings_[i] = {.episode = {.episode_return = batch.episode_returns[row],
+                             .length = batch.episode_lengths[row],
+                             .level_seed = batch.prev_level_seeds[row],
+                             .level_complete = batch.prev_level_complete[row] != 0,
+                             .truncated = batch.truncated[row] != 0},
+                 .last_step = last_step == nullptr ? EnvironmentStep() : *last_step,
+                 .scene = final_scene->scene};
+}
+
 void FramePublisher::OnRequestEnd(int64_t sequence_number, int64_t change_number) {
-  FrameSet frame_set;
+  Plan plan;
   {
     absl::MutexLock lock(&mutex_);
     if (!armed_ || busy_ || std::find(seen_.begin(), seen_.end(), false) != seen_.end()) {
@@ -228,19 +337,20 @@ void FramePublisher::OnRequestEnd(int64_t sequence_number, int64_t change_number
     busy_ = true;
     copy_came_ = true;
     shown_ = {sequence_number, change_number};
-    frame_set = BeginFrameSet();
-    frame_set.sequence_number = sequence_number;
-    frame_set.images = std::exchange(copied_, {});
+    plan = BeginFrameSet(sequence_number);
+    plan.frame_set.images = std::exchange(copied_, {});
   }
-  drawing_->Run(pool_->owner(),
-                [self = shared_from_this(), frame_set = std::move(frame_set)]() mutable {
-                  self->Deliver(std::move(frame_set));
-                });
+  drawing_->Run(pool_->owner(), [self = shared_from_this(), plan = std::move(plan)]() mutable {
+    DrawFinalScenes(&plan);
+    self->Deliver(std::move(plan.frame_set));
+  });
 }
 
 void FramePublisher::OnInvalidated() {
   absl::MutexLock lock(&mutex_);
   seen_.assign(seen_.size(), false);
+  endings_.assign(endings_.size(), std::nullopt);
+  steps_.assign(steps_.size(), std::nullopt);
 }
 
 void FramePublisher::OnEnd(const absl::Status& reason) {

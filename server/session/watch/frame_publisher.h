@@ -31,6 +31,9 @@ namespace procgen {
 // environment). A low-priority thread draws it afterwards. If that competes with the learner for
 // cores, frame sets are skipped. Nothing is drawn if the pool has not changed or no subscriber can
 // send.
+//
+// When an episode ends, its last scene is captured within the step. The next frame set shows it in
+// place of the current state, and the one after it shows the current state.
 // Threads: any method from any thread.
 class FramePublisher final : public PoolObserver,
                              public std::enable_shared_from_this<FramePublisher> {
@@ -51,7 +54,8 @@ class FramePublisher final : public PoolObserver,
   // Produces a frame set if one is due. Returns when the next may be due.
   absl::Time Tick(absl::Time now) ABSL_LOCKS_EXCLUDED(mutex_);
 
-  void OnPart(Part part, absl::Span<const uint8_t> observations) override;
+  absl::Span<const int32_t> final_scene_environments() const override { return spec_.environments; }
+  void OnPart(const Request& request, const StepInput& input, const Batch& batch) override;
   void OnRequestEnd(int64_t sequence_number, int64_t change_number) override;
   void OnInvalidated() override;
   void OnEnd(const absl::Status& reason) override;
@@ -65,6 +69,18 @@ class FramePublisher final : public PoolObserver,
     bool operator==(const Numbers&) const = default;
   };
 
+  // An episode whose end is not shown yet.
+  struct Ending {
+    FinishedEpisode episode;
+    EnvironmentStep last_step;
+    std::shared_ptr<const SceneSnapshot> scene;
+  };
+  // A frame set without images of the current state, and the scenes of those that show an end.
+  struct Plan {
+    FrameSet frame_set;
+    std::vector<std::shared_ptr<const SceneSnapshot>> final_scenes;  // null: the current state
+  };
+
   Numbers NumbersNow() const;
   bool HasReadySubscriber() const ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   // Starts copying from the learner's observations.
@@ -73,8 +89,18 @@ class FramePublisher final : public PoolObserver,
   bool BeginTick(absl::Time now) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   void OnTurn(const absl::Status& turn) ABSL_LOCKS_EXCLUDED(mutex_);
   void OnCaptured(absl::StatusOr<PoolBackend::Draw> draw, absl::Time begin_time);
-  // Returns a frame set with its numbers and without images.
-  FrameSet BeginFrameSet() const;
+  Plan BeginFrameSet(int64_t sequence_number) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+  void CopyObservation(size_t i, size_t row, const StepInput& input, const Batch& batch)
+      ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+  // Remembers the newest step of an environment.
+  void NoteStep(size_t i, size_t row, const Request& request, const StepInput& input,
+                const Batch& batch) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+  // Remembers the end of an episode, if its last scene was captured. `last_step`: null if steps are
+  // not needed.
+  void NoteEnd(size_t i, size_t row, const Batch& batch, const EnvironmentStep* last_step)
+      ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+  // Draws the last states of ended episodes over the current ones.
+  static void DrawFinalScenes(Plan* plan);
   void Deliver(FrameSet frame_set) ABSL_LOCKS_EXCLUDED(mutex_);
   // Rests according to the CPU time of the frame set after request `sequence_number`.
   void Rest(int64_t sequence_number, const CpuThrottle& throttle) ABSL_LOCKS_EXCLUDED(mutex_);
@@ -96,6 +122,12 @@ class FramePublisher final : public PoolObserver,
   bool busy_ ABSL_GUARDED_BY(mutex_) = false;  // a frame set is drawn or encoded
   Numbers shown_ ABSL_GUARDED_BY(mutex_);      // of the last frame set, also while busy_
   absl::Cord latest_ ABSL_GUARDED_BY(mutex_);  // frame set, encoded
+  // By index in the spec: the newest end that is not shown yet, and whether the last frame set
+  // showed one.
+  std::vector<std::optional<Ending>> endings_ ABSL_GUARDED_BY(mutex_);
+  std::vector<bool> showed_end_ ABSL_GUARDED_BY(mutex_);
+  // By index in the spec, if it asks for steps.
+  std::vector<std::optional<EnvironmentStep>> steps_ ABSL_GUARDED_BY(mutex_);
   // Copying from the learner's observations.
   bool armed_ ABSL_GUARDED_BY(mutex_) = false;
   std::vector<std::string> copied_ ABSL_GUARDED_BY(mutex_);  // by index in the spec

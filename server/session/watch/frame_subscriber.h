@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <optional>
 #include <string>
 #include <tuple>
 #include <vector>
@@ -10,6 +11,7 @@
 #include "absl/status/status.h"
 #include "absl/strings/cord.h"
 #include "absl/time/time.h"
+#include "server/session/backend/annotation.h"
 
 namespace procgen {
 
@@ -19,17 +21,42 @@ struct WatchSpec {
   int32_t size_px = 0;                // kObservationSizePx: the agent's view
   absl::Duration interval;            // minimum time between two frame sets
   int32_t format = 0;                 // format of the encoder's output; opaque here
+  bool with_steps = false;            // frame sets contain the newest steps
 
   bool operator<(const WatchSpec& other) const {
-    return std::tie(environments, size_px, interval, format) <
-           std::tie(other.environments, other.size_px, other.interval, other.format);
+    return std::tie(environments, size_px, interval, format, with_steps) <
+           std::tie(other.environments, other.size_px, other.interval, other.format,
+                    other.with_steps);
   }
+};
+
+// A step of one environment, or the start of an episode.
+struct EnvironmentStep {
+  std::optional<int32_t> action;  // absent: the start
+  float reward = 0;
+  float episode_return = 0;    // so far
+  int32_t episode_length = 0;  // steps so far
+  int32_t level_seed = 0;      // of the level in the image
+  std::vector<EnvironmentAnnotation> annotations;
+};
+
+// An episode that has ended, as viewers see it.
+struct FinishedEpisode {
+  float episode_return = 0;
+  int32_t length = 0;           // steps
+  int32_t level_seed = 0;       // of its last level
+  bool level_complete = false;  // its last step completed the level
+  bool truncated = false;       // the step limit ended it
 };
 
 // The images of a pool's environments between two requests.
 struct FrameSet {
   std::vector<int32_t> environments;
   std::vector<std::string> images;  // uint8 [size_px, size_px, 3], one for each
+  // One for each. If set, the image shows the last state of this episode, not the current state.
+  std::vector<std::optional<FinishedEpisode>> ended_episodes;
+  // One for each, if the spec asks for steps. Absent: no step is known.
+  std::vector<std::optional<EnvironmentStep>> steps;
   int32_t size_px = 0;
   int64_t sequence_number = 0;  // of the last request before it
   absl::Time time;

@@ -39,7 +39,7 @@ void ExpectReplayIsEqual(const v1::Episode& episode) {
   ASSERT_EQ(episode.incomplete_reason(), v1::INCOMPLETE_REASON_UNSPECIFIED);
   const std::unique_ptr<Pool> pool = PoolFor(episode);
   BatchNumbers values;
-  values.LendTo({}, 1);  // a new episode has no step
+  values.ReplaceEmptyArrays({}, 1);  // a new episode has no step
   int32_t played = 0;
   int change = 0;
   for (int i = 0; i < episode.rewards_size(); ++i) {
@@ -54,7 +54,7 @@ void ExpectReplayIsEqual(const v1::Episode& episode) {
     ASSERT_THAT(
         pool->Step(
             {.count = 1, .actions = {&action, 1}, .repeat = count, .next_levels = next_levels},
-            values.LendTo({}, 1)),
+            values.ReplaceEmptyArrays({}, 1)),
         IsOk());
     ASSERT_EQ(std::bit_cast<uint32_t>(values.rewards[0]),
               std::bit_cast<uint32_t>(episode.rewards(i)))

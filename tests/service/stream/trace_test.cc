@@ -23,7 +23,7 @@ struct Values : BatchNumbers {
   Batch Spans() {
     Batch batch;
     batch.observations = absl::MakeSpan(observations);
-    return LendTo(batch, kEnvCount);
+    return ReplaceEmptyArrays(batch, kEnvCount);
   }
 
   // The fingerprints that a response contains: of rows whose episode ended.

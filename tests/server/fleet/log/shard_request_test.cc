@@ -115,14 +115,14 @@ TEST(SliceOfTest, EveryRequestKindHasASlice) {
 
 TEST(AskForNoPicturesTest, RemovesObservationsOfEveryRequestKind) {
   v1::StepPoolRequest step = Parse(kStep);
-  AskForNoPictures(&step);
+  DisableObservations(&step);
   EXPECT_EQ(step.step().observation(), v1::OBSERVATION_NONE);
   EXPECT_FALSE(step.step().with_final_observations());
   v1::StepPoolRequest reset = Parse("reset { observation: OBSERVATION_FRAME }");
-  AskForNoPictures(&reset);
+  DisableObservations(&reset);
   EXPECT_EQ(reset.reset().observation(), v1::OBSERVATION_NONE);
   v1::StepPoolRequest observe = Parse("observe { observation: OBSERVATION_FRAME }");
-  AskForNoPictures(&observe);
+  DisableObservations(&observe);
   EXPECT_EQ(observe.observe().observation(), v1::OBSERVATION_NONE);
 }
 

@@ -34,7 +34,7 @@ class FakePool {
   void StepSlice(Part slice, int32_t action, const std::vector<int32_t>& ends = {},
                  float reward = 0, bool completes = false) {
     const std::vector<int32_t> actions(static_cast<size_t>(slice.count), action);
-    const Batch batch = memory_.LendTo({}, slice.count);
+    const Batch batch = memory_.ReplaceEmptyArrays({}, slice.count);
     for (size_t row = 0; row < actions.size(); ++row) {
       const bool ended =
           std::count(ends.begin(), ends.end(), slice.first + static_cast<int32_t>(row)) != 0;

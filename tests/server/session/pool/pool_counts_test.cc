@@ -39,9 +39,9 @@ TEST(PoolCountsTest, StepsAreCountedByRoundRobinGame) {
   BatchNumbers memory;
   PoolCounts counts(OptionsOf({"maze", "heist", "ninja"}, /*first_env=*/1), &metrics);
   // Environments 2 to 5 of the pool are 3 to 6 of the whole: maze, heist, ninja, maze.
-  EXPECT_EQ(counts.Add({2, 4}, {}, memory.LendTo({}, 4)), 4);
+  EXPECT_EQ(counts.Add({2, 4}, {}, memory.ReplaceEmptyArrays({}, 4)), 4);
   // Environment 0 is heist.
-  EXPECT_EQ(counts.Add({0, 1}, {}, memory.LendTo({}, 1)), 1);
+  EXPECT_EQ(counts.Add({0, 1}, {}, memory.ReplaceEmptyArrays({}, 1)), 1);
   EXPECT_EQ(counts.step_count(), 5);
   EXPECT_THAT(metrics.Text(), HasSubstr(Steps("maze", 2)));
   EXPECT_THAT(metrics.Text(), HasSubstr(Steps("heist", 2)));
@@ -54,7 +54,7 @@ TEST(PoolCountsTest, ResetIsNotCountedAsAStep) {
   PoolCounts counts(OptionsOf({"maze", "heist"}, 0), &metrics);
   Reset reset;
   reset.environment = 3;
-  EXPECT_EQ(counts.Add({0, 8}, {reset}, memory.LendTo({}, 8)), 7);
+  EXPECT_EQ(counts.Add({0, 8}, {reset}, memory.ReplaceEmptyArrays({}, 8)), 7);
   EXPECT_THAT(metrics.Text(), HasSubstr(Steps("maze", 4)));
   EXPECT_THAT(metrics.Text(), HasSubstr(Steps("heist", 3)));
 }
@@ -63,10 +63,13 @@ TEST(PoolCountsTest, EpisodesAreCountedWhenTheyEnd) {
   Metrics metrics("test");
   BatchNumbers memory;
   PoolCounts counts(OptionsOf({"maze", "heist"}, 0), &metrics);
-  const Batch batch = memory.LendTo({}, 4);
+  const Batch batch = memory.ReplaceEmptyArrays({}, 4);
   std::fill(batch.terminated.begin(), batch.terminated.end(), 0);
   std::fill(batch.truncated.begin(), batch.truncated.end(), 0);
   batch.terminated[1] = 1;  // environment 3, heist
+  batch.prev_level_seeds[1] = 17;
+  batch.prev_level_complete[1] = 1;
+  batch.fingerprints[1] = 123;
   batch.episode_returns[1] = 10;
   batch.episode_lengths[1] = 70;
   batch.truncated[2] = 1;  // environment 4, maze
@@ -83,6 +86,15 @@ TEST(PoolCountsTest, EpisodesAreCountedWhenTheyEnd) {
   EXPECT_EQ(episodes.count, 2);
   EXPECT_FLOAT_EQ(episodes.mean_return, 5);
   EXPECT_FLOAT_EQ(episodes.mean_length, 285);
+  const RecentEpisodes::List list = counts.episodes().ReadList(0);
+  ASSERT_EQ(list.episodes.size(), 2U);
+  EXPECT_EQ(list.episodes[0].environment, 3);
+  EXPECT_EQ(list.episodes[0].level_seed, 17);
+  EXPECT_TRUE(list.episodes[0].level_complete);
+  EXPECT_FALSE(list.episodes[0].is_truncated);
+  EXPECT_EQ(list.episodes[0].fingerprint, 123U);
+  EXPECT_EQ(list.episodes[1].environment, 4);
+  EXPECT_TRUE(list.episodes[1].is_truncated);
 }
 
 }  // namespace

@@ -82,6 +82,15 @@ class PoolSessionTest : public testing::Test {
     return request;
   }
 
+  // A step of all environments, and its results.
+  struct StepCall {
+    explicit StepCall(int64_t sequence_number) : request(StepOf(sequence_number, actions)) {}
+
+    std::vector<int32_t> actions = std::vector<int32_t>(kEnvCount, 4);
+    Request request;
+    std::shared_ptr<TestSink> sink = std::make_shared<TestSink>();
+  };
+
   std::shared_ptr<WorkerPool> workers_ = std::make_shared<WorkerPool>(1);
   TestPoolContext context_;
 };
@@ -115,6 +124,69 @@ TEST_F(PoolSessionTest, CloseNotifiesTheStreamAndWaiters) {
   session->Detach();
   EXPECT_THAT(Attach(session.get()), StatusIs(absl::StatusCode::kAborted, "deleted"));
   session->EndTurn();
+}
+
+TEST_F(PoolSessionTest, PausedPoolExecutesOneRequestPerStepAndItsStateCanBeSaved) {
+  const std::unique_ptr<PoolSession> session = Make();
+  ASSERT_THAT(Attach(session.get()), IsOk());
+  session->Pause();
+  StepCall first(1);
+  session->Execute(&first.request, first.sink);
+  EXPECT_EQ(session->step_count(), 0);
+  const std::string before = Save(session.get(), 0);
+  session->StepPaused();
+  EXPECT_THAT(first.sink->status(), IsOk());
+  EXPECT_NE(Save(session.get(), 0), before);
+
+  StepCall second(2);
+  session->Execute(&second.request, second.sink);
+  EXPECT_EQ(session->step_count(), kEnvCount);
+  session->EndPause();
+  EXPECT_THAT(second.sink->status(), IsOk());
+  EXPECT_EQ(session->step_count(), 2 * kEnvCount);
+}
+
+TEST_F(PoolSessionTest, DeletedPoolDoesNotKeepAPausedRequest) {
+  const std::unique_ptr<PoolSession> session = Make();
+  ASSERT_THAT(Attach(session.get()), IsOk());
+  session->Pause();
+  StepCall step(1);
+  session->Execute(&step.request, step.sink);
+  session->Close(absl::AbortedError("deleted"));
+  EXPECT_THAT(step.sink->status(), StatusIs(absl::StatusCode::kAborted, "deleted"));
+}
+
+TEST_F(PoolSessionTest, StreamThatIsTakenOverEndsAPausedRequestAndTheNextWaits) {
+  const std::unique_ptr<PoolSession> session = Make();
+  ASSERT_THAT(Attach(session.get()), IsOk());
+  session->Pause();
+  StepCall step(1);
+  session->Execute(&step.request, step.sink);
+  absl::Status taken = absl::UnknownError("it waits");
+  session->Attach(
+      {.take_over = true}, [](StreamEnd, const absl::Status&) {},
+      [&](absl::Status status) { taken = std::move(status); });
+  EXPECT_THAT(step.sink->status(), IsOk());
+  session->Detach();
+  EXPECT_THAT(taken, IsOk());
+  StepCall next(2);
+  session->Execute(&next.request, next.sink);
+  EXPECT_EQ(session->step_count(), kEnvCount);
+  session->EndPause();
+  EXPECT_THAT(next.sink->status(), IsOk());
+}
+
+TEST_F(PoolSessionTest, StreamAfterOneThatDetachesWhenItIsTakenOverWaits) {
+  const std::unique_ptr<PoolSession> session = Make();
+  ASSERT_THAT(Attach(session.get(), {}, [&](StreamEnd, const absl::Status&) { session->Detach(); }),
+              IsOk());
+  session->Pause();
+  EXPECT_THAT(Attach(session.get(), {.take_over = true}), IsOk());
+  StepCall step(1);
+  session->Execute(&step.request, step.sink);
+  EXPECT_EQ(session->next_sequence_number(), 1);
+  session->EndPause();
+  EXPECT_THAT(step.sink->status(), IsOk());
 }
 
 TEST_F(PoolSessionTest, OnlyAcceptedRequestsTakeASequenceNumber) {

@@ -21,7 +21,7 @@ _POOL_COUNT = 1000
 def _make_and_delete_pools(address: str, count: int) -> None:
     with Client(address, timeout=20) as client:
         for _ in range(count):
-            client.delete_pool(client.create_pool("coinrun", 1).name)
+            client.delete_pool(client.create_pool("coinrun", 1, transport="stream").name)
 
 
 def _pipe() -> tuple[int, int]:

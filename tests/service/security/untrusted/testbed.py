@@ -75,7 +75,7 @@ class Victim:
 
     def __init__(self, client: Client) -> None:
         self._client = client
-        self._pool = client.create_pool("maze", 8)
+        self._pool = client.create_pool("maze", 8, transport="stream")
         self._actions = np.full(8, 4, dtype=np.int32)
         self._pool.step(self._actions)
         self.step_s: list[float] = []
