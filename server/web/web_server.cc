@@ -51,6 +51,8 @@ PageSessionContext PageSessionContextOf(const WebOptions& options, PoolFeed* fee
   context.connect = [channel = options.channel](const std::string& token) {
     return procgen_client::Client::FromChannel(channel, token, kCallTimeout);
   };
+  context.report_episodes = options.report_episodes;
+  context.pause_pool = options.pause_pool;
   context.feed = feed;
   context.watch_threads = watch_threads;
   return context;
@@ -68,14 +70,17 @@ class BeastServer final : public WebServer {
       : url_(UrlOf(address, listener->port(), options.tls != nullptr)),
         site_(HostsOf(options, address), EmbeddedPages()),
         tls_(options.tls),
-        feed_(std::make_unique<PoolFeed>(options.list_pools)),
+        feed_(std::make_unique<PoolFeed>(options.report_pools)),
         watch_threads_(
-            std::make_unique<ThreadGroup>(static_cast<size_t>(options.viewers_max) * kWatchesMax)),
+            std::make_unique<ThreadGroup>(static_cast<size_t>(options.viewers_max) * kWatchesMax,
+                                          "the server has no room for another watch")),
         page_session_context_(PageSessionContextOf(options, feed_.get(), watch_threads_.get())),
-        page_session_threads_(
-            std::make_unique<ThreadGroup>(static_cast<size_t>(options.viewers_max))),
+        page_session_threads_(std::make_unique<ThreadGroup>(
+            static_cast<size_t>(options.viewers_max),
+            absl::StrCat("the server has no room for another page, --web_viewers_max is ",
+                         options.viewers_max))),
         sockets_(page_session_context_, page_session_threads_.get()),
-        connection_context_{&site_, &sockets_, page_session_threads_.get()},
+        connection_context_{&site_, &sockets_},
         work_(asio::make_work_guard(io_)),
         listener_(std::move(listener)) {
     for (int i = 0; i < kIoThreadCount; ++i) {

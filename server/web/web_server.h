@@ -10,6 +10,7 @@
 #include "absl/status/statusor.h"
 #include "procgen_client/client.h"
 #include "server/net/tls_files.h"
+#include "server/web/session/pool_report.h"
 
 namespace procgen::web {
 
@@ -23,7 +24,10 @@ struct WebOptions {
   // In-process channel to the server itself.
   std::shared_ptr<grpc::Channel> channel;
   // Returns the pools of all owners.
-  std::function<std::vector<procgen::v1::Pool>()> list_pools;
+  std::function<std::vector<PoolReport>()> report_pools;
+  // Returns the last episodes of a pool, without the first `after`.
+  ReportEpisodes report_episodes;
+  PausePool pause_pool;
 };
 
 // HTTP server of the pages, with its own threads. Threads: one at a time.

@@ -118,11 +118,7 @@ class Connection final : public std::enable_shared_from_this<Connection<Stream>>
       Write(info, context_.site->ReplyToPage(info), request.keep_alive());
       return;
     }
-    web::Reply reply = context_.site->ReplyToSocket(info);
-    if (reply.status == kSwitchingProtocols && !context_.page_session_threads->HasRoom()) {
-      reply = {503, "text/plain; charset=utf-8", "",
-               "The server has as many viewers as it takes (--web_viewers_max).\n", ""};
-    }
+    const web::Reply reply = context_.site->ReplyToSocket(info);
     if (reply.status == kSwitchingProtocols) {
       context_.sockets->Open(std::move(stream_), request);
       return;

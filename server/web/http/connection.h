@@ -5,7 +5,6 @@
 
 #include "boost/asio/ip/tcp.hpp"
 #include "boost/asio/ssl/context.hpp"
-#include "server/concurrency/thread_group.h"
 #include "server/web/http/site.h"
 #include "server/web/http/socket.h"
 
@@ -15,7 +14,6 @@ namespace procgen::web {
 struct ConnectionContext {
   const Site* site = nullptr;
   OpenSockets* sockets = nullptr;
-  const ThreadGroup* page_session_threads = nullptr;
 };
 
 // Serves HTTP on a connection, on its strand, until it ends or becomes a WebSocket. A null `tls`

@@ -1,5 +1,8 @@
 #include "server/web/http/socket.h"
 
+#include <netinet/tcp.h>
+#include <sys/socket.h>
+
 #include <algorithm>
 #include <chrono>
 #include <deque>
@@ -33,6 +36,8 @@ constexpr size_t kUnansweredMax = 16;
 constexpr size_t kUnansweredBytesMax = 1 << 20;
 // Message size limit before hello is accepted.
 constexpr size_t kFirstMessageBytesMax = 4 << 10;
+// Unsent bytes in the kernel. More would delay what is sent before frames.
+constexpr int kUnsentBytesMax = 32 << 10;
 // Maximum length of a close reason in RFC 6455.
 constexpr size_t kReasonBytesMax = 123;
 
@@ -51,6 +56,8 @@ class Socket final : public Outbox,
   // Performs the WebSocket handshake and serves the socket until it is closed.
   void Start(const UpgradeRequest& request) {
     beast::get_lowest_layer(socket_).expires_never();  // the WebSocket has its own timeouts
+    setsockopt(beast::get_lowest_layer(socket_).socket().native_handle(), IPPROTO_TCP,
+               TCP_NOTSENT_LOWAT, &kUnsentBytesMax, sizeof(kUnsentBytesMax));
     websocket::stream_base::timeout timeouts = {};
     timeouts.handshake_timeout = kHandshakeTimeout;
     timeouts.idle_timeout = kIdleTimeout;
@@ -72,21 +79,23 @@ class Socket final : public Outbox,
 
   void SendLatestEvent(const std::string& key, WireMessage message) override {
     OnStrand([key, message = std::move(message)](Socket& self) mutable {
-      const auto waiting = self.Waiting(key);
-      if (waiting != self.queue_.end()) {
-        waiting->message = std::move(message);
-        return;
-      }
-      self.queue_.push_back({std::move(message), key, false});
+      Replace({std::move(message), key, false}, &self.queue_);
+      self.Write();
+    });
+  }
+
+  void SendFrames(const std::string& key, absl::AnyInvocable<WireMessage()> compose) override {
+    OnStrand([key, compose = std::move(compose)](Socket& self) mutable {
+      Replace({std::move(compose), key}, &self.frames_);
       self.Write();
     });
   }
 
   void DropEvent(const std::string& key) override {
     OnStrand([key](Socket& self) {
-      if (const auto waiting = self.Waiting(key); waiting != self.queue_.end()) {
-        self.queue_.erase(waiting);
-      }
+      const auto is_of_key = [&key](const auto& queued) { return queued.key == key; };
+      std::erase_if(self.queue_, is_of_key);
+      std::erase_if(self.frames_, is_of_key);
     });
   }
 
@@ -118,6 +127,10 @@ class Socket final : public Outbox,
     std::string key;  // empty: none
     bool is_answer = false;
   };
+  struct QueuedFrames {
+    absl::AnyInvocable<WireMessage()> compose;
+    std::string key;
+  };
 
   template <typename Work>
   void OnStrand(Work work) {
@@ -136,10 +149,17 @@ class Socket final : public Outbox,
     });
   }
 
-  // Returns the queued message of `key` that is not being written yet.
-  typename std::deque<Outgoing>::iterator Waiting(const std::string& key) {
-    return std::find_if(queue_.begin() + (is_writing_ ? 1 : 0), queue_.end(),
-                        [&key](const Outgoing& outgoing) { return outgoing.key == key; });
+  // Puts `latest` in the place of the one with the same key, or at the end.
+  template <typename Queued>
+  static void Replace(Queued latest, std::deque<Queued>* queue) {
+    const auto same = std::find_if(queue->begin(), queue->end(), [&latest](const Queued& queued) {
+      return queued.key == latest.key;
+    });
+    if (same != queue->end()) {
+      *same = std::move(latest);
+    } else {
+      queue->push_back(std::move(latest));
+    }
   }
 
   void StartPageSession() {
@@ -203,28 +223,41 @@ class Socket final : public Outbox,
     if (is_writing_) {
       return;
     }
-    if (queue_.empty() || !is_open_) {
+    if ((queue_.empty() && frames_.empty()) || !is_open_) {
       if (is_closing_ && is_open_) {
         SendClose();
       }
       return;
     }
     is_writing_ = true;
-    socket_.binary(queue_.front().message.is_binary);
-    socket_.async_write(asio::buffer(queue_.front().message.bytes),
+    written_ = TakeNext();
+    socket_.binary(written_.message.is_binary);
+    socket_.async_write(asio::buffer(written_.message.bytes),
                         [self = this->shared_from_this()](error_code error, size_t) {
                           self->is_writing_ = false;
                           if (error) {
                             self->Finish();
                             return;
                           }
-                          if (self->queue_.front().is_answer && !self->unanswered_.empty()) {
+                          if (self->written_.is_answer && !self->unanswered_.empty()) {
                             self->unanswered_.pop_front();
                           }
-                          self->queue_.pop_front();
                           self->Write();
                           self->Read();
                         });
+  }
+
+  // Frames come last, so that they delay nothing else.
+  Outgoing TakeNext() {
+    Outgoing next;
+    if (!queue_.empty()) {
+      next = std::move(queue_.front());
+      queue_.pop_front();
+    } else {
+      next.message = frames_.front().compose();
+      frames_.pop_front();
+    }
+    return next;
   }
 
   void CloseNow(int code, const std::string& reason) {
@@ -272,7 +305,9 @@ class Socket final : public Outbox,
   std::shared_ptr<PageSession> page_session_;
   beast::flat_buffer buffer_;
   std::deque<size_t> unanswered_;  // sizes of the messages
-  std::deque<Outgoing> queue_;     // the first is being written
+  std::deque<Outgoing> queue_;
+  std::deque<QueuedFrames> frames_;  // of each key at most once
+  Outgoing written_;                 // the message being written
   websocket::close_reason reason_;
   bool is_open_ = false;  // the handshake is complete
   bool is_welcome_ = false;

@@ -225,6 +225,18 @@ double RequestParams::NumberOr(const std::string& name, double otherwise, double
   return value.get<double>();
 }
 
+bool RequestParams::BooleanOr(const std::string& name, bool otherwise) {
+  if (!Has(name)) {
+    return otherwise;
+  }
+  const Json& value = members_.at(name);
+  if (!value.is_boolean()) {
+    Refuse(absl::StrCat(name, " is ", Shown(value), ", allowed: true, false"));
+    return otherwise;
+  }
+  return value.get<bool>();
+}
+
 std::string RequestParams::Text(const std::string& name) {
   const Json* const value = Find(name);
   if (value == nullptr) {

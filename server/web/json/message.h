@@ -25,7 +25,7 @@ inline constexpr int64_t kIdMax = int64_t{1} << 53;  // largest integer that is 
 // A part of a binary message.
 struct Part {
   std::string name;
-  std::string format;  // "rgb", "png" or "trace"
+  std::string format;  // "rgb", "deflate", "png" or "trace"
   std::string bytes;
   Json more = Json::object();  // further members of its entry in `parts`, such as "width"
 };
@@ -77,6 +77,7 @@ class RequestParams {
     return Has(name) ? Integer32(name, min, max) : otherwise;
   }
   double NumberOr(const std::string& name, double otherwise, double min, double max);
+  bool BooleanOr(const std::string& name, bool otherwise);
   // A text of at most kTextLengthMax bytes.
   std::string Text(const std::string& name);
   // One of `allowed`.

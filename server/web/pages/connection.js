@@ -15,7 +15,7 @@ export class ServerError extends Error {
   }
 }
 
-// Dispatches "open" each time a socket opens, "lost" when it closes (the connection is then retried until it opens), and
+// Dispatches "open" each time a socket opens, "lost" with its code and reason when it closes (the connection is then retried), and
 // "message:EVENT" with the message as `detail` for each event of the server.
 export class Connection extends EventTarget {
   #socket = null;
@@ -29,12 +29,9 @@ export class Connection extends EventTarget {
     const scheme = location.protocol === "https:" ? "wss:" : "ws:";
     const socket = new WebSocket(`${scheme}//${location.host}/socket`);
     socket.binaryType = "arraybuffer";
-    socket.addEventListener("open", () => {
-      this.#attempts = 0;
-      this.dispatchEvent(new Event("open"));
-    });
+    socket.addEventListener("open", () => this.dispatchEvent(new Event("open")));
     socket.addEventListener("message", ({ data }) => this.#receive(data));
-    socket.addEventListener("close", ({ reason }) => this.#lose(socket, reason));
+    socket.addEventListener("close", ({ code, reason }) => this.#lose(socket, { code, reason }));
     this.#socket = socket;
   }
 
@@ -64,6 +61,7 @@ export class Connection extends EventTarget {
   }
 
   #receive(data) {
+    this.#attempts = 0;
     const message = typeof data === "string" ? JSON.parse(data) : decode(data);
     if (message.event) {
       this.dispatchEvent(new CustomEvent(`message:${message.event}`, { detail: message }));
@@ -78,7 +76,7 @@ export class Connection extends EventTarget {
     }
   }
 
-  #lose(socket, reason) {
+  #lose(socket, detail) {
     if (socket !== this.#socket) {
       return;
     }
@@ -88,6 +86,6 @@ export class Connection extends EventTarget {
     const wait = WAITS_MS[Math.min(this.#attempts, WAITS_MS.length - 1)];
     this.#attempts += 1;
     this.#timer = setTimeout(() => this.open(), wait);
-    this.dispatchEvent(new CustomEvent("lost", { detail: reason }));
+    this.dispatchEvent(new CustomEvent("lost", { detail }));
   }
 }

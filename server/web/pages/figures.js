@@ -41,6 +41,17 @@ export function plural(number, noun) {
   return `${count(number)} ${noun}${number === 1 ? "" : "s"}`;
 }
 
+// 250 s -> "4 min"
+export function duration(seconds) {
+  if (!known(seconds)) {
+    return NONE;
+  }
+  const [unit, length] = DURATION_UNITS.find(([, least]) => seconds >= least) ?? ["s", 1];
+  return `${Math.max(0, Math.floor(seconds / length))} ${unit}`;
+}
+
+const DURATION_UNITS = [["d", 86400], ["h", 3600], ["min", 60]];
+
 // A time in seconds since 1970 -> "08:10:05", in local time
 export function clock(seconds) {
   return new Date(seconds * 1000).toLocaleTimeString("en-GB");

@@ -2,13 +2,13 @@
 
 import { byId, element, setText } from "./elements.js";
 import { addressOf, drawGames, drawOptions, optionsOf, readAddress } from "./level_choice.js";
+import { LEVEL_MAX, showLinkProblems } from "./level_link.js";
 import { attempt, openPage } from "./page.js";
 import { drawPart } from "./pictures.js";
 
 const SAMPLE_COUNT = 4;     // levels of a game in the overview
 const PAGE_COUNT = 24;      // levels of a page
 const SIZE_PX = 256;
-const LEVEL_MAX = 2147483646;
 
 const parameters = new URLSearchParams(location.search);
 let isDrawn = false;  // kept across reconnects
@@ -19,7 +19,10 @@ async function ready(hello, connection) {
   }
   isDrawn = true;
   const { catalog } = hello;
-  if (catalog.games.some(({ name }) => name === parameters.get("game"))) {
+  if (showLinkProblems(catalog, ["whole"])) {
+    return;
+  }
+  if (parameters.has("game")) {
     drawForm(catalog);
     isDrawn = await drawLevels(connection, catalog);
   } else {
@@ -55,15 +58,23 @@ function drawForm(catalog) {
   drawOptions(byId("options"), catalog);
   drawGames(form, catalog);
   readAddress(form, parameters);
+  form.elements.whole.checked = parameters.get("whole") === "true";
   form.addEventListener("submit", (event) => {
     event.preventDefault();
-    location.assign(addressOf("/gallery", choiceOf(form, catalog)));
+    location.assign(pageOf(choiceOf(form, catalog)));
   });
 }
 
 function choiceOf(form, catalog) {
-  const { game, mode, level } = form.elements;
-  return { game: game.value, mode: mode.value, level: level.valueAsNumber, options: optionsOf(form, catalog) };
+  const { game, mode, level, whole } = form.elements;
+  return {
+    game: game.value, mode: mode.value, level: level.valueAsNumber, options: optionsOf(form, catalog), whole: whole.checked,
+  };
+}
+
+// The URL of the levels from a choice on.
+function pageOf(choice) {
+  return addressOf("/gallery", choice) + (choice.whole ? "&whole=true" : "");
 }
 
 async function drawLevels(connection, catalog) {
@@ -85,13 +96,13 @@ async function drawLevels(connection, catalog) {
 
 function turnTo(link, choice, isThere, by) {
   link.hidden = !isThere;
-  link.href = addressOf("/gallery", { ...choice, level: Math.max(0, choice.level + by) });
+  link.href = pageOf({ ...choice, level: Math.max(0, choice.level + by) });
 }
 
 // The levels of a gallery page, as links to play them; null if the request failed.
-async function drawPage(connection, { game, mode, level, options = {} }, count, caption) {
+async function drawPage(connection, { game, mode, level, options = {}, whole = false }, count, caption) {
   const page = await attempt(() => connection.call("gallery.page", {
-    game, mode, options, first_level_seed: level, count, size_px: SIZE_PX,
+    game, mode, options, first_level_seed: level, count, size_px: SIZE_PX, whole_level: whole,
   }));
   if (!page) {
     return null;

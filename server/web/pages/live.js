@@ -1,68 +1,142 @@
 // The live view: follows the server's pools and opens the one in the URL, or else the first.
 
-import { byId, element, setText, setTiles } from "./elements.js";
-import { count, milliseconds, plural, rate, reward } from "./figures.js";
+import { byId, setText, setTiles } from "./elements.js";
+import { clock, count, milliseconds, rate, reward } from "./figures.js";
 import { tellOptions } from "./level_choice.js";
 import { EnlargedView } from "./live_enlarged.js";
+import { Episodes } from "./live_episodes.js";
 import { Mosaic } from "./live_mosaic.js";
 import { NodeTable } from "./live_nodes.js";
+import { LearnerPause } from "./live_pause.js";
 import { Plots } from "./live_plots.js";
-import { attempt, notify, openPage } from "./page.js";
+import { PoolTable } from "./live_pools.js";
+import { notify } from "./notices.js";
+import { attempt, beginOutage, endOutage, openPage } from "./page.js";
+
+// Events come every second.
+const SILENCE_MS = 5000;
 
 let connection = null;
 let catalog = null;
-let self = null;   // the server's node name
-let open = null;   // the name of the open pool
-let last = null;   // the last event "pools"
+let self = null;     // the server's node name
+let open = null;     // the name of the open pool
+let last = null;     // the last event "pools"
+let shown = null;    // the pool opened last: { name, create_time_s }
+let heard = 0;       // the time of the last event, by performance.now()
+let isSilent = false;  // the server is connected and sends nothing
 
-const enlarged = new EnlargedView();
-const mosaic = new Mosaic((pool, environment) => enlarged.show(connection, pool, environment));
+const enlarged = new EnlargedView((isOpen) => mosaic.cover(isOpen));
+const mosaic = new Mosaic((pool, environment) => enlarged.show(connection, catalog, pool, environment));
 const nodes = new NodeTable(byId("node-rows"));
 const plots = new Plots(byId("plots"));
+const episodes = new Episodes();
+const pause = new LearnerPause(byId("pool-pause"), byId("large-pause"));
+const table = new PoolTable(follow, (names) => plots.compare(names), forget);
 
 async function ready(hello, opened) {
   connection = opened;
   open = null;
   catalog = hello.catalog;
   self = hello.node;
+  heard = performance.now();
+  isSilent = false;
+  byId("token-hint").hidden = !hello.requires_token;
   byId("nodes").hidden = !(hello.cluster || hello.is_fleet);
   await attempt(() => connection.call("pools.follow"));
 }
 
 function lost() {
+  connection = null;
   open = null;
   mosaic.stop();
   enlarged.close();
+  pause.lose();
+  drawUnknown();
 }
 
-function show(event) {
+function receive(event) {
   last = event;
-  drawServer(event);
-  nodes.draw(event.nodes, event.time_s);
+  heard = performance.now();
+  if (isSilent) {
+    isSilent = false;
+    endOutage();
+  }
+  if (!byId("nodes").hidden) {
+    nodes.draw(event.nodes, event.time_s);
+  }
+  show();
+}
+
+// Shows the last event.
+function show() {
+  if (!last || !connection) {
+    return;
+  }
+  drawServer(last.server.load);
   const pools = visiblePools();
   byId("empty").hidden = pools.length > 0;
-  setText(byId("address"), addressOf(event));
-  byId("bench").hidden = event.pools.length === 0;
-  drawPools(pools);
-  const pool = chosenPool(pools);
+  setText(byId("address"), addressOf(last));
+  byId("bench").hidden = last.pools.length === 0;
+  tellIfClosed();
+  const wanted = new URLSearchParams(location.search).get("pool");
+  const pool = chosenPool(wanted, pools);
   byId("pool").hidden = !pool;
-  if (pool?.name !== open) {
+  byId("missing").hidden = Boolean(pool) || wanted === null;
+  setText(byId("missing-name"), wanted ?? "");
+  if ((pool?.name ?? null) !== open) {
     openPool(pool);
   }
+  table.draw(connection, pools, last.time_s, open);
+  pause.follow(connection, pool?.kind === "pool" ? pool : null);
   if (pool) {
     drawPool(pool);
-    plots.add(pool, event.time_s);
+    plots.add(last.pools, last.time_s);
+    episodes.follow(pool, last.pools);
   }
 }
 
-// The pool in the URL, else the open one, else one that is being stepped.
-function chosenPool(pools) {
-  const wanted = new URLSearchParams(location.search).get("pool");
-  const named = (text) => last.pools.find(({ name }) => name === text);
-  if (open && !named(open)) {
-    notify(`${open} was closed.`);
+function named(text) {
+  return last.pools.find(({ name }) => name === text);
+}
+
+// Reports that the shown pool is gone, also if another one has its name.
+function tellIfClosed() {
+  const now = shown && named(shown.name);
+  if (shown && now?.create_time_s !== shown.create_time_s) {
+    notify(`${shown.name} was closed, and its history is gone.${now ? " This is another pool of the same name." : ""}`, "warn");
+    shown = null;
+    open = null;
   }
-  return named(wanted) ?? named(open) ?? pools.find(({ attached }) => attached) ?? pools[0];
+}
+
+// The pool in the URL and no other; without one there the open pool, else one that is being stepped.
+function chosenPool(wanted, pools) {
+  return wanted === null ? named(open) ?? pools.find(({ attached }) => attached) ?? pools[0] : named(wanted);
+}
+
+// Shows that states and rates are not known.
+function drawUnknown() {
+  if (!last) {
+    return;
+  }
+  const unknown = (pool) =>
+    ({ ...pool, attached: null, steps_per_second: null, request_p50_ms: null, request_p99_ms: null });
+  drawServer({ ...last.server.load, steps_per_second: null, stream_count: null });
+  table.draw(null, visiblePools().map(unknown), last.time_s, shown?.name ?? null);
+  const pool = shown && named(shown.name);
+  if (pool) {
+    drawPool(unknown(pool));
+  }
+  plots.lose();
+}
+
+// A server that does not answer may still be connected.
+function checkSilence() {
+  if (connection && last && !isSilent && performance.now() - heard > SILENCE_MS) {
+    isSilent = true;
+    beginOutage(`The server has sent nothing since ${clock(last.time_s)}.`, "No answer");
+    drawUnknown();
+  }
 }
 
 // Pools of learners, and those created by pages if the box is checked.
@@ -71,7 +145,7 @@ function visiblePools() {
   return byId("visitors").checked ? last.pools : learners;
 }
 
-function drawServer({ server: { load } }) {
+function drawServer(load) {
   const list = byId("server");
   list.hidden = false;
   setTiles(list, [
@@ -87,34 +161,6 @@ function addressOf({ nodes }) {
   return address.replace(/^(0\.0\.0\.0|\[::\]):/, `${location.hostname}:`);
 }
 
-function drawPools(pools) {
-  const list = byId("pools");
-  const names = pools.map(({ name }) => name).join("\n");
-  if (list.dataset.names !== names) {
-    list.dataset.names = names;
-    list.replaceChildren(...pools.map(({ name }) => element("li", {},
-      element("a", { href: `/?pool=${encodeURIComponent(name)}`, onclick: follow },
-        element("b", {}, name), element("span", { class: "quiet" }), element("span", { class: "number" })))));
-  }
-  pools.forEach((pool, index) => {
-    const link = list.children[index].firstChild;
-    const [, about, figures] = link.children;
-    const owner = pool.owner ? [pool.owner] : [];
-    setText(about, [gamesOf(pool), pool.mode, plural(pool.env_count, "environment"), ...owner].join(" · "));
-    const mean = pool.mean_return === null ? "" : ` · return ${reward(pool.mean_return)}`;
-    setText(figures, pool.attached ? `${rate(pool.steps_per_second)} steps/s${mean}` : `idle${mean}`);
-    if (pool.name === open) {
-      link.setAttribute("aria-current", "true");
-    } else {
-      link.removeAttribute("aria-current");
-    }
-  });
-}
-
-function gamesOf({ games }) {
-  return games.length > 3 ? `${games.length} games` : games.join(", ");
-}
-
 // Opens a pool in this page, unless the link opens in another tab.
 function follow(event) {
   if (event.ctrlKey || event.metaKey || event.shiftKey) {
@@ -122,30 +168,33 @@ function follow(event) {
   }
   event.preventDefault();
   history.pushState(null, "", event.currentTarget.href);
-  show(last);
+  show();
   byId("pool").focus({ preventScroll: true });
 }
 
-async function openPool(pool) {
+function openPool(pool) {
   open = pool?.name ?? null;
-  drawPools(visiblePools());
+  shown = pool ? { name: pool.name, create_time_s: pool.create_time_s } : shown;
   document.title = `${open ?? "Live"} – Procgen Server`;
   enlarged.close();
   mosaic.open(connection, pool);
-  plots.clear();
-  if (pool) {
-    const history = await attempt(() => connection.call("pool.history", { pool: pool.name }));
-    if (history && open === pool.name) {
-      plots.begin(history);
-    }
+  plots.open(connection, catalog, pool);
+  episodes.open(connection, pool);
+}
+
+// Leaves a pool that the user deleted.
+function forget(name) {
+  if (new URLSearchParams(location.search).get("pool") === name) {
+    history.replaceState(null, "", "/");
   }
 }
 
 function drawPool(pool) {
   setText(byId("pool-name"), pool.name);
   const state = byId("pool-state");
-  setText(state, pool.attached ? "A learner is attached" : "No learner attached");
-  state.classList.toggle("on", pool.attached);
+  const isUnknown = pool.attached === null;
+  setText(state, isUnknown ? "State unknown" : pool.paused ? "Paused" : pool.attached ? "A learner is attached" : "No learner attached");
+  state.className = `badge ${isUnknown || pool.paused ? "warn" : pool.attached ? "on" : ""}`;
   const chosen = tellOptions(pool.options, catalog);
   const owner = pool.owner ? [`owner ${pool.owner}`] : [];
   setText(byId("pool-about"), [pool.games.join(", "), pool.mode, ...owner, ...chosen].join(" · "));
@@ -157,11 +206,10 @@ function drawPool(pool) {
   ]);
 }
 
-byId("visitors").addEventListener("change", () => show(last));
+byId("visitors").addEventListener("change", show);
 addEventListener("popstate", () => {
   open = null;
-  if (last) {
-    show(last);
-  }
+  show();
 });
-openPage(ready, lost).on("pools", show);
+setInterval(checkSilence, 1000);
+openPage(ready, lost).on("pools", receive);

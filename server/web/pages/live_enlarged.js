@@ -1,22 +1,45 @@
-// A dialog with an enlarged environment, whose episodes can be saved and replayed.
+// A dialog with an enlarged environment: human view, agent view and newest step. Its episodes can be saved and replayed.
 
 import { byId, setText } from "./elements.js";
+import { AnnotationView } from "./live_annotations.js";
+import { EndHold, markEnd } from "./live_ends.js";
+import { StepView } from "./live_step.js";
 import { Watch } from "./live_watch.js";
+import { sentence } from "./notices.js";
+import { attempt } from "./page.js";
 import { drawPart, partOf } from "./pictures.js";
+import { sourceOf } from "./replay_link.js";
 import { replayTrace } from "./traces.js";
 
-const SIZE_PX = 512;
+const HUMAN_SIZE_PX = 512;
+const AGENT_SIZE_PX = 64;
 const FRAMES_PER_SECOND = 15;
+// How long the end of an episode stays.
+const END_SHOWN_MS = 700;
 
 export class EnlargedView {
   #connection = null;
+  #catalog = null;
   #pool = null;
   #environment = 0;
-  #watch = null;
+  #watches = [];
   #dialog = byId("large");
+  #onToggle;
+  #step = null;         // StepView of the environment
+  #annotations = null;  // AnnotationView of the environment
+  #human = new EndHold(END_SHOWN_MS, (part) => draw(part, "large-picture", "large-frame"));
+  #agent = new EndHold(END_SHOWN_MS, (part) => {
+    draw(part, "large-agent", "large-agent-frame");
+    this.#step.show(part.step);
+  });
 
-  constructor() {
-    this.#dialog.addEventListener("close", () => this.#stop());
+  // `onToggle(isOpen)` is called when the dialog opens or closes.
+  constructor(onToggle) {
+    this.#onToggle = onToggle;
+    this.#dialog.addEventListener("close", () => {
+      this.#stop();
+      onToggle(false);
+    });
     this.#dialog.addEventListener("keydown", ({ key }) => {
       if (key === "ArrowLeft" || key === "ArrowRight") {
         this.#turn(key === "ArrowLeft" ? -1 : 1);
@@ -29,12 +52,14 @@ export class EnlargedView {
     byId("keep-current").addEventListener("click", () => this.#keep("current"));
   }
 
-  show(connection, pool, environment) {
+  show(connection, catalog, pool, environment) {
     this.#connection = connection;
+    this.#catalog = catalog;
     this.#pool = pool;
     this.#environment = environment;
     if (!this.#dialog.open) {
       this.#dialog.showModal();
+      this.#onToggle(true);
     }
     this.#begin();
   }
@@ -53,33 +78,46 @@ export class EnlargedView {
     this.#stop();
     this.#say("");
     setText(byId("large-title"), `${this.#pool.name}, environment ${this.#environment}`);
-    const request = {
-      pool: this.#pool.name, environments: [this.#environment], size_px: SIZE_PX, frames_per_second_max: FRAMES_PER_SECOND,
-    };
-    this.#watch = new Watch(this.#connection, request,
-      ([part]) => drawPart(byId("large-picture"), part), (message) => this.#say(message));
+    const { name, games } = this.#pool;
+    this.#step = new StepView(this.#catalog, games[this.#environment % games.length]);
+    this.#annotations = new AnnotationView(byId("large-annotations"), this.#catalog.actions);
+    this.#watch({ pool: name, size_px: HUMAN_SIZE_PX }, (part) => this.#human.show(part));
+    this.#watch({ pool: name, size_px: AGENT_SIZE_PX, with_steps: true }, (part) => {
+      this.#annotations.add(part.step);
+      this.#agent.show(part);
+    });
+  }
+
+  // The views have watches of their own, because people's view is drawn less often while the machine is busy.
+  #watch(what, show) {
+    const request = { ...what, environments: [this.#environment], frames_per_second_max: FRAMES_PER_SECOND };
+    this.#watches.push(new Watch(this.#connection, request, ([part]) => show(part), (message) => this.#say(sentence(message))));
   }
 
   #stop() {
-    this.#watch?.stop();
-    this.#watch = null;
+    this.#watches.forEach((watch) => watch.stop());
+    this.#watches = [];
+    this.#human.clear();
+    this.#agent.clear();
+    markEnd(byId("large-frame"), null);
+    markEnd(byId("large-agent-frame"), null);
   }
 
   // Opens the trace of an episode in the replay page.
   async #keep(selector) {
-    try {
-      const pool = this.#pool.name;
-      const episode = await this.#connection.call("pool.episode", { pool, environment: this.#environment, selector });
-      replayTrace(partOf(episode, "trace").content, episode.file_name);
-    } catch (error) {
-      if (error.name !== "ServerError") {
-        throw error;
-      }
-      this.#say(error.message);
+    const request = { pool: this.#pool.name, environment: this.#environment, selector };
+    const episode = await attempt(() => this.#connection.call("pool.episode", request), (text) => this.#say(text));
+    if (episode) {
+      replayTrace(partOf(episode, "trace").content, episode.file_name, sourceOf(episode));
     }
   }
 
   #say(text) {
     setText(byId("large-problem"), text);
   }
+}
+
+async function draw(part, canvas, frame) {
+  await drawPart(byId(canvas), part);
+  markEnd(byId(frame), part.ended_episode, part.width === AGENT_SIZE_PX);
 }

@@ -1,11 +1,14 @@
 // The environments of a pool side by side, with controls for selection, size and rate.
 
 import { byId, element, setText } from "./elements.js";
+import { EndHold, markEnd } from "./live_ends.js";
 import { Watch } from "./live_watch.js";
-import { notify } from "./page.js";
+import { notify, sentence } from "./notices.js";
 import { drawPart } from "./pictures.js";
 
 const AGENT_SIZE_PX = 64;
+// How long the end of an episode stays.
+const END_SHOWN_MS = 400;
 
 export class Mosaic {
   #connection = null;
@@ -13,7 +16,9 @@ export class Mosaic {
   #watch = null;
   #first = 0;
   #canvases = new Map();  // environment -> canvas
+  #holds = new Map();     // environment -> EndHold
   #onChoose;
+  #isCovered = false;
 
   // `onChoose(pool, environment)` is called when one is clicked.
   constructor(onChoose) {
@@ -44,9 +49,14 @@ export class Mosaic {
 
   // Stops watching; the images stay.
   stop() {
-    this.#watch?.stop();
-    this.#watch = null;
+    this.#end();
     this.#connection = null;
+  }
+
+  // Stops while a dialog covers the environments.
+  cover(value) {
+    this.#isCovered = value;
+    this.#begin();
   }
 
   get #shown() {
@@ -58,10 +68,15 @@ export class Mosaic {
     this.#begin();
   }
 
-  // Starts a watch with the settings of the controls.
-  #begin() {
+  #end() {
     this.#watch?.stop();
     this.#watch = null;
+    this.#holds.forEach((hold) => hold.clear());
+  }
+
+  // Starts a watch with the settings of the controls.
+  #begin() {
+    this.#end();
     if (!this.#connection || !this.#pool) {
       return;
     }
@@ -70,13 +85,13 @@ export class Mosaic {
     const size = Number(document.querySelector("[name=size]:checked").value);
     this.#layOut(environments, size, all);
     const isHeld = byId("hold").getAttribute("aria-pressed") === "true";
-    if (isHeld || document.hidden) {
+    if (isHeld || document.hidden || this.#isCovered) {
       return;
     }
     const request = { pool: name, environments, size_px: size, frames_per_second_max: Number(byId("rate").value) };
     this.#watch = new Watch(this.#connection, request,
-      (parts) => parts.forEach((part) => drawPart(this.#canvases.get(part.environment), part)),
-      (message) => notify(message, "warn"));
+      (parts) => parts.forEach((part) => this.#holds.get(part.environment).show(part)),
+      (message) => notify(sentence(message), "warn"));
   }
 
   #layOut(environments, size, all) {
@@ -94,6 +109,10 @@ export class Mosaic {
       list.dataset.pool = this.#pool.name;
       this.#canvases = new Map(environments.map((environment) =>
         [environment, element("canvas", { width: AGENT_SIZE_PX, height: AGENT_SIZE_PX })]));
+      this.#holds = new Map([...this.#canvases].map(([environment, canvas]) => [environment, new EndHold(END_SHOWN_MS, async (part) => {
+        await drawPart(canvas, part);
+        markEnd(canvas.parentElement, part.ended_episode, true);
+      })]));
       list.replaceChildren(...[...this.#canvases].map(([environment, canvas]) => element("li", {},
         element("button", {
           type: "button", title: `Environment ${environment}`, "aria-label": `Enlarge environment ${environment}`,

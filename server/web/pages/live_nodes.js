@@ -2,7 +2,7 @@
 
 import { element, setText } from "./elements.js";
 import { clock, count, NONE, rate } from "./figures.js";
-import { notify } from "./page.js";
+import { notify } from "./notices.js";
 
 const GONE_SHOWN_S = 600;
 const STATE = 2;  // its column

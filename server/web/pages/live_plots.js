@@ -1,156 +1,142 @@
-// Plots of a pool over the last ten minutes, drawn by uPlot (vendor/).
+// Plots of the open pool and of those that are compared with it.
 
-import { colorsOf } from "./colors.js";
-import { element, setText } from "./elements.js";
-import { clock, count, milliseconds, rate, reward } from "./figures.js";
+import { byId } from "./elements.js";
+import { count, milliseconds, rate, reward } from "./figures.js";
+import { PoolPlot } from "./live_plot.js";
+import { Series } from "./live_series.js";
+import { attempt } from "./page.js";
+import { saveTrace } from "./traces.js";
 
-const SPAN_S = 600;
-const HEIGHT_PX = 152;
+const ROWS_MAX = 4000;  // then the history is requested again, which is coarser
 
-// The plots: title, the members of a pool that are the lines, their labels if there are several, the number format, and
-// whether the scale is logarithmic, so that a single stall does not flatten the rest.
+// The plots: title, the members of a pool that are the lines, their names if there are several, the number format, and whether
+// the scale is logarithmic, so that a single stall does not flatten the rest.
 const PLOTS = [
-  { title: "Steps per second", lines: ["steps_per_second"], names: [""], write: rate },
-  { title: "Request latency", lines: ["request_p50_ms", "request_p99_ms"], names: ["p50 ", "p99 "], write: milliseconds, isLog: true },
-  { title: "Mean return", lines: ["mean_return"], names: [""], write: reward },
-  { title: "Mean episode length", lines: ["mean_length"], names: [""], write: count },
+  { title: "Steps per second", members: ["steps_per_second"], names: [""], write: rate },
+  { title: "Request latency", members: ["request_p50_ms", "request_p99_ms"], names: ["p50", "p99"], write: milliseconds, isLog: true },
+  { title: "Mean return", members: ["mean_return"], names: [""], write: reward, isReturn: true },
+  { title: "Mean episode length", members: ["mean_length"], names: [""], write: count },
 ];
-const MEMBERS = PLOTS.flatMap(({ lines }) => lines);
 
 export class Plots {
-  #drawings;
-  #times = [];
-  #values = Object.fromEntries(MEMBERS.map((name) => [name, []]));
-  #isBegun = false;
+  #connection = null;
+  #catalog = null;
+  #series = [];    // of the open pool, then of those that are compared with it
+  #compared = [];  // names
+  #pools = [];     // of the last event
+  #zoom = null;    // { min, max } of x
+  #plots;
 
   constructor(place) {
-    this.#drawings = PLOTS.map((plot) => new Drawing(place, plot));
-    document.addEventListener("theme", () => this.#redraw());
-    // Figures follow the width of the page.
-    new ResizeObserver(() => this.#drawings.forEach((drawing) => drawing.fit())).observe(place);
+    this.#plots = PLOTS.map((plot) => new PoolPlot(place, plot, (zoom) => this.#setZoom(zoom)));
+    byId("span").addEventListener("change", () => {
+      this.#setZoom(null);
+      this.#series.forEach((series) => this.#load(series));
+    });
+    byId("x").addEventListener("change", () => this.#setZoom(null));
+    byId("band").addEventListener("change", () => this.#draw());
+    byId("normalised").addEventListener("change", () => this.#draw());
+    byId("unzoom").addEventListener("click", () => this.#setZoom(null));
+    byId("csv").addEventListener("click", () => this.#save());
   }
 
-  clear() {
-    this.#isBegun = false;
-    this.#times.length = 0;
-    MEMBERS.forEach((name) => { this.#values[name].length = 0; });
+  // Shows a pool; null: none.
+  open(connection, catalog, pool) {
+    this.#connection = connection;
+    this.#catalog = catalog;
+    this.#zoom = null;
+    this.#series = [];
+    this.#addSeries(pool ? [pool] : []);
     this.#draw();
   }
 
-  // Starts with the server's history: the answer of pool.history.
-  begin({ columns, rows }) {
-    this.clear();
-    for (const row of rows) {
-      const pool = Object.fromEntries(columns.map((name, index) => [name, row[index]]));
-      this.#append(pool, pool.time_s);
+  // Compares pools with the open one. `names`: all of them.
+  compare(names) {
+    this.#compared = names;
+    this.#series = this.#series.filter(({ pool }, index) => index === 0 || names.includes(pool.name));
+    this.#addSeries([]);
+    this.#draw();
+  }
+
+  // Adds an event's values.
+  add(pools, time) {
+    this.#pools = pools;
+    this.#addSeries([]);
+    for (const series of this.#series) {
+      const pool = pools.find(({ name, create_time_s: created }) => name === series.pool.name && created === series.pool.create_time_s);
+      if (pool) {
+        series.add(pool, time);
+      }
+      if (series.rows.length > ROWS_MAX) {
+        this.#load(series);
+      }
     }
-    this.#isBegun = true;
     this.#draw();
   }
 
-  // Adds the pool's values of the event at `time`.
-  add(pool, time) {
-    if (this.#isBegun && time > (this.#times.at(-1) ?? 0)) {
-      this.#append(pool, time);
+  // Shows that the current values are not known: gaps in the lines.
+  lose() {
+    this.#series.forEach((series) => series.lose());
+    this.#draw();
+  }
+
+  // Adds `pools`, and the compared ones that are missing.
+  #addSeries(pools) {
+    const isShown = (pool) => this.#series.some((series) => series.pool.name === pool.name);
+    const compared = this.#series.length + pools.length > 0 ? this.#pools.filter(({ name }) => this.#compared.includes(name)) : [];
+    for (const pool of [...pools, ...compared]) {
+      if (!isShown(pool)) {
+        const series = new Series(pool);
+        this.#series.push(series);
+        this.#load(series);
+      }
+    }
+  }
+
+  async #load(series) {
+    const spanS = Number(byId("span").value);
+    const history = await attempt(() => this.#connection.call("pool.history", { pool: series.pool.name, span_s: spanS }), () => {});
+    if (history && this.#series.includes(series) && spanS === Number(byId("span").value)) {
+      series.begin(history, spanS);
       this.#draw();
     }
   }
 
-  #append(pool, time) {
-    this.#times.push(time);
-    MEMBERS.forEach((name) => this.#values[name].push(pool[name] ?? null));
-    while (this.#times[0] < time - SPAN_S) {
-      this.#times.shift();
-      MEMBERS.forEach((name) => this.#values[name].shift());
-    }
+  #setZoom(zoom) {
+    this.#zoom = zoom;
+    this.#draw();
   }
 
   #draw() {
-    this.#drawings.forEach((drawing) => drawing.draw(this.#times, this.#values));
-  }
-
-  #redraw() {
-    this.#drawings.forEach((drawing) => drawing.forget());
-    this.#draw();
-  }
-}
-
-// One plot with its title and its newest value.
-class Drawing {
-  #plot;
-  #newest;
-  #place;
-  #chart = null;
-
-  constructor(place, plot) {
-    this.#plot = plot;
-    this.#newest = plot.lines.map((_, index) => element("span", { class: `line-${index}` }));
-    this.#place = element("div", { class: "drawing", role: "img", "aria-label": plot.title });
-    place.append(element("figure", { class: "plot panel" },
-      element("h3", {}, plot.title, element("span", { class: "number" }, ...this.#newest)), this.#place));
-  }
-
-  draw(times, values) {
-    const { lines, names, title, write } = this.#plot;
-    const newest = lines.map((name, index) => names[index] + write(values[name].at(-1)));
-    newest.forEach((text, index) => setText(this.#newest[index], text));
-    this.#place.setAttribute("aria-label", `${title} over the last ten minutes, now ${newest.join(", ")}`);
-    const drawn = [times, ...lines.map((name) => values[name])];
-    if (this.#place.clientWidth === 0) {
-      return;
-    }
-    this.#chart ??= new window.uPlot(this.#options(), drawn, this.#place);
-    this.#chart.setData(drawn);
-  }
-
-  fit() {
-    this.#chart?.setSize({ width: this.#place.clientWidth, height: HEIGHT_PX });
-  }
-
-  // The next drawing starts from scratch, with the current colours.
-  forget() {
-    this.#chart?.destroy();
-    this.#chart = null;
-  }
-
-  #options() {
-    const { ink, quiet, line, accent, warn } = colorsOf("ink", "quiet", "line", "accent", "warn");
-    const strokes = [accent, warn];
-    const { write, lines, isLog } = this.#plot;
-    const axis = { stroke: quiet, font: "12px system-ui, sans-serif", grid: { stroke: line, width: 1 }, ticks: { show: false } };
-    return {
-      width: this.#place.clientWidth,
-      height: HEIGHT_PX,
-      legend: { show: false },
-      cursor: { show: false },
-      padding: [10, 18, 0, 0],
-      scales: { y: isLog ? { distr: 3 } : { range: (chart, min, max) => rangeOf(min, max) } },
-      axes: [
-        { ...axis, grid: { show: false }, size: 26, space: 70, values: (chart, ticks) => ticks.map(minute) },
-        { ...axis, grid: isLog ? { ...axis.grid, filter: decades } : axis.grid, size: 56, space: 34, values: (chart, ticks) => ticks.map((tick) => (tick === null ? "" : write(tick))) },
-      ],
-      series: [{}, ...lines.map((name, index) => ({ stroke: strokes[index] ?? ink, width: 1.75, points: { show: false } }))],
+    byId("unzoom").disabled = this.#zoom === null;
+    const box = byId("normalised");
+    const hasRanges = this.#series.every(({ pool }) => pool.games.every((game) => this.#rangeOf(pool, game)));
+    box.disabled = !hasRanges;
+    const settings = {
+      x: byId("x").value, span: byId("span").selectedOptions[0].text, band: byId("band").value, zoom: this.#zoom,
+      isNormalised: hasRanges && box.checked, rangeOf: (pool, game) => this.#rangeOf(pool, game),
     };
+    this.#plots.forEach((plot) => plot.draw(this.#series, settings));
   }
-}
 
-// Grid lines of a logarithmic scale: 1, 10, 100.
-function decades(chart, ticks) {
-  return ticks.map((tick) => (Number.isInteger(Math.log10(tick)) ? tick : null));
-}
-
-// Starts at zero if all values are positive, with some margin.
-function rangeOf(min, max) {
-  if (min === null || max === null) {
-    return [0, 1];
+  // The catalog's range of returns: { min, max }; undefined if it has none for the game and mode.
+  #rangeOf(pool, game) {
+    const { modes } = this.#catalog.games.find(({ name }) => name === game);
+    return modes.find(({ name }) => name === pool.mode)?.return_range;
   }
-  const low = Math.min(0, min);
-  const high = Math.max(0, max);
-  return [low * 1.1, high === low ? low + 1 : high * 1.1];
-}
 
-// 08:10, with seconds for ticks between minutes.
-function minute(seconds) {
-  const time = clock(seconds);
-  return time.endsWith(":00") ? time.slice(0, -3) : time;
+  // Downloads the rows of all shown pools; those with the same columns share a header.
+  #save() {
+    const lines = [];
+    let header = "";
+    for (const series of this.#series) {
+      if (series.csvHeader !== header) {
+        header = series.csvHeader;
+        lines.push(header);
+      }
+      lines.push(...series.toCsv());
+    }
+    const name = this.#series.map(({ pool }) => pool.name.replace("pools/", "")).join("-").slice(0, 100);
+    saveTrace(new TextEncoder().encode(`${lines.join("\n")}\n`), `${name}.csv`);
+  }
 }

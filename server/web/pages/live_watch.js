@@ -2,11 +2,13 @@
 
 import { attempt } from "./page.js";
 import { ServerError } from "./connection.js";
+import { FrameDecoder } from "./frame_decoder.js";
 
 export class Watch {
   #connection;
   #number = null;
   #isEnded = false;
+  #decoder = new FrameDecoder();
   #onFrames;
   #onEnd;
 
@@ -42,9 +44,12 @@ export class Watch {
     this.#connection.removeEventListener("message:watch_ended", this.#receiveEnd);
   }
 
-  #receive = ({ detail }) => {
+  #receive = async ({ detail }) => {
     if (detail.watch === this.#number) {
-      this.#onFrames(detail.parts);
+      const parts = await this.#decoder.decode(detail.parts);
+      if (!this.#isEnded) {
+        this.#onFrames(parts);
+      }
     }
   };
 

@@ -1,63 +1,112 @@
-// Shared by all pages: the top bar, the connection and its state, the theme, notices and the token prompt.
+// Shared by all pages: the top bar, the connection and its state, the theme and the token prompt.
 
 import { Connection, LOST } from "./connection.js";
 import { byId, element, setText } from "./elements.js";
+import { clock } from "./figures.js";
+import { notify, sentence } from "./notices.js";
 import { askToken, forgetToken, savedToken } from "./token.js";
 
 const PAGES = [["/", "Live"], ["/play", "Play"], ["/replay", "Replay"], ["/gallery", "Gallery"]];
-const NOTICE_MS = 6000;
+// Close code of the WebSocket: the server has as many pages as it takes.
+const TRY_AGAIN_LATER = 1013;
+
+let page = null;  // { connection, state, onLost, hasContent, isOut, isAsking }
 
 // Shows the page and connects. `onReady(hello, connection)` is called when the server accepts the page, and again after each
-// reconnect. Returns the connection.
+// reconnect; `onLost()` when the connection is lost or given up. Returns the connection.
 export function openPage(onReady, onLost = () => {}) {
   const state = element("span", { class: "link", role: "status", "data-state": "connecting" }, "Connecting");
   drawBar(state);
   const connection = new Connection();
-  let wasLost = false;
+  page = { connection, state, onLost, hasContent: false, isOut: false, isAsking: false };
   connection.addEventListener("open", async () => {
-    const hello = await greet(connection);
+    const hello = await greet();
     if (!hello) {
       return;
     }
-    state.dataset.state = "open";
-    setText(state, "Connected");
-    if (wasLost) {
+    if (page.isOut) {
       notify("Reconnected to the server.");
     }
-    wasLost = false;
+    page.hasContent = true;
+    endOutage();
     onReady(hello, connection);
   });
   connection.addEventListener("lost", ({ detail }) => {
-    state.dataset.state = "lost";
-    setText(state, "Waiting for the server");
-    if (!wasLost) {
-      notify(detail || "The connection to the server was lost. Reconnecting.", "warn");
+    if (!page.isOut && page.hasContent) {
       onLost();
     }
-    wasLost = true;
+    beginOutage(describeLoss(detail), detail.code === TRY_AGAIN_LATER ? "Server is full" : "Waiting for the server");
+  });
+  connection.on("pools_closed", (error) => {
+    if (error.code === "UNAUTHENTICATED") {
+      changeToken();
+    } else {
+      beginOutage(`${sentence(error.message)} The pools are no longer reported.`, "No reports");
+    }
   });
   connection.open();
   return connection;
 }
 
+function describeLoss({ code, reason }) {
+  if (code === TRY_AGAIN_LATER) {
+    return `${sentence(reason)} This page opens when another is closed.`;
+  }
+  const cause = reason ? sentence(reason).slice(0, -1) : "The connection was lost";
+  return `${cause} at ${clock(Date.now() / 1000)}. Trying to reconnect.`;
+}
+
+// Marks all content as outdated, for the reason in `text`, until endOutage.
+export function beginOutage(text, stateText) {
+  page.state.dataset.state = "lost";
+  if (!page.isOut || page.state.textContent !== stateText) {
+    setText(byId("outage"), page.hasContent ? `${text} What is shown is older.` : text);
+  }
+  setText(page.state, stateText);
+  page.isOut = true;
+  byId("outage").hidden = false;
+  document.documentElement.toggleAttribute("data-outdated", page.hasContent);
+}
+
+export function endOutage() {
+  page.isOut = false;
+  page.state.dataset.state = "open";
+  setText(page.state, "Connected");
+  byId("outage").hidden = true;
+  document.documentElement.removeAttribute("data-outdated");
+}
+
 // Sends hello. Returns the answer, or null if the server rejects the page; then it is retried, with another token if
 // necessary.
-async function greet(connection) {
+async function greet() {
   const token = savedToken();
   try {
-    return await connection.call("hello", token ? { token } : {});
+    return await page.connection.call("hello", token ? { token } : {});
   } catch (error) {
     if (error.code === "UNAUTHENTICATED") {
-      // The server's time limit for hello is shorter than a person's search for a token.
-      connection.close();
-      forgetToken();
-      await askToken(token ? "The server does not know this token. Is it complete?" : "");
-      connection.open();
+      changeToken(token ? "The server does not know this token. Is it complete?" : "");
     } else {
       tell(error);
     }
     return null;
   }
+}
+
+// Asks for a token and connects with it. Meanwhile the page is not connected: the server's time limit for hello is shorter
+// than a person's search for a token.
+async function changeToken(problem = "The server no longer accepts this token.") {
+  if (page.isAsking) {
+    return;
+  }
+  page.isAsking = true;
+  page.connection.close();
+  if (page.hasContent) {
+    page.onLost();
+  }
+  forgetToken();
+  await askToken(problem);
+  page.isAsking = false;
+  page.connection.open();
 }
 
 function drawBar(state) {
@@ -67,7 +116,7 @@ function drawBar(state) {
     element("a", { class: "mark", href: "/" }, mark(), "Procgen Server"),
     element("nav", { "aria-label": "Pages" }, ...links),
     element("div", { class: "end" }, state, themeButton()));
-  document.body.append(element("div", { class: "notices", id: "notices", role: "status", "aria-live": "polite" }));
+  byId("top").after(element("p", { class: "outage", id: "outage", role: "alert", hidden: true }));
 }
 
 // The logo: four cells, one of them raised.
@@ -103,29 +152,24 @@ function themeButton() {
   return button;
 }
 
-// Shows a notice at the foot of the page for a while. `kind`: "", "warn" or "bad".
-export function notify(text, kind = "") {
-  const notice = element("p", { class: `notice ${kind}` }, text);
-  byId("notices").replaceChildren(notice);
-  setTimeout(() => notice.remove(), NOTICE_MS);
-}
-
-// Runs an action of the user and shows its error. Returns its result, or null.
-export async function attempt(work) {
+// Runs an action of the user and shows its error with `say`. Returns its result, or null.
+export async function attempt(work, say = (text) => notify(text, "bad")) {
   try {
     return await work();
   } catch (error) {
     if (error.name !== "ServerError") {
       throw error;
     }
-    tell(error);
+    tell(error, say);
     return null;
   }
 }
 
 // The page reports a lost connection once.
-function tell(error) {
-  if (error.code !== LOST) {
-    notify(error.message, "bad");
+function tell(error, say = (text) => notify(text, "bad")) {
+  if (error.code === "UNAUTHENTICATED") {
+    changeToken();
+  } else if (error.code !== LOST) {
+    say(sentence(error.message));
   }
 }

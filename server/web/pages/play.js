@@ -1,14 +1,23 @@
 // The play page: starts a level, steps it with the held keys and shows it.
 
-import { byId, setText, setTiles } from "./elements.js";
-import { count, reward } from "./figures.js";
+import { byId, setText } from "./elements.js";
+import { requestsInFlight } from "./latency.js";
 import { addressOf, drawGames, drawOptions, optionsOf, readAddress } from "./level_choice.js";
-import { attempt, notify, openPage } from "./page.js";
-import { drawPart, partOf } from "./pictures.js";
+import { showLinkProblems } from "./level_link.js";
+import { attempt, openPage } from "./page.js";
+import { partOf } from "./pictures.js";
+import { followBranch } from "./play_branch.js";
+import { listenToGamepads } from "./play_gamepad.js";
 import { actionOf, Keys, takesKeys } from "./play_keys.js";
-import { replayTrace, saveTrace } from "./traces.js";
+import { describeEnd, factsOf, hasNext, isTouched, levelOf, tellLevel } from "./play_level.js";
+import { recordScore } from "./play_scores.js";
+import { listenToTraceButtons } from "./play_traces.js";
+import { drawView } from "./play_view.js";
+import { StepPace } from "./step_pace.js";
 
 const STEPS_PER_SECOND = 15;
+// Keys pressed this soon after the end of an episode were meant for it.
+const END_SHOWN_MS = 500;
 
 const form = byId("choice");
 const stage = byId("stage");
@@ -17,52 +26,86 @@ let catalog = null;
 let connection = null;
 let view = null;      // the last one; null: no play
 let level = null;     // the current level: { game, mode, level, options }
+let branch = null;    // the replay that is continued: { trace, step }; null: none
 let isPaused = true;
 let isWaiting = false;  // paused at a level's start, until a key of the game is pressed
+let endTime = null;   // when the shown episode ended, by performance.now(); null: it has not
+let turn = 0;         // steps since a key was pressed
 let asked = 0;        // number of requested views that are not shown yet
+let pace = new StepPace(1);
 
-function ready(hello, opened) {
+async function ready(hello, opened) {
   connection = opened;
   view = null;
+  pace = new StepPace((await attempt(() => requestsInFlight(connection, STEPS_PER_SECOND))) ?? 1);
   if (!catalog) {
     catalog = hello.catalog;
     drawOptions(byId("options"), catalog);
     drawGames(form, catalog);
-    readAddress(form, new URLSearchParams(location.search));
+    await readLink(new URLSearchParams(location.search));
     describe();
   }
-  begin();
+  if (!stage.hidden) {
+    begin();
+  }
+}
+
+// Reads the URL: of a level, or of a step of a replay that is to be continued.
+async function readLink(query) {
+  if (!query.has("step")) {
+    readAddress(form, query);
+    stage.hidden = showLinkProblems(catalog);
+    return;
+  }
+  stage.hidden = true;
+  branch = await followBranch(connection, query);
+  stage.hidden = !branch;
 }
 
 function lost() {
   view = null;
+  endTime = null;
   pause(true);
   say("The connection was lost. The level restarts after reconnecting.");
 }
 
+// Starts the level in the form, or continues the replay of the URL.
 async function begin() {
-  level = {
-    game: form.elements.game.value, mode: form.elements.mode.value, level: form.elements.level.valueAsNumber,
-    options: optionsOf(form, catalog),
-  };
-  tellLevel();
+  stage.hidden = false;
+  byId("wrong").hidden = true;
   if (view) {
     connection.call("play.close", { play: view.play }).catch(() => {});
     view = null;
   }
-  const { game, mode, options } = level;
-  if (!await ask("play.start", { game, mode, level_seed: level.level, options })) {
+  if (!await (branch ? continueReplay() : startLevel())) {
     view = null;
   }
-  waitForKey();
+  if (endTime === null) {
+    waitForKey();
+  }
   stage.focus({ preventScroll: true });
 }
 
-// Shows the level in the URL, the title and the page.
-function tellLevel() {
-  history.replaceState(null, "", addressOf("/play", level));
-  document.title = `${level.game}, level ${level.level} – Procgen Server`;
-  setText(byId("playing"), `${level.game}, ${level.mode}, level ${level.level}`);
+function startLevel() {
+  level = {
+    game: form.elements.game.value, mode: form.elements.mode.value, level: form.elements.level.valueAsNumber,
+    options: optionsOf(form, catalog),
+  };
+  tellLevel(level, catalog);
+  const { game, mode, options } = level;
+  return ask("play.start", { game, mode, level_seed: level.level, options, human_size_px: pace.sizePx });
+}
+
+function continueReplay() {
+  const { trace, step } = branch;
+  return ask("play.start", { row: step, human_size_px: pace.sizePx }, trace.bytes);
+}
+
+// Shows the level at which a replay is continued.
+function tellBranch(header) {
+  level = levelOf(header, view, catalog);
+  readAddress(form, new URL(addressOf("/play", level), location.href).searchParams);
+  tellLevel(level, catalog, `${branch.trace.name} from step ${branch.step}`);
 }
 
 // A level starts at the first key press, so that the player is ready.
@@ -71,16 +114,30 @@ function waitForKey() {
     pause(true);
     keys.take();
     isWaiting = true;
-    byId("pause").firstChild.data = "Begin ";
-    say(`${factsOf(level.game).description} Press an arrow key to begin.`);
+    drawMain();
+    say(`${factsOf(catalog, level.game).description} ${isTouched() ? "Touch an arrow below to begin." : "Press an arrow key to begin."}`);
   }
+}
+
+// Whether the main button starts the next level: after success, if there is one.
+function leadsOn() {
+  return view.prev_level_complete && hasNext(catalog, level);
+}
+
+// The label of the main button.
+function drawMain() {
+  const [text, key] = endTime !== null ? [leadsOn() ? "Next level" : "Play again", "↵"]
+    : [isWaiting ? "Begin" : isPaused ? "Resume" : "Pause", "P"];
+  byId("pause").firstChild.data = `${text} `;
+  setText(byId("pause").querySelector("kbd"), key);
 }
 
 // Sends a request whose answer is the next view of the play, and shows it. Answers come in the order of the requests.
 // Returns whether there was a view.
-async function ask(method, fields = {}) {
+async function ask(method, fields = {}, part = null) {
   asked += 1;
-  const next = await attempt(() => connection.call(method, view ? { play: view.play, ...fields } : fields));
+  const all = view ? { play: view.play, ...fields } : fields;
+  const next = await attempt(() => connection.call(method, all, part).catch(skipLate));
   if (next) {
     await show(next);
   }
@@ -88,27 +145,51 @@ async function ask(method, fields = {}) {
   return next !== null;
 }
 
+// Ignores the rejection of a step that was sent ahead when its episode had already ended.
+function skipLate(error) {
+  if (error.code !== "FAILED_PRECONDITION" || endTime === null) {
+    throw error;
+  }
+  return null;
+}
+
 async function show(next) {
   view = next;
-  const score = reward(view.total_reward);
   say("");
-  if (view.first && view.step > 0) {
-    pause(true);
-    say(`${view.prev_level_complete ? "Level complete" : "Episode over"}: score ${score} in ${count(view.episode_step)} steps. `
-      + "Restart to play it again.");
+  endTime = null;
+  if (view.header) {
+    tellBranch(view.header);
   }
-  for (const id of ["pause", "step", "restart", "next", "save", "replay"]) {
+  if (view.first && view.step > 0) {
+    endTime = performance.now();
+    pause(true);
+    say(describeEnd(view, { leadsOn: leadsOn(), isBest: branch === null && recordScore(level, view.total_reward) }));
+  }
+  for (const id of ["pause", "step", "restart", "next", "save", "replay", "copy-python"]) {
     byId(id).disabled = false;
   }
-  await Promise.all(["human", "agent"].map((name) => drawPart(byId(name), partOf(next, name))));
-  if (view === next) {  // Figures and images must show the same step.
-    const where = `${level.game}, level ${view.level_seed}, step ${view.episode_step}, score ${score}`;
-    byId("human").setAttribute("aria-label", `${where}, as people see it`);
-    byId("agent").setAttribute("aria-label", `${where}, as the agent sees it`);
-    setTiles(byId("figures"), [
-      ["Score", score], ["Step", count(view.episode_step)], ["Level seed", String(view.level_seed)],
-      ["Reward", reward(view.reward)], ["Episodes", count(view.episode_count)],
-    ]);
+  await draw(next, endTime === null ? "" : "final_");
+}
+
+function draw(drawn, kind) {
+  return drawView(level, drawn, kind, () => view === drawn);
+}
+
+// Shows the start of the next episode in place of the end of the last one.
+function leaveEnd() {
+  endTime = null;
+  say("");
+  pause(true);
+  return draw(view, "");
+}
+
+// What the main button does after an episode.
+function goOn() {
+  if (leadsOn()) {
+    act("next");
+  } else {
+    leaveEnd();
+    waitForKey();
   }
 }
 
@@ -117,18 +198,24 @@ function say(text) {
 }
 
 function step() {
-  return ask("play.step", { action: actionOf(catalog.actions, keys.take()) });
+  turn += 1;
+  const action = actionOf(catalog.actions, keys.take(), turn - 1);
+  return ask("play.step", { action, episode_count: view.episode_count, human_size_px: pace.sizePx });
 }
 
 function pause(value) {
   isPaused = value;
   isWaiting = false;
-  byId("pause").firstChild.data = isPaused ? "Resume " : "Pause ";
+  drawMain();
 }
 
 // The action of a button; none without a level.
 function act(name) {
   if (!view) {
+    return;
+  }
+  if (endTime !== null && (name === "pause" || name === "step")) {
+    (name === "pause" ? goOn : leaveEnd)();
     return;
   }
   switch (name) {
@@ -142,9 +229,11 @@ function act(name) {
       step();
       break;
     case "restart":
+      pause(true);
       ask("play.restart").then(waitForKey);
       break;
     case "next":
+      pause(true);
       ask("play.next_level").then((isThere) => isThere && follow());
       break;
   }
@@ -152,35 +241,22 @@ function act(name) {
 
 // Sets the form and the URL to the current level.
 function follow() {
+  branch = null;
   level.level = view.level_seed;
   form.elements.level.value = view.level_seed;
-  tellLevel();
+  tellLevel(level, catalog);
   waitForKey();
 }
 
-async function withTrace(use) {
-  pause(true);
-  const trace = await attempt(() => connection.call("play.trace", { play: view.play }));
-  if (trace) {
-    use(partOf(trace, "trace").content, trace.file_name, trace.fingerprint);
-  }
-}
-
-function factsOf(game) {
-  return catalog.games.find(({ name }) => name === game);
-}
-
-// The keys of the chosen game other than moves, with their descriptions.
+// Describes the game in the form.
 function describe() {
-  const { description, special_actions } = factsOf(form.elements.game.value);
-  const keyOf = (action) => catalog.actions[action].name;
-  setText(byId("about"), description);
-  setText(byId("special_keys"), special_actions.map((special) => `${keyOf(special.action)}: ${special.description}`).join(" "));
+  setText(byId("about"), factsOf(catalog, form.elements.game.value).description);
 }
 
 form.addEventListener("submit", (event) => {
   event.preventDefault();
   if (connection) {
+    branch = null;
     begin();
   }
 });
@@ -188,11 +264,7 @@ form.elements.game.addEventListener("change", () => catalog && describe());
 for (const name of ["pause", "step", "restart", "next"]) {
   byId(name).addEventListener("click", () => act(name));
 }
-byId("save").addEventListener("click", () => withTrace((bytes, name, fingerprint) => {
-  saveTrace(bytes, name);
-  notify(`Saved ${name}, ${fingerprint ? `fingerprint ${fingerprint}` : "episode not finished"}.`);
-}));
-byId("replay").addEventListener("click", () => withTrace(replayTrace));
+listenToTraceButtons(() => ({ connection, view, level, catalog }), () => isWaiting || pause(true));
 
 const SHORTCUTS = { p: "pause", ".": "step", r: "restart", n: "next" };
 document.addEventListener("keydown", (event) => {
@@ -201,14 +273,22 @@ document.addEventListener("keydown", (event) => {
     event.preventDefault();
     act(name);
   }
+  if (event.key === "Enter" && endTime !== null && event.target.closest("button, a") === null && !takesKeys(event.target)) {
+    goOn();
+  }
 });
 keys.listen(document.querySelector(".pad"), () => {
-  if (isWaiting) {
+  turn = 0;
+  if (endTime !== null && performance.now() - endTime > END_SHOWN_MS) {
+    leaveEnd();
+    pause(false);
+  } else if (isWaiting) {
     pause(false);
   }
 });
+listenToGamepads((names) => keys.holdByGamepads(names), act);
 setInterval(() => {
-  if (view && !isPaused && asked === 0 && !document.hidden) {
+  if (view && !isPaused && !document.hidden && pace.mayStep(asked, partOf(view, "human").width)) {
     step();
   }
 }, 1000 / STEPS_PER_SECOND);

@@ -1,17 +1,25 @@
-// Keys of the keyboard and of the touch pad, and the action that held keys select.
+// Keys of the keyboard, the touch pad and gamepads, and the action that held keys select.
 
 const NAMES = {
   ArrowLeft: "LEFT", ArrowRight: "RIGHT", ArrowUp: "UP", ArrowDown: "DOWN",
   KeyQ: "Q", KeyW: "W", KeyE: "E", KeyA: "A", KeyS: "S", KeyD: "D",
 };
 
-// The number of the action for `keys`, in the order in which they were pressed. The action contains the newest key, so that a
-// player can shoot while moving, and as many of the others as any action allows.
-// `actions`: the catalog's, with `number` and `keys`.
-export function actionOf(actions, held) {
-  const newest = [...held].slice(-1);
-  const possible = actions.filter(({ keys }) => keys.every((key) => held.has(key)) && newest.every((key) => keys.includes(key)));
-  return possible.reduce((best, action) => (action.keys.length > best.keys.length ? action : best)).number;
+// The number of the action for the held keys, in the order in which they were pressed. The action contains the newest key and as
+// many of the others as any action allows. No action both moves and shoots, so while keys for both are held, every second step
+// has the newest key of the other kind. `actions`: the catalog's, with `number` and `keys`; `turn`: steps since the last press.
+export function actionOf(actions, held, turn) {
+  const best = (newest) => actions
+    .filter(({ keys }) => keys.every((key) => held.has(key)) && (newest === undefined || keys.includes(newest)))
+    .reduce((most, action) => (action.keys.length > most.keys.length ? action : most));
+  const names = [...held];
+  const action = best(names.at(-1));
+  const other = names.findLast((name) => !action.keys.includes(name) && isLetter(name) !== isLetter(names.at(-1)));
+  return (turn % 2 === 1 && other ? best(other) : action).number;
+}
+
+function isLetter(name) {
+  return name.length === 1;
 }
 
 // Whether the focused element handles letters and arrows itself.
@@ -28,6 +36,7 @@ function namesOf(button) {
 export class Keys {
   #held = new Map();  // name -> number of keys and buttons that hold it
   #tapped = new Set();
+  #ofGamepads = [];  // names
 
   #onPress = () => {};
 
@@ -54,6 +63,14 @@ export class Keys {
     const names = new Set([...this.#held.keys(), ...this.#tapped]);
     this.#tapped.clear();
     return names;
+  }
+
+  // Sets the keys that gamepads hold.
+  holdByGamepads(names) {
+    const before = this.#ofGamepads;
+    this.#ofGamepads = names;
+    names.filter((name) => !before.includes(name)).forEach((name) => this.#press(name));
+    before.filter((name) => !names.includes(name)).forEach((name) => this.#release(name));
   }
 
   // Each finger presses the button under it, also after sliding.

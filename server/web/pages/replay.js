@@ -1,157 +1,168 @@
-// The replay page: opens a trace, shows any row of it, and compares it with the recording.
+// The replay page: opens a trace, shows any frame of it, and compares it with the recording.
 
-import { byId, setText, setTiles } from "./elements.js";
-import { count, NONE, plural, reward } from "./figures.js";
-import { tellOptions } from "./level_choice.js";
-import { attempt, notify, openPage } from "./page.js";
-import { drawPart, partOf } from "./pictures.js";
+import { copy } from "./clipboard.js";
+import { byId, setText } from "./elements.js";
+import { requestsInFlight } from "./latency.js";
+import { clearNotices, notify } from "./notices.js";
+import { attempt, openPage } from "./page.js";
+import { replayProgram } from "./python_code.js";
 import { takesKeys } from "./play_keys.js";
+import { Comparison } from "./replay_compare.js";
+import { ExportDialog } from "./replay_export.js";
+import { Frames } from "./replay_frames.js";
+import { followLink, placeAddress, showWrongLink } from "./replay_link.js";
+import { LevelMap } from "./replay_map.js";
+import { FRAMES_PER_SECOND_MAX, Player } from "./replay_player.js";
+import { Rows } from "./replay_rows.js";
 import { drawTimeline } from "./replay_timeline.js";
-import { keepTrace, keptTrace, saveTrace } from "./traces.js";
+import { describe, drawFrame, judge } from "./replay_view.js";
+import { keepTrace, saveTrace } from "./traces.js";
 
-const STEPS_PER_SECOND = 15;
+const LINK_DELAY_MS = 250;  // browsers limit how often the URL changes
 
 let connection = null;
 let catalog = null;
-let trace = null;     // { bytes, name }
+let trace = null;     // { bytes, name, source }
 let replay = null;    // the answer of replay.open
-let row = 0;          // the requested row
-let shownRow = -1;    // the shown row
-let isRunning = false;
-let isBusy = false;
+let rows = null;      // of the replay
+let frames = null;    // of the replay
+let inFlight = 1;     // rows that are requested at once while the replay runs
+let linkTimer = null;
 
 const slider = byId("row");
-let actions = new Map();  // number -> name
+const player = new Player({
+  onWant: (index) => { slider.value = index; },
+  onShow: show,
+  onRun: (isRunning) => {
+    byId("run").firstChild.data = isRunning ? "Pause " : "Play ";
+    tellPlace();
+  },
+});
+const exportDialog = new ExportDialog(() => ({ connection, trace, replay, frames, index: player.wanted, speed: player.speed }));
+const comparison = new Comparison(() => ({ connection, replay, actionNames }), async (row) => {
+  if (row !== null) {
+    await player.go(frames.ofRow(row));
+  }
+  comparison.show(frames.at(player.wanted));
+  redraw();
+});
+const map = new LevelMap(() => ({ connection, replay }));
+let actionNames = new Map();  // by number
 
-function ready(hello, opened) {
-  connection = opened;
+async function ready(hello, opened) {
+  inFlight = (await attempt(() => requestsInFlight(opened, FRAMES_PER_SECOND_MAX))) ?? 1;
+  connection = opened;  // After the wait: a file that is chosen meanwhile is opened once.
   catalog = hello.catalog;
-  actions = new Map(catalog.actions.map(({ number, name }) => [number, name]));
-  trace ??= keptTrace();
+  actionNames = new Map(catalog.actions.map(({ number, name }) => [number, name]));
   if (trace) {
     open();
+  } else {
+    await follow();
+  }
+}
+
+// Opens what the URL selects.
+async function follow() {
+  const query = new URLSearchParams(location.search);
+  try {
+    const found = await attempt(() => followLink(connection, query));
+    if (found?.trace) {
+      trace = found.trace;
+      open(found.step);
+    }
+  } catch (error) {
+    showWrongLink(error.message, query);
   }
 }
 
 function lost() {
   connection = null;
-  run(false);
+  rows = null;
+  player.close();
+  map.close();
+  comparison.lose();
 }
 
-async function open() {
-  if (replay) {
-    connection.call("replay.close", { replay: replay.replay }).catch(() => {});
-    replay = null;
-  }
+// Opens the trace, at a step or, without one, at the frame shown before.
+async function open(step = null) {
+  player.close();
+  map.close();
+  rows?.close();
+  rows = null;
+  replay = null;
   const opened = await attempt(() => connection.call("replay.open", {}, trace.bytes));
   if (!opened) {
+    byId("replay").hidden = connection !== null;
     return;
   }
   replay = opened;
+  rows = new Rows(connection, replay);
+  frames = new Frames(replay);
+  byId("wrong").hidden = true;
   byId("replay").hidden = false;
+  byId("copy-link").hidden = !trace.source;
   setText(byId("name"), trace.name);
-  setText(byId("level"), describe(replay.header));
+  setText(byId("level"), describe(replay, catalog));
   judge(replay.difference);
-  slider.max = replay.rows - 1;
-  row = Math.min(row, replay.rows - 1);
-  shownRow = -1;
-  drawTimeline(byId("rewards"), replay);
-  await seek(row);
+  slider.max = frames.last;
+  comparison.reopen();
+  await player.open(rows, frames, step === null ? player.wanted : frameOf(step), inFlight);
 }
 
-function describe({ games, mode, options, env_count: environments, environment }) {
-  const chosen = tellOptions(options, catalog);
-  const place = environments > 1 ? [`environment ${environment} of ${environments}`] : [];
-  return [games.join(", "), mode, ...place, plural(replay.rows - 1, "step"), ...chosen].join(" · ");
-}
-
-// Shows whether the replay equals the recording.
-function judge(difference) {
-  const verdict = byId("verdict");
-  verdict.className = `badge ${difference ? "bad" : "on"}`;
-  setText(verdict, difference
-    ? `Differs at step ${difference.row}: ${difference.field} is ${difference.got}, was ${difference.expected}`
-    : "Identical to the recording");
-}
-
-// Shows a row. During a request, only the row requested last waits.
-async function seek(wanted) {
-  row = Math.max(0, Math.min(wanted, replay.rows - 1));
-  slider.value = row;
-  if (isBusy) {
-    return;
+function frameOf(step) {
+  if (step >= replay.rows) {
+    notify(`This link is to step ${step}, the replay has ${replay.rows - 1} steps.`, "warn");
   }
-  isBusy = true;
-  while (replay && connection && shownRow !== row) {
-    const asked = row;
-    const view = await attempt(() => connection.call("replay.seek", { replay: replay.replay, row: asked }));
-    if (!view) {
-      break;
-    }
-    shownRow = asked;
-    await show(view);
+  return frames.ofRow(Math.min(step, replay.rows - 1));
+}
+
+async function show(index, view) {
+  const shown = replay;
+  const other = comparison.show(frames.at(index));
+  map.show(frames.at(index));
+  if (await drawFrame(replay, view, frames.at(index), actionNames, () => replay !== null && replay === shown)) {
+    redraw();
+    tellPlace();
   }
-  isBusy = false;
+  await other;
 }
 
-async function show(view) {
-  // First, so that figures and images show the same step.
-  await Promise.all(["human", "agent"].map((name) => drawPart(byId(name), partOf(view, name))));
-  if (!replay) {
-    return;  // Closed in the meantime.
-  }
-  const action = replay.actions[shownRow - 1];
-  setTiles(byId("figures"), [
-    ["Step", `${count(shownRow)} of ${count(replay.rows - 1)}`], ["Action", actions.get(action) ?? action ?? NONE],
-    ["Reward", reward(view.reward)], ["Score", reward(view.total_reward)],
-    ["Level seed", String(view.level_seed)], ["Episode", episodeOf(view)],
-    ["Fingerprint", view.fingerprint ?? replay.fingerprint ?? NONE],
-  ]);
-  const where = `step ${shownRow}, score ${reward(view.total_reward)}`;
-  slider.setAttribute("aria-valuetext", where);
-  byId("human").setAttribute("aria-label", `${where}, as people see it`);
-  byId("agent").setAttribute("aria-label", `${where}, as the agent sees it`);
-  drawTimeline(byId("rewards"), replay, shownRow);
-}
-
-function episodeOf(view) {
-  if (!view.first || shownRow === 0) {
-    return "running";
-  }
-  return view.prev_level_complete ? "level complete" : "over";
-}
-
-function run(value) {
-  isRunning = value;
-  byId("run").firstChild.data = isRunning ? "Pause " : "Play ";
-}
-
-function go(wanted) {
-  run(false);
+function redraw() {
   if (replay) {
-    seek(wanted);
+    drawTimeline(byId("rewards"), replay, frames, Math.max(0, player.shown), comparison.row);
   }
 }
 
-function toggle() {
-  if (!isRunning && replay && row === replay.rows - 1) {
-    seek(0);
+// Shows the place in the URL, except while the replay runs.
+function tellPlace() {
+  clearTimeout(linkTimer);
+  if (replay && !player.isRunning) {
+    linkTimer = setTimeout(() => history.replaceState(null, "", address()), LINK_DELAY_MS);
   }
-  run(!isRunning && replay !== null);
+}
+
+function address(path = "/replay") {
+  return placeAddress(path, trace.source, frames.at(player.wanted).row);
+}
+
+function program() {
+  const { row, isStart } = frames.at(player.wanted);
+  const isEnd = replay.first.includes(row) && row > 0 && !isStart;
+  return replayProgram({ replay, name: trace.name, row, isEnd }, catalog);
 }
 
 async function take(file) {
   if (!file) {
     return;
   }
-  run(false);
-  trace = { bytes: new Uint8Array(await file.arrayBuffer()), name: file.name };
-  row = 0;
-  if (!keepTrace(trace.bytes, trace.name)) {
+  player.run(false);
+  clearNotices();
+  trace = { bytes: new Uint8Array(await file.arrayBuffer()), name: file.name, source: null };
+  if (!keepTrace(trace)) {
     notify("The trace is too large to keep: it is lost when the page is reloaded.", "warn");
   }
   if (connection) {
-    open();
+    open(0);
   }
 }
 
@@ -169,35 +180,39 @@ document.addEventListener("drop", (event) => {
 });
 
 const ACTS = {
-  first: () => go(0), back: () => go(row - 1), run: toggle, forward: () => go(row + 1), last: () => go(replay.rows - 1),
-  save: () => saveTrace(trace.bytes, trace.name),
+  first: () => player.go(0), back: () => player.go(player.wanted - 1), run: () => player.toggle(),
+  forward: () => player.go(player.wanted + 1), last: () => player.go(frames.last),
+  save: () => saveTrace(trace.bytes, trace.name), "open-export": () => exportDialog.show(),
+  "copy-python": () => copy(program(), "a program that replays up to this step"),
+  "play-here": () => location.assign(address("/play")),
+  "copy-link": () => copy(new URL(address(), location.href).href, "a link to this step"),
 };
 for (const [name, act] of Object.entries(ACTS)) {
-  byId(name).addEventListener("click", act);
+  byId(name).addEventListener("click", () => replay && act());
 }
-const SHORTCUTS = { p: "run", ".": "forward", ",": "back" };
+byId("speed").addEventListener("change", ({ target }) => { player.speed = Number(target.value); });
+byId("loop").addEventListener("change", ({ target }) => { player.isLooping = target.checked; });
+
+const SHORTCUTS = {
+  p: "run", " ": "run", ".": "forward", ",": "back", ArrowRight: "forward", ArrowLeft: "back", Home: "first", End: "last",
+};
+// The slider handles arrows, Home and End itself; buttons and links are pressed with the space bar.
+const OWN_KEYS = [[slider, ["ArrowRight", "ArrowLeft", "Home", "End"]]];
 document.addEventListener("keydown", (event) => {
-  const name = SHORTCUTS[event.key.toLowerCase()];
-  const isPlain = !event.ctrlKey && !event.metaKey && !event.altKey;
-  if (name && replay && isPlain && (event.target === slider || !takesKeys(event.target))) {
+  const { target, key } = event;
+  const name = SHORTCUTS[key.length === 1 ? key.toLowerCase() : key];
+  const isPlain = !event.ctrlKey && !event.metaKey && !event.altKey && !event.shiftKey;
+  const isOwn = OWN_KEYS.some(([element, keys]) => element === target && keys.includes(key))
+    || (key === " " && target.closest("button, a, label") !== null);
+  if (name && replay && isPlain && !isOwn && (target === slider || !takesKeys(target))) {
     event.preventDefault();
     ACTS[name]();
   }
 });
-slider.addEventListener("input", () => go(slider.valueAsNumber));
+slider.addEventListener("input", () => player.go(slider.valueAsNumber));
 byId("rewards").addEventListener("pointerdown", ({ offsetX, target }) =>
-  replay && go(Math.round(offsetX / target.clientWidth * (replay.rows - 1))));
-const redraw = () => replay && drawTimeline(byId("rewards"), replay, shownRow);
+  replay && player.go(Math.round(offsetX / target.clientWidth * frames.last)));
 document.addEventListener("theme", redraw);
 addEventListener("resize", redraw);
-setInterval(() => {
-  if (isRunning && !isBusy) {
-    if (row + 1 < replay.rows) {
-      seek(row + 1);
-    } else {
-      run(false);
-    }
-  }
-}, 1000 / STEPS_PER_SECOND);
 
 openPage(ready, lost);

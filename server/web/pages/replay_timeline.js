@@ -1,8 +1,9 @@
-// Draws the rewards of a replay over its rows: gains upwards, losses downwards, a line at the start of each episode.
+// Draws the rewards of a replay over its frames: gains upwards, losses downwards, a line at the end of each episode.
 
 import { colorsOf } from "./colors.js";
 
-export function drawTimeline(canvas, replay, row = 0) {
+// `marked`: a row that differs from another replay, or null.
+export function drawTimeline(canvas, replay, frames, shown = 0, marked = null) {
   const scale = devicePixelRatio;
   const width = canvas.clientWidth;
   const height = canvas.clientHeight;
@@ -10,28 +11,30 @@ export function drawTimeline(canvas, replay, row = 0) {
   canvas.height = Math.round(height * scale);
   const context = canvas.getContext("2d");
   context.scale(scale, scale);
-  const { edge, good, bad, accent } = colorsOf("edge", "good", "bad", "accent");
-  const last = Math.max(1, replay.rows - 1);
-  const at = (index) => index / last * (width - 2) + 1;
-  const bar = (index, top, size, color, thickness = 2) => {
+  const { edge, good, bad, warn, accent } = colorsOf("edge", "good", "bad", "warn", "accent");
+  const at = (frame) => frame / Math.max(1, frames.last) * (width - 2) + 1;
+  const bar = (frame, top, size, color, thickness = 2) => {
     context.fillStyle = color;
-    context.fillRect(at(index) - thickness / 2, top, thickness, size);
+    context.fillRect(at(frame) - thickness / 2, top, thickness, size);
   };
 
   const middle = height / 2;
-  bar(last / 2, middle, 1, edge, width);
-  replay.first.forEach((index) => bar(index, 0, height, edge, 1));
+  bar(frames.last / 2, middle, 1, edge, width);
+  replay.first.forEach((row) => bar(frames.ofRow(row), 0, height, edge, 1));
   const largest = replay.rewards.reduce((most, value) => Math.max(most, Math.abs(value)), 0) || 1;
-  replay.rewards.forEach((value, index) => {
+  replay.rewards.forEach((value, row) => {
     const size = Math.max(3, Math.abs(value) / largest * (middle - 3));
     if (value > 0) {
-      bar(index, middle - size, size, good, 3);
+      bar(frames.ofRow(row), middle - size, size, good, 3);
     } else if (value < 0) {
-      bar(index, middle, size, bad, 3);
+      bar(frames.ofRow(row), middle, size, bad, 3);
     }
   });
   if (replay.difference) {
-    bar(replay.difference.row, 0, height, bad, 3);
+    bar(frames.ofRow(replay.difference.row), 0, height, bad, 3);
   }
-  bar(row, 0, height, accent);
+  if (marked !== null) {
+    bar(frames.ofRow(marked), 0, height, warn, 5);
+  }
+  bar(shown, 0, height, accent);
 }

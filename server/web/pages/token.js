@@ -29,7 +29,8 @@ export function askToken(problem) {
     dialog.addEventListener("cancel", (event) => event.preventDefault());
     // Browsers let users close the dialog anyway; without a token the page is empty.
     dialog.addEventListener("close", () => dialog.isConnected && dialog.showModal());
-    form.addEventListener("submit", () => {
+    form.addEventListener("submit", (event) => {
+      event.preventDefault();
       sessionStorage.setItem(KEY, input.value.trim());
       dialog.remove();
       resolve(savedToken());

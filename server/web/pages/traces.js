@@ -1,12 +1,15 @@
 // Traces, passed between pages and saved as files. A trace is bytes; the tab keeps one, for the replay page.
 
+import { saveFile } from "./files.js";
+
 const KEY = "trace";
 
-// Keeps a trace, replacing the previous one. Returns false if it is too large.
-export function keepTrace(bytes, name) {
+// Keeps a trace, replacing the previous one. `source`: the episode of a pool that it contains (see replay_link.js), or null.
+// Returns false if it is too large.
+export function keepTrace({ bytes, name, source }) {
   const text = bytes.reduce((sum, byte) => sum + String.fromCharCode(byte), "");
   try {
-    sessionStorage.setItem(KEY, JSON.stringify({ name, content: btoa(text) }));
+    sessionStorage.setItem(KEY, JSON.stringify({ name, source, content: btoa(text) }));
   } catch (error) {
     if (error.name !== "QuotaExceededError") {
       throw error;
@@ -18,26 +21,21 @@ export function keepTrace(bytes, name) {
 }
 
 // Opens the replay page with a trace; a trace that is too large to pass is saved as a file.
-export function replayTrace(bytes, name) {
-  if (keepTrace(bytes, name)) {
+export function replayTrace(bytes, name, source = null) {
+  if (keepTrace({ bytes, name, source })) {
     location.assign("/replay");
   } else {
     saveTrace(bytes, name);
   }
 }
 
-// The kept trace, { bytes, name }, or null.
+// The kept trace, { bytes, name, source }, or null.
 export function keptTrace() {
   const kept = JSON.parse(sessionStorage.getItem(KEY));
-  return kept && { name: kept.name, bytes: Uint8Array.from(atob(kept.content), (letter) => letter.charCodeAt(0)) };
+  return kept && { name: kept.name, source: kept.source ?? null, bytes: Uint8Array.from(atob(kept.content), (letter) => letter.charCodeAt(0)) };
 }
 
 // Downloads a trace as a file.
 export function saveTrace(bytes, name) {
-  const address = URL.createObjectURL(new Blob([bytes], { type: "application/octet-stream" }));
-  const link = document.createElement("a");
-  link.href = address;
-  link.download = name;
-  link.click();
-  setTimeout(() => URL.revokeObjectURL(address), 60_000);
+  saveFile(new Blob([bytes], { type: "application/octet-stream" }), name);
 }

@@ -56,6 +56,11 @@ std::vector<int32_t> ActionsOf(const v1::Episode& episode) {
   return actions;
 }
 
+absl::Status LevelsWereSelected() {
+  return absl::FailedPreconditionError(
+      "the levels of this episode were selected individually, which a trace cannot represent");
+}
+
 // Whether the replay equals the episode. With repeated actions, rewards are sums and are not
 // compared; equal level changes suffice.
 bool IsTheSame(const v1::Episode& episode, const Trace& trace) {
@@ -72,6 +77,8 @@ bool IsTheSame(const v1::Episode& episode, const Trace& trace) {
                      static_cast<size_t>(episode.rewards_size()) * sizeof(float)) == 0;
 }
 
+// Errors: those of the server; FAILED_PRECONDITION the episode ends earlier than the given one;
+// CANCELLED `is_stopping`.
 absl::StatusOr<Recording> PlayAgain(const v1::Episode& episode, SingleEnvPool* pool,
                                     const std::atomic<bool>& is_stopping) {
   const absl::StatusOr<PoolOptions> options = PoolOptionsOf(pool->spec());
@@ -90,10 +97,15 @@ absl::StatusOr<Recording> PlayAgain(const v1::Episode& episode, SingleEnvPool* p
       return absl::CancelledError("the page disconnected");
     }
     const auto part = absl::MakeConstSpan(actions).subspan(played, kActionsAtATime);
-    const absl::Status status =
-        pool->StepAll(part, [&](const Row& row) { recording.Add(actions[played++], row); });
-    if (!status.ok()) {
-      return status;
+    // Only the last action ends the episode.
+    const absl::StatusOr<bool> is_the_same = pool->StepAll(
+        part, [](size_t) { return false; },
+        [&](const Row& row) { recording.Add(actions[played++], row); });
+    if (!is_the_same.ok()) {
+      return is_the_same.status();
+    }
+    if (!*is_the_same) {
+      return LevelsWereSelected();
     }
   }
   return recording;
@@ -144,8 +156,7 @@ absl::StatusOr<EpisodeTrace> TraceOfEpisode(std::shared_ptr<procgen_client::Clie
     return recording.status();
   }
   if (!IsTheSame(*episode, recording->trace())) {
-    return absl::FailedPreconditionError(
-        "the levels of this episode were selected individually, which a trace cannot represent");
+    return LevelsWereSelected();
   }
   Json facts = FactsOf(choice, *episode, *recording);
   return EpisodeTrace{std::move(facts), *std::move(recording)};

@@ -36,7 +36,7 @@ absl::Status BeginLevels(procgen_client::Client* client, const std::string& pool
 }  // namespace
 
 absl::StatusOr<Answer> GalleryPage(procgen_client::Client* client, const LevelChoice& choice,
-                                   int32_t count, int32_t size_px) {
+                                   int32_t count, int32_t size_px, v1::FrameView view) {
   v1::PoolSpec spec = SpecOf(choice);
   spec.set_env_count(count);
   const absl::StatusOr<v1::Pool> pool = MakePagePool(client, "gallery", spec);
@@ -53,7 +53,7 @@ absl::StatusOr<Answer> GalleryPage(procgen_client::Client* client, const LevelCh
   Answer answer;
   Json level_seeds = Json::array();
   for (int32_t i = 0; i < count; ++i) {
-    absl::StatusOr<std::string> png = DrawPng(client, pool->name(), i, size_px);
+    absl::StatusOr<std::string> png = DrawPng(client, pool->name(), i, size_px, view);
     if (!png.ok()) {
       return png.status();
     }

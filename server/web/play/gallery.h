@@ -18,7 +18,7 @@ inline constexpr int32_t kGallerySizePxMax = 512;
 // Renders the initial states of `count` levels with consecutive seeds, starting at `choice`, as PNG
 // files. Blocks. Errors: those of the server.
 absl::StatusOr<Answer> GalleryPage(procgen_client::Client* client, const LevelChoice& choice,
-                                   int32_t count, int32_t size_px);
+                                   int32_t count, int32_t size_px, procgen::v1::FrameView view);
 
 }  // namespace procgen::web
 

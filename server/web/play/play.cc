@@ -22,6 +22,16 @@ absl::StatusOr<Recording> RecordingOf(const SingleEnvPool& pool) {
   return Recording(options->games, options->environment);
 }
 
+// The level at the row of a branch.
+LevelChoice LevelOf(const Branch& branch) {
+  LevelChoice level;
+  level.game = branch.spec.games(branch.spec.first_env() % branch.spec.games_size());
+  level.options = branch.spec.options();
+  level.level_seed = branch.row.level_seed;
+  level.has_one_level = level.options.distribution_mode() == v1::DISTRIBUTION_MODE_EXPLORATION;
+  return level;
+}
+
 }  // namespace
 
 int32_t ReadHumanSize(RequestParams* params) {
@@ -38,6 +48,13 @@ absl::StatusOr<Answer> ViewAnswer(Json view, Row row, SingleEnvPool* pool, int32
   Answer answer{std::move(view), {}};
   const auto size = [](int32_t size_px) { return Json{{"width", size_px}, {"height", size_px}}; };
   answer.parts.push_back({"agent", "rgb", std::move(row.picture), size(kObservationSizePx)});
+  if (!row.final_picture.empty()) {
+    answer.parts.push_back(
+        {"final_agent", "rgb", std::move(row.final_picture), size(kObservationSizePx)});
+  }
+  if (!row.final_human.empty()) {
+    answer.parts.push_back({"final_human", "png", std::move(row.final_human), size(human_size_px)});
+  }
   if (human_size_px > 0) {
     absl::StatusOr<std::string> human = pool->Draw(human_size_px);
     if (!human.ok()) {
@@ -68,13 +85,31 @@ absl::StatusOr<std::unique_ptr<Play>> Play::Start(std::shared_ptr<procgen_client
   return play;
 }
 
+absl::StatusOr<std::unique_ptr<Play>> Play::Continue(std::shared_ptr<procgen_client::Client> client,
+                                                     Branch branch, int32_t human_size_px) {
+  absl::StatusOr<std::unique_ptr<SingleEnvPool>> pool =
+      SingleEnvPool::Make(client, "play", branch.spec);
+  if (!pool.ok()) {
+    return pool.status();
+  }
+  if (absl::Status status = (*pool)->Restore(branch.state); !status.ok()) {
+    return status;
+  }
+  std::unique_ptr<Play> play(new Play(std::move(client), LevelOf(branch), human_size_px,
+                                      *std::move(pool), std::move(branch.recording)));
+  play->row_ = std::move(branch.row);
+  play->SetStart(std::move(branch.state));
+  return play;
+}
+
 Play::Play(std::shared_ptr<procgen_client::Client> client, LevelChoice choice,
            int32_t human_size_px, std::unique_ptr<SingleEnvPool> pool, Recording recording)
     : client_(std::move(client)),
       choice_(std::move(choice)),
       human_size_px_(human_size_px),
       pool_(std::move(pool)),
-      recording_(std::move(recording)) {}
+      recording_(std::move(recording)),
+      start_recording_(recording_) {}
 
 absl::Status Play::Begin() {
   absl::StatusOr<v1::State> start = pool_->Save();
@@ -85,10 +120,16 @@ absl::Status Play::Begin() {
   if (!row.ok()) {
     return row.status();
   }
-  start_ = *std::move(start);
   row_ = *std::move(row);
   recording_.Begin(row_);
+  SetStart(*std::move(start));
   return absl::OkStatus();
+}
+
+void Play::SetStart(v1::State state) {
+  start_ = std::move(state);
+  start_recording_ = recording_;
+  start_row_ = row_;
 }
 
 absl::StatusOr<Answer> Play::View() {
@@ -101,7 +142,7 @@ absl::StatusOr<Answer> Play::Step(int32_t action) {
     return absl::ResourceExhaustedError(
         absl::StrCat("the recording has ", kStepsMax, " steps, which is the limit; restart"));
   }
-  absl::StatusOr<Row> row = pool_->Step(action);
+  absl::StatusOr<Row> row = pool_->Step(action, human_size_px_);
   if (!row.ok()) {
     return row.status();
   }
@@ -114,9 +155,8 @@ absl::StatusOr<Answer> Play::Restart() {
   if (absl::Status status = pool_->Restore(start_); !status.ok()) {
     return status;
   }
-  if (absl::Status status = Begin(); !status.ok()) {
-    return status;
-  }
+  recording_ = start_recording_;
+  row_ = start_row_;
   return View();
 }
 

@@ -8,6 +8,7 @@
 #include "absl/status/statusor.h"
 #include "server/web/play/level_choice.h"
 #include "server/web/play/recording.h"
+#include "server/web/play/replay.h"
 #include "server/web/play/single_env_pool.h"
 
 namespace procgen::web {
@@ -17,7 +18,8 @@ inline constexpr int32_t kHumanSizePxMin = 64;
 inline constexpr int32_t kHumanSizePxMax = 1024;
 inline constexpr int32_t kHumanSizePxDefault = 512;
 
-// Composes a view: its JSON, the agent image, and the human image of that size.
+// Composes a view: its JSON, the agent image, the human image of that size, and the final ones of
+// `row`.
 absl::StatusOr<Answer> ViewAnswer(Json view, Row row, SingleEnvPool* pool, int32_t human_size_px);
 
 // Reads human_size_px of a request.
@@ -33,6 +35,10 @@ class Play {
   static absl::StatusOr<std::unique_ptr<Play>> Start(std::shared_ptr<procgen_client::Client> client,
                                                      const LevelChoice& choice,
                                                      int32_t human_size_px);
+  // Continues a replay at a row. Restart returns to that row; NextLevel starts the level after the
+  // row's. Errors: those of the server.
+  static absl::StatusOr<std::unique_ptr<Play>> Continue(
+      std::shared_ptr<procgen_client::Client> client, Branch branch, int32_t human_size_px);
 
   // Each returns a view. Errors: those of the server; RESOURCE_EXHAUSTED the recording is full;
   // FAILED_PRECONDITION there is no next level.
@@ -41,6 +47,9 @@ class Play {
   absl::StatusOr<Answer> Restart();
   absl::StatusOr<Answer> NextLevel();
 
+  // Sets the size of later human views. REQUIRES: a size that ReadHumanSize may return.
+  void set_human_size_px(int32_t size_px) { human_size_px_ = size_px; }
+
   const Recording& recording() const { return recording_; }
 
  private:
@@ -48,14 +57,19 @@ class Play {
        std::unique_ptr<SingleEnvPool> pool, Recording recording);
   // Starts the recording at the current state of the pool.
   absl::Status Begin();
+  // Makes the current state the one that Restart returns to.
+  void SetStart(procgen::v1::State state);
 
   const std::shared_ptr<procgen_client::Client> client_;
   LevelChoice choice_;
-  const int32_t human_size_px_;
+  int32_t human_size_px_;
   std::unique_ptr<SingleEnvPool> pool_;
   Recording recording_;
-  procgen::v1::State start_;
   Row row_;  // the latest
+  // For Restart.
+  procgen::v1::State start_;
+  Recording start_recording_;
+  Row start_row_;
 };
 
 }  // namespace procgen::web

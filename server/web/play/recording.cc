@@ -46,6 +46,26 @@ void Recording::Add(int32_t action, const Row& row) {
   }
 }
 
+void Recording::Truncate(int32_t row_count) {
+  const auto rows = static_cast<size_t>(row_count);
+  trace_.step_count = row_count - 1;
+  trace_.actions.resize(rows - 1);
+  trace_.rewards.resize(rows);
+  trace_.first.resize(rows);
+  trace_.level_seeds.resize(rows);
+  trace_.prev_level_seeds.resize(rows);
+  trace_.prev_level_complete.resize(rows);
+  episode_returns_.resize(rows);
+  episode_lengths_.resize(rows);
+  trace_.fingerprints.front().clear();
+  std::erase_if(ends_, [row_count](const End& end) { return end.row >= row_count; });
+  for (const End& end : ends_) {
+    if (end.fingerprint.has_value()) {
+      trace_.fingerprints.front().push_back(*end.fingerprint);
+    }
+  }
+}
+
 void Recording::AddRow(const Row& row) {
   trace_.rewards.push_back(row.reward);
   trace_.first.push_back(row.first ? 1 : 0);

@@ -23,6 +23,9 @@ struct Row {
   int32_t episode_length = 0;
   std::optional<uint64_t> fingerprint;  // of the episode that just ended, if any
   std::string picture;                  // rgb, 64 x 64 x 3; empty if not requested
+  // Last frames of the episode that just ended, if any and if requested.
+  std::string final_picture;  // rgb, 64 x 64 x 3
+  std::string final_human;    // PNG
 };
 
 // A fingerprint as 16 hexadecimal digits, or null.
@@ -37,8 +40,12 @@ class Recording {
   // Clears the recording and sets row 0.
   void Begin(const Row& row);
   void Add(int32_t action, const Row& row);
+  // Removes all rows but the first `row_count`, which is in [1, row_count()].
+  void Truncate(int32_t row_count);
 
   int32_t row_count() const { return trace_.step_count + 1; }
+  // Number of finished episodes.
+  int32_t episode_count() const { return static_cast<int32_t>(ends_.size()); }
   // A trace of one environment.
   const Trace& trace() const { return trace_; }
   // The JSON of a view at `row`.

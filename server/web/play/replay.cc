@@ -149,6 +149,7 @@ Json HeaderOf(const ReplaySource& source, const Recording& recording) {
           {"options",
            {{"num_levels", options.num_levels},
             {"start_level", options.start_level},
+            {"rand_seed", options.rand_seed},
             {"use_sequential_levels", options.use_sequential_levels},
             {"center_agent", options.center_agent},
             {"use_backgrounds", options.use_backgrounds},
@@ -221,21 +222,41 @@ absl::Status Replay::PlayAll(const Trace& trace, const std::atomic<bool>& is_sto
     if (is_stopping) {
       return absl::CancelledError("the page disconnected");
     }
-    const auto part =
-        actions.subspan(static_cast<size_t>(row_), static_cast<size_t>(snapshot_rows_));
-    size_t taken = 0;
-    absl::Status status = pool_->StepAll(
-        part, [this, &part, &taken](const Row& row) { recording_.Add(part[taken++], row); });
-    if (!status.ok()) {
-      return status;
+    const auto begin = static_cast<size_t>(row_);
+    const auto part = actions.subspan(begin, static_cast<size_t>(snapshot_rows_));
+    std::vector<Row> rows;
+    const auto add = [&rows](const Row& row) { rows.push_back(row); };
+    absl::StatusOr<bool> is_as_recorded = pool_->StepAll(
+        part, [&](size_t action) { return trace.first[begin + action + 1] != 0; }, add);
+    if (is_as_recorded.ok() && !*is_as_recorded) {
+      // An episode ends earlier than recorded: once more, without pipelining.
+      rows.clear();
+      if (absl::Status status = pool_->Restore(snapshots_[row_]); !status.ok()) {
+        return status;
+      }
+      is_as_recorded = pool_->StepAll(
+          part, [](size_t) { return true; }, add);
+    }
+    if (!is_as_recorded.ok()) {
+      return is_as_recorded.status();
+    }
+    for (size_t i = 0; i < part.size(); ++i) {
+      recording_.Add(part[i], rows[i]);
     }
     row_ += static_cast<int32_t>(part.size());
   }
 }
 
 absl::StatusOr<Row> Replay::GoTo(int32_t row) {
-  const auto nearest = std::prev(snapshots_.upper_bound(row));
-  if (row < row_ || nearest->first > row_) {
+  if (row < 0 || row >= row_count()) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("row is ", row, ", the replay has rows 0 to ", row_count() - 1));
+  }
+  const std::vector<uint8_t>& first = recording_.trace().first;
+  // The last frames of an episode are drawn by the step that ends it.
+  const int32_t from = row > 0 && first[static_cast<size_t>(row)] != 0 ? row - 1 : row;
+  const auto nearest = std::prev(snapshots_.upper_bound(from));
+  if (from < row_ || nearest->first > row_) {
     if (absl::Status status = pool_->Restore(nearest->second); !status.ok()) {
       return status;
     }
@@ -246,21 +267,70 @@ absl::StatusOr<Row> Replay::GoTo(int32_t row) {
   }
   const absl::Span<const int32_t> actions = recording_.trace().actions;
   // All steps but the last, whose image is needed.
-  const auto before =
-      actions.subspan(static_cast<size_t>(row_), static_cast<size_t>(row - row_ - 1));
-  if (absl::Status status = pool_->StepAll(before, [](const Row&) {}); !status.ok()) {
-    return status;
+  const auto begin = static_cast<size_t>(row_);
+  const auto before = actions.subspan(begin, static_cast<size_t>(row - row_ - 1));
+  const absl::StatusOr<bool> is_as_before = pool_->StepAll(
+      before, [&](size_t action) { return first[begin + action + 1] != 0; }, [](const Row&) {});
+  if (!is_as_before.ok()) {
+    return is_as_before.status();
+  }
+  if (!*is_as_before) {
+    return absl::InternalError("the same actions gave another episode end than before");
   }
   row_ = row;
-  return pool_->Step(actions[static_cast<size_t>(row - 1)]);
+  return pool_->Step(actions[static_cast<size_t>(row - 1)], human_size_px_);
 }
 
-absl::StatusOr<Answer> Replay::Seek(int32_t row) {
+absl::StatusOr<Branch> Replay::BranchAt(int32_t row) {
+  absl::StatusOr<Row> at = GoTo(row);
+  if (!at.ok()) {
+    return at.status();
+  }
+  absl::StatusOr<v1::State> state = pool_->Save();
+  if (!state.ok()) {
+    return state.status();
+  }
+  Recording recording = recording_;
+  recording.Truncate(row + 1);
+  return Branch{pool_->spec(), *std::move(state), std::move(recording), *std::move(at)};
+}
+
+absl::StatusOr<Answer> Replay::Seek(int32_t row, int32_t map_size_px) {
   absl::StatusOr<Row> shown = GoTo(row);
   if (!shown.ok()) {
     return shown.status();
   }
-  return ViewAnswer(recording_.ViewOf(row), *std::move(shown), pool_.get(), human_size_px_);
+  absl::StatusOr<Answer> answer =
+      ViewAnswer(recording_.ViewOf(row), *std::move(shown), pool_.get(), human_size_px_);
+  if (answer.ok() && map_size_px > 0) {
+    if (absl::Status status = AddMap(row, map_size_px, &*answer); !status.ok()) {
+      return status;
+    }
+  }
+  return answer;
+}
+
+absl::Status Replay::AddMap(int32_t row, int32_t map_size_px, Answer* answer) {
+  const int32_t first_row = FirstRowOfLevel(recording_.trace(), row);
+  if (!path_.has_value() || path_->first_row != first_row) {
+    const auto nearest = std::prev(snapshots_.upper_bound(first_row));
+    const v1::PoolSpec& spec = pool_->spec();
+    const std::string& game = spec.games(spec.first_env() % spec.games_size());
+    absl::StatusOr<AgentPath> path = FollowAgent(
+        game, recording_.trace(), nearest->second.snapshot(), nearest->first, first_row);
+    if (!path.ok()) {
+      return path.status();
+    }
+    path_ = *std::move(path);
+  }
+  absl::StatusOr<std::string> map = pool_->Draw(map_size_px, v1::FRAME_VIEW_LEVEL);
+  if (!map.ok()) {
+    return map.status();
+  }
+  answer->result["path"] = {{"first_row", first_row}, {"x", path_->x}, {"y", path_->y}};
+  answer->parts.push_back(
+      {"map", "png", *std::move(map), {{"width", map_size_px}, {"height", map_size_px}}});
+  return absl::OkStatus();
 }
 
 }  // namespace procgen::web

@@ -55,7 +55,10 @@ absl::StatusOr<std::unique_ptr<SingleEnvPool>> SingleEnvPool::Make(
   if (!catalog.ok()) {
     return catalog.status();
   }
-  absl::StatusOr<v1::Pool> made = MakePagePool(client.get(), kind, spec);
+  v1::PoolSpec own_spec = spec;
+  // Keeps the last state of an episode until the next step, so that it can be drawn.
+  own_spec.set_autoreset_mode(v1::AUTORESET_MODE_NEXT_STEP);
+  absl::StatusOr<v1::Pool> made = MakePagePool(client.get(), kind, std::move(own_spec));
   if (!made.ok()) {
     return made.status();
   }
@@ -111,15 +114,48 @@ absl::StatusOr<Row> SingleEnvPool::Observe() {
   return Call(std::move(request));
 }
 
-absl::StatusOr<Row> SingleEnvPool::Step(int32_t action) {
-  return Call(StepRequestOf(action, v1::OBSERVATION_FRAME));
+absl::Status SingleEnvPool::BeginEpisode(v1::Observation observation, Row* row) {
+  // Its action is ignored.
+  absl::StatusOr<Row> start = Call(StepRequestOf(0, observation));
+  if (!start.ok()) {
+    return start.status();
+  }
+  row->first = true;
+  row->level_seed = start->level_seed;
+  row->picture = std::move(start->picture);
+  return absl::OkStatus();
 }
 
-absl::Status SingleEnvPool::StepAll(absl::Span<const int32_t> actions,
-                                    absl::FunctionRef<void(const Row&)> add) {
+absl::StatusOr<Row> SingleEnvPool::Step(int32_t action, int32_t human_size_px) {
+  absl::StatusOr<Row> row = Call(StepRequestOf(action, v1::OBSERVATION_FRAME));
+  if (!row.ok() || !HasEnded()) {
+    return row;
+  }
+  row->final_picture = std::move(row->picture);
+  if (human_size_px > 0) {
+    absl::StatusOr<std::string> human = Draw(human_size_px);
+    if (!human.ok()) {
+      return human.status();
+    }
+    row->final_human = *std::move(human);
+  }
+  if (absl::Status status = BeginEpisode(v1::OBSERVATION_FRAME, &*row); !status.ok()) {
+    return status;
+  }
+  return row;
+}
+
+absl::StatusOr<bool> SingleEnvPool::StepAll(absl::Span<const int32_t> actions,
+                                            absl::FunctionRef<bool(size_t)> may_end,
+                                            absl::FunctionRef<void(const Row&)> add) {
   const auto ahead = static_cast<size_t>(stream_->requests_in_flight_max());
+  bool is_as_announced = true;
   for (size_t sent = 0, received = 0; received < actions.size(); ++received) {
-    for (; sent < actions.size() && sent - received < ahead; ++sent) {
+    const auto may_send = [&] {
+      return is_as_announced && sent < actions.size() && sent - received < ahead &&
+             (sent == received || !may_end(sent - 1));
+    };
+    for (; may_send(); ++sent) {
       const auto number = stream_->Send(StepRequestOf(actions[sent], v1::OBSERVATION_NONE));
       if (!number.ok()) {
         return number.status();
@@ -128,9 +164,24 @@ absl::Status SingleEnvPool::StepAll(absl::Span<const int32_t> actions,
     if (absl::Status status = stream_->Receive(&batch_); !status.ok()) {
       return status;
     }
-    add(RowOf());
+    if (!is_as_announced) {
+      if (received + 1 == sent) {
+        break;  // all responses to what was sent too early were read
+      }
+      continue;
+    }
+    Row row = RowOf();
+    if (HasEnded()) {
+      is_as_announced = received + 1 == sent;
+      if (is_as_announced) {
+        if (absl::Status status = BeginEpisode(v1::OBSERVATION_NONE, &row); !status.ok()) {
+          return status;
+        }
+      }
+    }
+    add(row);
   }
-  return absl::OkStatus();
+  return is_as_announced;
 }
 
 absl::StatusOr<v1::State> SingleEnvPool::Save() {
@@ -145,13 +196,14 @@ absl::Status SingleEnvPool::Restore(const v1::State& state) {
   return client_->RestoreStates(name_, {state});
 }
 
-absl::StatusOr<std::string> SingleEnvPool::Draw(int32_t size_px) {
-  return DrawPng(client_.get(), name_, 0, size_px);
+absl::StatusOr<std::string> SingleEnvPool::Draw(int32_t size_px, v1::FrameView view) {
+  return DrawPng(client_.get(), name_, 0, size_px, view);
 }
 
 absl::StatusOr<std::string> DrawPng(procgen_client::Client* client, const std::string& pool,
-                                    int32_t environment, int32_t size_px) {
-  auto response = client->RenderEnvironments(pool, {environment}, size_px, v1::FRAME_FORMAT_PNG);
+                                    int32_t environment, int32_t size_px, v1::FrameView view) {
+  auto response =
+      client->RenderEnvironments(pool, {environment}, size_px, v1::FRAME_FORMAT_PNG, view);
   if (!response.ok()) {
     return response.status();
   }

@@ -1,11 +1,13 @@
 #include "server/web/session/convert_json.h"
 
+#include <cstdint>
 #include <string>
 #include <utility>
 
 #include "absl/strings/numbers.h"
 #include "google/protobuf/duration.pb.h"
 #include "server/web/play/level_choice.h"
+#include "server/web/play/recording.h"
 #include "server/web/play/single_env_pool.h"
 
 namespace procgen::web {
@@ -143,6 +145,7 @@ Json PoolJson(const v1::Pool& pool) {
           {"mode", ModeName(pool.spec().options().distribution_mode())},
           {"options", OptionsJson(pool.spec().options())},
           {"env_count", pool.spec().env_count()},
+          {"first_env", pool.spec().first_env()},
           {"attached", pool.attached()},
           {"step_count", pool.step_count()},
           {"episode_count", pool.episode_count()},
@@ -152,6 +155,23 @@ Json PoolJson(const v1::Pool& pool) {
           {"request_p99_ms", RequestP99MsJson(pool)},
           {"create_time_s", SecondsOf(pool.create_time())},
           {"expire_time_s", pool.has_expire_time() ? Json(SecondsOf(pool.expire_time())) : Json()}};
+}
+
+Json EpisodesJson(const v1::Pool& pool, const EpisodeList& list) {
+  Json rows = Json::array();
+  int64_t number = list.count - static_cast<int64_t>(list.episodes.size());
+  for (const EndedEpisode& episode : list.episodes) {
+    rows.push_back({++number, episode.end_time_s, episode.environment, episode.level_seed,
+                    episode.total_reward, episode.length, episode.level_complete,
+                    episode.is_truncated, FingerprintJson(episode.fingerprint)});
+  }
+  return {{"pool", pool.name()},
+          {"create_time_s", SecondsOf(pool.create_time())},
+          {"episode_count", list.count},
+          {"columns",
+           {"number", "end_time_s", "environment", "level_seed", "total_reward", "length",
+            "level_complete", "truncated", "fingerprint"}},
+          {"rows", std::move(rows)}};
 }
 
 Json NodesJson(const v1::ListNodesResponse& nodes) {
@@ -173,10 +193,21 @@ Json NodesJson(const v1::ListNodesResponse& nodes) {
   return list;
 }
 
-Json LoadJson(const v1::Load& load, double steps_per_second) {
-  return {{"pool_count", load.pool_count()},     {"env_count", load.env_count()},
-          {"stream_count", load.stream_count()}, {"worker_count", load.worker_count()},
-          {"step_count", load.step_count()},     {"steps_per_second", steps_per_second},
+Json LoadJson(const v1::Load& load, const std::vector<PoolReport>& pools, double steps_per_second) {
+  int64_t pool_count = 0;
+  int64_t env_count = 0;
+  int64_t stream_count = 0;
+  for (const PoolReport& report : pools) {
+    const v1::Pool& pool = report.pool;
+    if (KindOfPool(pool.name()) == "pool") {
+      ++pool_count;
+      env_count += pool.spec().env_count();
+      stream_count += pool.attached() ? 1 : 0;
+    }
+  }
+  return {{"pool_count", pool_count},        {"env_count", env_count},
+          {"stream_count", stream_count},    {"worker_count", load.worker_count()},
+          {"step_count", load.step_count()}, {"steps_per_second", steps_per_second},
           {"draining", load.draining()}};
 }
 

@@ -3,6 +3,7 @@
 
 #include <string>
 
+#include "absl/functional/any_invocable.h"
 #include "server/web/json/message.h"
 
 namespace procgen::web {
@@ -25,7 +26,11 @@ class Outbox {
   // Sends a message that replaces a queued one with the same key, so that the queue of a slow page
   // does not grow.
   virtual void SendLatestEvent(const std::string& key, WireMessage message) = 0;
-  // Drops the queued message of `key`.
+  // Sends frames after all other queued messages. Replaces queued frames with the same key, so that
+  // a slow page gets the newest. `compose` is called once, when it is their turn, or never if they
+  // are replaced; calls of a page are in order, one at a time.
+  virtual void SendFrames(const std::string& key, absl::AnyInvocable<WireMessage()> compose) = 0;
+  // Drops the queued message or frames of `key`.
   virtual void DropEvent(const std::string& key) = 0;
   // Called when hello is accepted: lifts the limits on message size and time of an unidentified
   // page.

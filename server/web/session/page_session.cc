@@ -24,7 +24,7 @@ bool IsPrintable(const std::string& text) {
 }  // namespace
 
 PageSession::PageSession(const PageSessionContext& context, std::shared_ptr<Outbox> outbox)
-    : context_(context), outbox_(std::move(outbox)) {}
+    : context_(context), outbox_(std::move(outbox)), pauses_(context.pause_pool) {}
 
 PageSession::~PageSession() = default;
 
@@ -68,6 +68,7 @@ void PageSession::Run() {
     Handle(*message);
   }
   context_.feed->Unfollow(this);
+  pauses_.Clear();
   watches_.clear();
   plays_.clear();
   replays_.clear();
@@ -102,7 +103,7 @@ absl::StatusOr<Answer> PageSession::Do(const Request& request) {
     return absl::FailedPreconditionError(
         absl::StrCat("the method is ", request.method, ", and hello must come first"));
   }
-  if (!request.parts.empty() && request.method != "replay.open") {
+  if (!request.parts.empty() && request.method != "replay.open" && request.method != "play.start") {
     return absl::InvalidArgumentError(absl::StrCat(request.method, " takes no parts"));
   }
   return (this->*method->second)(request);
@@ -114,7 +115,13 @@ const std::map<std::string, PageSession::Method>& PageSession::Methods() {
       {"pools.follow", &PageSession::FollowPools},
       {"pools.unfollow", &PageSession::UnfollowPools},
       {"pool.history", &PageSession::ReadHistory},
+      {"pools.returns", &PageSession::ListReturns},
+      {"pool.episodes", &PageSession::ListEpisodes},
       {"pool.episode", &PageSession::GetEpisode},
+      {"pool.delete", &PageSession::DeletePool},
+      {"pool.pause", &PageSession::ControlPause},
+      {"pool.step", &PageSession::ControlPause},
+      {"pool.resume", &PageSession::ControlPause},
       {"watch.start", &PageSession::StartWatch},
       {"watch.stop", &PageSession::StopWatch},
       {"play.start", &PageSession::StartPlay},
@@ -208,22 +215,9 @@ absl::StatusOr<Answer> PageSession::UnfollowPools(const Request& request) {
   return Answer();
 }
 
-absl::StatusOr<Answer> PageSession::ReadHistory(const Request& request) {
-  RequestParams params(request.members);
-  const std::string name = params.Text("pool");
-  if (absl::Status status = params.CheckAll(); !status.ok()) {
-    return status;
-  }
-  const absl::StatusOr<procgen::v1::Pool> pool = client_->GetPool(name);
-  if (!pool.ok()) {
-    return pool.status();
-  }
-  return Answer{context_.feed->HistoryOf(*pool), {}};
-}
-
 absl::StatusOr<Answer> PageSession::StartWatch(const Request& request) {
   RequestParams params(request.members);
-  const procgen::v1::WatchPoolRequest watch = ReadWatch(&params);
+  const WatchParams watch = ReadWatch(&params);
   if (absl::Status status = params.CheckAll(); !status.ok()) {
     return status;
   }
@@ -262,10 +256,12 @@ absl::StatusOr<Answer> PageSession::ShowGallery(const Request& request) {
       choice.has_one_level ? 1 : std::min(kGalleryCountMax, kLevelSeedMax - choice.level_seed + 1);
   const int32_t count = params.Integer32("count", 1, count_max);
   const int32_t size_px = params.Integer32("size_px", kGallerySizePxMin, kGallerySizePxMax);
+  const auto view = params.BooleanOr("whole_level", false) ? procgen::v1::FRAME_VIEW_LEVEL
+                                                           : procgen::v1::FRAME_VIEW_HUMAN;
   if (absl::Status status = params.CheckAll(); !status.ok()) {
     return status;
   }
-  return GalleryPage(client_.get(), choice, count, size_px);
+  return GalleryPage(client_.get(), choice, count, size_px, view);
 }
 
 }  // namespace procgen::web

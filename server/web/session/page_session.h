@@ -24,6 +24,8 @@
 #include "server/web/session/outbox.h"
 #include "server/web/session/pool_feed.h"
 #include "server/web/session/pool_frames.h"
+#include "server/web/session/pool_pauses.h"
+#include "server/web/session/pool_report.h"
 
 namespace procgen::web {
 
@@ -43,12 +45,14 @@ struct PageSessionContext {
   int32_t viewers_max = 0;
   // Creates a client of this server with `token`; empty: none.
   std::function<std::unique_ptr<procgen_client::Client>(const std::string& token)> connect;
+  ReportEpisodes report_episodes;
+  PausePool pause_pool;
   PoolFeed* feed = nullptr;
   ThreadGroup* watch_threads = nullptr;  // threads of watches
 };
 
 // The session of one page. Its requests block, so they are executed in order on a thread of the
-// session. Plays, replays and watches end with it.
+// session. Plays, replays, watches and pauses end with it.
 // Threads: Take and Stop from any thread, without blocking; Run on one thread, once.
 class PageSession {
  public:
@@ -83,10 +87,16 @@ class PageSession {
   absl::StatusOr<Answer> FollowPools(const Request& request);
   absl::StatusOr<Answer> UnfollowPools(const Request& request);
   absl::StatusOr<Answer> ReadHistory(const Request& request);
+  absl::StatusOr<Answer> ListReturns(const Request& request);
+  absl::StatusOr<Answer> ListEpisodes(const Request& request);
+  absl::StatusOr<Answer> DeletePool(const Request& request);
+  absl::StatusOr<Answer> ControlPause(const Request& request);
   absl::StatusOr<Answer> GetEpisode(const Request& request);
   absl::StatusOr<Answer> StartWatch(const Request& request);
   absl::StatusOr<Answer> StopWatch(const Request& request);
   absl::StatusOr<Answer> StartPlay(const Request& request);
+  // Starts a play at a row of a trace.
+  absl::StatusOr<Answer> ContinueTrace(const Request& request);
   absl::StatusOr<Answer> StepPlay(const Request& request);
   absl::StatusOr<Answer> RestartPlay(const Request& request);
   absl::StatusOr<Answer> NextLevel(const Request& request);
@@ -98,6 +108,8 @@ class PageSession {
   absl::StatusOr<Answer> CloseReplay(const Request& request);
   absl::StatusOr<Answer> ShowGallery(const Request& request);
 
+  // Adds a play and returns its view.
+  absl::StatusOr<Answer> AddPlay(std::unique_ptr<Play> play);
   // Reads the number of a play of this session. Errors: INVALID_ARGUMENT, NOT_FOUND.
   absl::StatusOr<Play*> FindPlay(RequestParams* params);
   absl::StatusOr<OpenReplay*> FindReplay(RequestParams* params);
@@ -123,6 +135,7 @@ class PageSession {
   std::map<int64_t, std::unique_ptr<Play>> plays_;
   std::map<int64_t, OpenReplay> replays_;
   std::map<int64_t, std::unique_ptr<PoolFrames>> watches_;
+  PoolPauses pauses_;
 };
 
 }  // namespace procgen::web

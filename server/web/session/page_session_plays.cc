@@ -59,7 +59,52 @@ absl::StatusOr<PageSession::OpenReplay*> PageSession::FindReplay(RequestParams* 
   return &found->second;
 }
 
+absl::StatusOr<Answer> PageSession::AddPlay(std::unique_ptr<Play> play) {
+  absl::StatusOr<Answer> view = play->View();
+  if (!view.ok()) {
+    return view.status();
+  }
+  const int64_t number = next_number_++;
+  plays_[number] = std::move(play);
+  return Of("play", number, std::move(view));
+}
+
+absl::StatusOr<Answer> PageSession::ContinueTrace(const Request& request) {
+  RequestParams params(request.members);
+  const int32_t human_size_px = ReadHumanSize(&params);
+  const int32_t row = params.Integer32("row", 0, INT32_MAX);
+  const absl::StatusOr<ReplaySource> source = SourceOf(request, &params);
+  if (!source.ok()) {
+    return source.status();
+  }
+  if (plays_.size() >= kPlaysMax) {
+    return TooMany("plays", kPlaysMax);
+  }
+  const absl::StatusOr<std::unique_ptr<Replay>> replay =
+      Replay::Open(client_, *source, human_size_px, is_stopping_);
+  if (!replay.ok()) {
+    return replay.status();
+  }
+  absl::StatusOr<Branch> branch = (*replay)->BranchAt(row);
+  if (!branch.ok()) {
+    return branch.status();
+  }
+  absl::StatusOr<std::unique_ptr<Play>> play =
+      Play::Continue(client_, *std::move(branch), human_size_px);
+  if (!play.ok()) {
+    return play.status();
+  }
+  absl::StatusOr<Answer> view = AddPlay(*std::move(play));
+  if (view.ok()) {
+    view->result["header"] = (*replay)->facts()["header"];
+  }
+  return view;
+}
+
 absl::StatusOr<Answer> PageSession::StartPlay(const Request& request) {
+  if (!request.parts.empty()) {
+    return ContinueTrace(request);
+  }
   RequestParams params(request.members);
   const LevelChoice choice = ReadLevelChoice(catalog_, "level_seed", &params);
   const int32_t human_size_px = ReadHumanSize(&params);
@@ -73,22 +118,29 @@ absl::StatusOr<Answer> PageSession::StartPlay(const Request& request) {
   if (!play.ok()) {
     return play.status();
   }
-  absl::StatusOr<Answer> view = (*play)->View();
-  if (!view.ok()) {
-    return view.status();
-  }
-  const int64_t number = next_number_++;
-  plays_[number] = *std::move(play);
-  return Of("play", number, std::move(view));
+  return AddPlay(*std::move(play));
 }
 
 absl::StatusOr<Answer> PageSession::StepPlay(const Request& request) {
   RequestParams params(request.members);
   const int32_t action =
       params.Integer32("action", 0, static_cast<int32_t>(catalog_.actions_size()) - 1);
+  constexpr int32_t kAny = -1;
+  const int32_t episode_count = params.Integer32Or("episode_count", kAny, 0, INT32_MAX);
+  constexpr int32_t kUnchanged = -1;
+  const int32_t human_size_px = params.Has("human_size_px") ? ReadHumanSize(&params) : kUnchanged;
   const absl::StatusOr<Play*> play = FindPlay(&params);
   if (!play.ok()) {
     return play.status();
+  }
+  if (const int32_t finished = (*play)->recording().episode_count();
+      episode_count != kAny && episode_count != finished) {
+    return absl::FailedPreconditionError(absl::StrCat("episode_count is ", episode_count,
+                                                      ", the play has finished ", finished,
+                                                      " episodes; nothing was stepped"));
+  }
+  if (human_size_px != kUnchanged) {
+    (*play)->set_human_size_px(human_size_px);
   }
   return Of("play", NumberIn(request, "play"), (*play)->Step(action));
 }
@@ -151,7 +203,8 @@ absl::StatusOr<ReplaySource> PageSession::SourceOf(const Request& request, Reque
     }
     const Part& part = request.parts.front();
     if (request.parts.size() > 1 || part.format != "trace") {
-      return absl::InvalidArgumentError("replay.open takes one part, of the format trace");
+      return absl::InvalidArgumentError(
+          absl::StrCat(request.method, " takes one part, of the format trace"));
     }
     absl::StatusOr<Trace> trace = ParseTrace(part.bytes);
     if (!trace.ok()) {
@@ -203,16 +256,13 @@ absl::StatusOr<Answer> PageSession::OpenTrace(const Request& request) {
 absl::StatusOr<Answer> PageSession::SeekReplay(const Request& request) {
   RequestParams params(request.members);
   const int32_t row = params.Integer32("row", 0, INT32_MAX);
+  const int32_t map_size_px =
+      params.Integer32Or("map_size_px", 0, Replay::kMapSizePxMin, Replay::kMapSizePxMax);
   const absl::StatusOr<OpenReplay*> found = FindReplay(&params);
   if (!found.ok()) {
     return found.status();
   }
-  Replay& replay = *(*found)->replay;
-  if (row >= replay.row_count()) {
-    return absl::InvalidArgumentError(
-        absl::StrCat("row is ", row, ", the replay has rows 0 to ", replay.row_count() - 1));
-  }
-  return Of("replay", NumberIn(request, "replay"), replay.Seek(row));
+  return Of("replay", NumberIn(request, "replay"), (*found)->replay->Seek(row, map_size_px));
 }
 
 absl::StatusOr<Answer> PageSession::ReplayTrace(const Request& request) {

@@ -1,5 +1,7 @@
 #include "server/web/session/pool_feed.h"
 
+#include <set>
+#include <string>
 #include <utility>
 
 #include "absl/time/clock.h"
@@ -16,8 +18,8 @@ double NowSeconds() { return absl::ToDoubleSeconds(absl::Now() - absl::UnixEpoch
 
 }  // namespace
 
-PoolFeed::PoolFeed(std::function<std::vector<v1::Pool>()> list_pools)
-    : list_pools_(std::move(list_pools)), thread_([this] { Run(); }) {}
+PoolFeed::PoolFeed(std::function<std::vector<PoolReport>()> report_pools)
+    : report_pools_(std::move(report_pools)), thread_([this] { Run(); }) {}
 
 PoolFeed::~PoolFeed() {
   {
@@ -42,9 +44,14 @@ void PoolFeed::Unfollow(const void* follower) {
   followers_.erase(follower);
 }
 
-Json PoolFeed::HistoryOf(const v1::Pool& pool) {
+Json PoolFeed::HistoryOf(const v1::Pool& pool, int32_t span_s) {
   absl::MutexLock lock(&mutex_);
-  return history_.RowsOf(pool);
+  return history_.RowsOf(pool, span_s);
+}
+
+Json PoolFeed::ReturnsOf(const v1::Pool& pool, size_t count) {
+  absl::MutexLock lock(&mutex_);
+  return history_.ReturnsOf(pool, count);
 }
 
 void PoolFeed::Run() {
@@ -62,17 +69,17 @@ void PoolFeed::Run() {
       }
       has_new_ = false;
     }
+    const std::vector<PoolReport> pools = report_pools_();
     if (!only_new) {
-      const std::vector<v1::Pool> pools = list_pools_();
       absl::MutexLock lock(&mutex_);
       history_.Add(NowSeconds(), pools);
       next = std::max(next + kInterval, SteadyNow());
     }
-    TellFollowers(only_new);
+    TellFollowers(only_new, pools);
   }
 }
 
-void PoolFeed::TellFollowers(bool only_new) {
+void PoolFeed::TellFollowers(bool only_new, const std::vector<PoolReport>& all_pools) {
   std::map<std::string, std::shared_ptr<procgen_client::Client>> clients;
   {
     absl::MutexLock lock(&mutex_);
@@ -83,7 +90,7 @@ void PoolFeed::TellFollowers(bool only_new) {
     }
   }
   for (const auto& [token, client] : clients) {
-    const absl::StatusOr<Json> event = EventFor(client.get());
+    const absl::StatusOr<Json> event = EventFor(client.get(), all_pools);
     absl::MutexLock telling(&telling_);
     std::vector<OnEvent> callbacks;
     {
@@ -106,7 +113,8 @@ void PoolFeed::TellFollowers(bool only_new) {
   }
 }
 
-absl::StatusOr<Json> PoolFeed::EventFor(procgen_client::Client* client) {
+absl::StatusOr<Json> PoolFeed::EventFor(procgen_client::Client* client,
+                                        const std::vector<PoolReport>& all_pools) {
   const absl::StatusOr<std::vector<v1::Pool>> pools = client->ListPools();
   const absl::StatusOr<v1::Load> load = client->GetLoad();
   const absl::StatusOr<v1::ListNodesResponse> nodes = client->ListNodes();
@@ -115,20 +123,26 @@ absl::StatusOr<Json> PoolFeed::EventFor(procgen_client::Client* client) {
       return status;
     }
   }
+  absl::MutexLock lock(&mutex_);
   double steps_per_second = 0;
-  for (const v1::Node& node : nodes->nodes()) {
-    if (node.name() == nodes->local_node()) {
-      steps_per_second = node.steps_per_second();
+  std::set<std::pair<std::string, std::string>> paused;  // owner and name
+  for (const PoolReport& report : all_pools) {
+    const Json newest = history_.NewestOf(report.pool);
+    steps_per_second +=
+        newest["steps_per_second"].is_null() ? 0 : newest["steps_per_second"].get<double>();
+    if (report.paused) {
+      paused.emplace(report.pool.owner(), report.pool.name());
     }
   }
   Json list = Json::array();
-  absl::MutexLock lock(&mutex_);
   for (const v1::Pool& pool : *pools) {
-    list.emplace_back(PoolJson(pool))["steps_per_second"] = history_.StepsPerSecond(pool);
+    Json& listed = list.emplace_back(PoolJson(pool));
+    listed.update(history_.NewestOf(pool));
+    listed["paused"] = paused.contains({pool.owner(), pool.name()});
   }
   return Json{{"event", "pools"},
               {"time_s", NowSeconds()},
-              {"server", {{"load", LoadJson(*load, steps_per_second)}}},
+              {"server", {{"load", LoadJson(*load, all_pools, steps_per_second)}}},
               {"pools", std::move(list)},
               {"nodes", NodesJson(*nodes)}};
 }

@@ -1,6 +1,8 @@
 #ifndef SERVER_WEB_SESSION_POOL_FEED_H_
 #define SERVER_WEB_SESSION_POOL_FEED_H_
 
+#include <cstddef>
+#include <cstdint>
 #include <functional>
 #include <map>
 #include <memory>
@@ -16,6 +18,7 @@
 #include "server/concurrency/steady_time.h"
 #include "server/web/json/message.h"
 #include "server/web/session/pool_history.h"
+#include "server/web/session/pool_report.h"
 
 namespace procgen::web {
 
@@ -26,8 +29,8 @@ class PoolFeed {
   // Receives an event, or the error after which there are no more. Must not block.
   using OnEvent = std::function<void(const absl::StatusOr<Json>& event)>;
 
-  // `list_pools` returns the pools of all owners. Followers receive only those of their owner.
-  explicit PoolFeed(std::function<std::vector<procgen::v1::Pool>()> list_pools);
+  // `report_pools` returns the pools of all owners. Followers receive only those of their owner.
+  explicit PoolFeed(std::function<std::vector<PoolReport>()> report_pools);
   ~PoolFeed();
   PoolFeed(const PoolFeed&) = delete;
   PoolFeed& operator=(const PoolFeed&) = delete;
@@ -39,8 +42,10 @@ class PoolFeed {
   // `on_event` is not called after the return.
   void Unfollow(const void* follower);
 
-  // History of a pool; `pool` is the owner's view, from GetPool.
-  Json HistoryOf(const procgen::v1::Pool& pool);
+  // History of a pool, as PoolHistory::RowsOf; `pool` is the owner's view, from GetPool.
+  Json HistoryOf(const procgen::v1::Pool& pool, int32_t span_s);
+  // Mean returns of a pool, as PoolHistory::ReturnsOf.
+  Json ReturnsOf(const procgen::v1::Pool& pool, size_t count);
 
  private:
   struct Follower {
@@ -52,10 +57,11 @@ class PoolFeed {
 
   void Run();
   // Notifies all followers, or only new ones.
-  void TellFollowers(bool only_new);
-  absl::StatusOr<Json> EventFor(procgen_client::Client* client);
+  void TellFollowers(bool only_new, const std::vector<PoolReport>& all_pools);
+  absl::StatusOr<Json> EventFor(procgen_client::Client* client,
+                                const std::vector<PoolReport>& all_pools);
 
-  const std::function<std::vector<procgen::v1::Pool>()> list_pools_;
+  const std::function<std::vector<PoolReport>()> report_pools_;
   // Lock order: telling_, mutex_.
   absl::Mutex telling_;  // held while followers are notified
   absl::Mutex mutex_;

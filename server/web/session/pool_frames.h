@@ -10,6 +10,7 @@
 #include "procgen_client/client.h"
 #include "server/concurrency/thread_group.h"
 #include "server/web/json/message.h"
+#include "server/web/session/frame_encoder.h"
 #include "server/web/session/outbox.h"
 
 namespace procgen::web {
@@ -20,8 +21,14 @@ inline constexpr int32_t kWatchSizePxMin = 16;
 inline constexpr int32_t kWatchSizePxMax = 512;
 inline constexpr double kFramesPerSecondMax = 60;
 
+// What a page asks to watch.
+struct WatchParams {
+  procgen::v1::WatchPoolRequest request;
+  FrameEncoding encoding = FrameEncoding::kRgb;
+};
+
 // Reads the members of watch.start. Reports errors to `params`.
-procgen::v1::WatchPoolRequest ReadWatch(RequestParams* params);
+WatchParams ReadWatch(RequestParams* params);
 
 // A watch: sends frames of environments to a page, as fast as it reads, on its own thread.
 // Threads: one at a time.
@@ -30,8 +37,8 @@ class PoolFrames {
   // Errors: RESOURCE_EXHAUSTED a thread cannot be started; errors of the server that occur at once.
   // Later ones are reported by the event watch_ended.
   static absl::StatusOr<std::unique_ptr<PoolFrames>> Start(
-      std::shared_ptr<procgen_client::Client> client, const procgen::v1::WatchPoolRequest& request,
-      int64_t number, std::shared_ptr<Outbox> outbox, ThreadGroup* threads);
+      std::shared_ptr<procgen_client::Client> client, const WatchParams& params, int64_t number,
+      std::shared_ptr<Outbox> outbox, ThreadGroup* threads);
   // REQUIRES: Begin was called. No event is sent after the return.
   ~PoolFrames();
   PoolFrames(const PoolFrames&) = delete;
@@ -47,7 +54,7 @@ class PoolFrames {
   struct Shared {
     std::shared_ptr<procgen_client::Client> client;  // before the watch, which it must outlive
     std::unique_ptr<procgen_client::PoolWatch> watch;
-    bool is_png = false;
+    std::shared_ptr<FrameEncoder> encoder;  // used by the outbox
     int64_t number = 0;
     std::shared_ptr<Outbox> outbox;
     absl::Notification may_begin;

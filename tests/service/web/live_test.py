@@ -3,36 +3,18 @@
 from __future__ import annotations
 
 import asyncio
-import threading
 import time
+import zlib
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
-from page import PageError, WebServer, conformance, open_page
+from learner import Learner
+from page import Page, PageError, WebServer, conformance, open_page
 
-from procgen_client import Client, Pool
-
-
-class Learner:
-    """Steps a pool in a thread until stop()."""
-
-    def __init__(self, pool: Pool) -> None:
-        self.pool = pool
-        self._stops = threading.Event()
-        self._thread = threading.Thread(target=self._run)
-        self._thread.start()
-
-    def _run(self) -> None:
-        actions = np.full(self.pool.env_count, 7)
-        while not self._stops.is_set():
-            self.pool.step(actions)
-
-    def stop(self) -> None:
-        self._stops.set()
-        self._thread.join()
+from procgen_client import Client
 
 
 @pytest.fixture
@@ -69,8 +51,13 @@ def test_pools_are_reported_once_a_second(server: WebServer, learner: Learner) -
             assert 0 < pool["mean_length"] <= 1000
             assert 0 < pool["request_p50_ms"] <= pool["request_p99_ms"]
             assert pool["create_time_s"] <= last.result["time_s"]
+            # Pools of pages are listed and not counted.
+            await page.call("play.start", game="maze", mode="easy", level_seed=1, human_size_px=0)
+            while len(last.result["pools"]) == 1:
+                last = await page.event("pools")
             load = last.result["server"]["load"]
             assert load["pool_count"] == 1 and load["env_count"] == 20
+            assert load["stream_count"] == 1
             assert load["worker_count"] == 2 and load["draining"] is False
             (node,) = last.result["nodes"]
             assert node["role"] == "host" and node["healthy"] is True
@@ -90,26 +77,87 @@ def test_a_late_page_receives_the_history(server: WebServer, learner: Learner) -
         async with open_page(server.url) as page:
             history = (await page.call("pool.history", pool="pools/learning")).result
             assert history["columns"] == [
-                "time_s", "steps_per_second", "episode_count", "mean_return", "mean_length",
-                "request_p50_ms", "request_p99_ms",
+                "time_s", "step_count", "steps_per_second", "episode_count", "mean_return",
+                "mean_length", "request_p50_ms", "request_p99_ms", "return_min", "return_max",
+                "return_deviation",
             ]  # fmt: skip
+            assert history["games"] == []
             assert history["interval_s"] == 1 and 2 <= len(history["rows"]) <= 600
             times = [row[0] for row in history["rows"]]
             assert times == sorted(times)
-            assert history["rows"][-1][1] > 0 and history["rows"][-1][5] > 0
+            last = dict(zip(history["columns"], history["rows"][-1], strict=True))
+            assert last["steps_per_second"] > 0 and last["request_p50_ms"] > 0
+            if last["episode_count"] > 0:
+                assert last["return_min"] <= last["mean_return"] <= last["return_max"]
+            hour = (await page.call("pool.history", pool="pools/learning", span_s=3600)).result
+            assert hour["interval_s"] == 10 and len(hour["rows"]) <= len(history["rows"]) + 1
+            (returns,) = (await page.call("pools.returns")).result["pools"]
+            assert returns["name"] == "pools/learning"
+            assert 1 <= len(returns["mean_returns"]) <= 60
+
+    run(test())
+
+
+def test_episodes_are_listed_once_and_replayable(server: WebServer, learner: Learner) -> None:
+    async def test() -> None:
+        async with open_page(server.url) as page:
+            rows: list[dict[str, Any]] = []
+            while len(rows) < 30:
+                after = rows[-1]["number"] if rows else 0
+                answer = await page.call("pool.episodes", pool="pools/learning", after=after)
+                listed = answer.result
+                assert listed["pool"] == "pools/learning"
+                assert listed["episode_count"] >= after
+                rows += [dict(zip(listed["columns"], row, strict=True)) for row in listed["rows"]]
+                await asyncio.sleep(0.2)
+            assert [row["number"] for row in rows] == list(range(1, len(rows) + 1))
+            assert all(0 <= row["environment"] < 20 and row["length"] > 0 for row in rows)
+            assert all(row["total_reward"] == 10.0 * row["level_complete"] for row in rows)
+            assert len({row["fingerprint"] for row in rows}) > 1
+            learner.stop()
+            end = (await page.call("pool.episodes", pool="pools/learning")).result
+            newest = dict(zip(end["columns"], end["rows"][-1], strict=True))
+            episode = (
+                await page.call(
+                    "pool.episode",
+                    pool="pools/learning",
+                    environment=newest["environment"],
+                    selector="last",
+                )
+            ).result
+            assert episode["fingerprint"] == newest["fingerprint"]
+            assert episode["level_seed"] == newest["level_seed"]
+            assert episode["total_reward"] == newest["total_reward"]
+            assert episode["steps"] == newest["length"]
+
+    run(test())
+
+
+def test_a_pool_is_deleted(server: WebServer) -> None:
+    async def test() -> None:
+        with Client(server.process.address) as client:
+            client.create_pool("maze", 2, pool_id="unwanted")
+            async with open_page(server.url) as page:
+                await page.call("pool.delete", pool="pools/unwanted")
+                assert client.list_pools() == []
+                with pytest.raises(PageError) as raised:
+                    await page.call("pool.delete", pool="pools/unwanted")
+                assert raised.value.code == "NOT_FOUND"
 
     run(test())
 
 
 def test_frames_equal_the_environments(server: WebServer) -> None:
     async def test() -> None:
-        with Client(server.process.address) as client, client.create_pool("maze", 6) as pool:
+        with Client(server.process.address) as client, client.create_pool(
+            "maze", 6, rand_seed=1
+        ) as pool:
             seen = pool.step(np.full(6, 4)).observations
             async with open_page(server.url) as page:
                 watch = (
                     await page.call(
                         "watch.start", pool=pool.name, environments=[4, 1], size_px=64,
-                        frames_per_second_max=60,
+                        frames_per_second_max=60, format="rgb",
                     )
                 ).result["watch"]  # fmt: skip
                 frames = await page.event("frames")
@@ -133,6 +181,99 @@ def test_frames_equal_the_environments(server: WebServer) -> None:
                 (entry,) = (frames := await page.event("frames")).entries
                 assert (entry["format"], entry["width"]) == ("png", 128)
                 assert frames.parts["environment-0"].startswith(b"\x89PNG")
+
+    run(test())
+
+
+def test_the_end_of_an_episode_is_shown_before_the_next_start(server: WebServer) -> None:
+    async def test() -> None:
+        with Client(server.process.address) as client, client.create_pool(
+            "maze", 2, rand_seed=1
+        ) as pool:
+            seed = int(pool.step(np.full(2, 7)).level_seeds[1])
+            async with open_page(server.url) as page:
+                await page.call(
+                    "watch.start", pool=pool.name, environments=[0, 1], size_px=64,
+                    frames_per_second_max=60, format="rgb",
+                )  # fmt: skip
+                await page.event("frames")
+                batch = pool.step(np.array([4, -1]), final_observations=True)
+                frames = await page.event("frames")
+                assert "ended_episode" not in frames.entries[0]
+                assert frames.entries[1]["ended_episode"] == {
+                    "return": 0, "length": 2, "level_seed": seed,
+                    "level_complete": False, "truncated": False,
+                }  # fmt: skip
+                assert frames.parts["environment-1"] == batch.final_observations[0].tobytes()
+                frames = await page.event("frames")
+                assert "ended_episode" not in frames.entries[1]
+                assert frames.parts["environment-1"] == batch.observations[1].tobytes()
+
+    run(test())
+
+
+async def show_frames(page: Page, sequence_number: int, shown: list[bytes]) -> tuple[int, int]:
+    """Applies frames to `shown` until they are the state after a request.
+
+    Returns their number and bytes.
+    """
+    count = size = 0
+    while True:
+        frames = await page.event("frames")
+        count += 1
+        for environment, difference in enumerate(frames.parts.values()):
+            size += len(difference)
+            if difference:
+                inflater = zlib.decompressobj(-zlib.MAX_WBITS, zdict=shown[environment])
+                shown[environment] = inflater.decompress(difference)
+        assert {it["format"] for it in frames.entries} == {"deflate"}
+        ends = any("ended_episode" in it for it in frames.entries)
+        if frames.result["sequence_number"] == sequence_number and not ends:
+            return count, size
+
+
+def test_frames_are_sent_as_differences(server: WebServer) -> None:
+    async def test() -> None:
+        with Client(server.process.address) as client, client.create_pool(
+            "coinrun", 16, rand_seed=1
+        ) as pool:
+            shown = [b""] * 16
+            raw_bytes = 16 * 64 * 64 * 3
+            async with open_page(server.url) as page:
+                first = pool.observe().sequence_number
+                await page.call(
+                    "watch.start", pool=pool.name, environments=list(range(16)), size_px=64,
+                    frames_per_second_max=60,
+                )  # fmt: skip
+                _, size = await show_frames(page, first, shown)
+                assert 0.05 * raw_bytes < size < raw_bytes
+                total = 0
+                for action in [7, 5, 7, 4] * 5:
+                    batch = pool.step(np.full(16, action))
+                    _, size = await show_frames(page, batch.sequence_number, shown)
+                    assert shown == [it.tobytes() for it in batch.observations]
+                    total += size
+                assert total / 20 < 0.1 * raw_bytes
+
+    run(test())
+
+
+def test_a_page_that_reads_late_gets_differences_that_fit_together(server: WebServer) -> None:
+    async def test() -> None:
+        with Client(server.process.address) as client, client.create_pool(
+            "starpilot", 64, rand_seed=1
+        ) as pool:
+            shown = [b""] * 64
+            async with open_page(server.url) as page:
+                await page.call(
+                    "watch.start", pool=pool.name, environments=list(range(64)), size_px=64,
+                    frames_per_second_max=60,
+                )  # fmt: skip
+                for _ in range(400):
+                    batch = pool.step(np.full(64, 7))  # blocks the loop, so that nothing is read
+                count, _ = await show_frames(page, batch.sequence_number, shown)
+                assert shown == [it.tobytes() for it in batch.observations]
+                assert count < 400
 
     run(test())
 
@@ -169,12 +310,16 @@ def test_invalid_watches_are_rejected(server: WebServer) -> None:
          "at most 21 with size_px 256 as rgb"),
         ({"frames_per_second_max": 61}, "INVALID_ARGUMENT", "frames_per_second_max is 61"),
         ({"frames_per_second_max": 0}, "INVALID_ARGUMENT", "frames_per_second_max is 0"),
-        ({"format": "jpeg"}, "INVALID_ARGUMENT", "allowed: 'rgb', 'png'"),
+        ({"format": "jpeg"}, "INVALID_ARGUMENT", "allowed: 'deflate', 'rgb', 'png'"),
+        ({"size_px": 65, "format": "deflate"}, "INVALID_ARGUMENT",
+         "size_px is 65, allowed with the format deflate: at most 64"),
         ({"pool": "pools/none"}, "NOT_FOUND", "pools/none"),
     ]  # fmt: skip
 
     async def test() -> None:
-        with Client(server.process.address) as client, client.create_pool("maze", 2) as pool:
+        with Client(server.process.address) as client, client.create_pool(
+            "maze", 2, rand_seed=1
+        ) as pool:
             async with open_page(server.url) as page:
                 for members, code, message in wrong:
                     with pytest.raises(PageError) as raised:

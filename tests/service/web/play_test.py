@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import asyncio
+import io
 import json
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
+from PIL import Image
 from page import Answer, Page, PageError, WebServer, conformance, open_page
 
 from procgen_client import Client
@@ -53,6 +56,11 @@ def test_a_play_is_a_pool_of_the_viewer_and_shows_both_views(server: WebServer) 
                 assert len(last.parts["agent"]) == 64 * 64 * 3
                 assert last.parts["human"].startswith(b"\x89PNG\r\n\x1a\n")
                 assert first.parts["agent"] != last.parts["agent"]
+                for members in ({"human_size_px": 64}, {}):
+                    smaller = await page.call("play.step", play=number, action=7, **members)
+                    assert smaller.entries[1]["width"] == 64
+                with pytest.raises(PageError, match="human_size_px is 63"):
+                    await page.call("play.step", play=number, action=7, human_size_px=63)
                 await page.call("play.close", play=number)
                 assert client.list_pools() == []
                 await play(page, [], game="maze", mode="easy", level_seed=1)
@@ -127,6 +135,94 @@ def test_a_solved_level_is_reported(server: WebServer, tmp_path: Path) -> None:
             # Apart from the fingerprints, the header equals the recording's.
             assert saved[saved.index(b"\n") :] == contents[contents.index(b"\n") :]
             assert {**saved_header, "fingerprints": 0} == {**header, "fingerprints": 0}
+
+    run(test())
+
+
+@pytest.mark.parametrize(
+    ("name", "level_seed"), [("coinrun.easy.solved-1001", 1001), ("miner.hard.solved-1002", 1002)]
+)
+def test_the_end_of_an_episode_shows_its_last_frames(
+    server: WebServer, name: str, level_seed: int
+) -> None:
+    _, header, actions = golden(name)
+    actions = [action for action in actions[:: header["num_envs"]] if action != 255]
+
+    async def test() -> None:
+        game, mode = name.split(".")[:2]
+        chosen = {"game": game, "mode": mode, "level_seed": level_seed, "human_size_px": 96}
+        async with open_page(server.url) as page:
+            number, views = await play(page, actions, **chosen)
+            row = next(i for i, view in enumerate(views) if i > 0 and view.result["first"])
+            end = views[row]
+            assert list(end.parts) == ["agent", "final_agent", "final_human", "human"]
+            # The next episode begins with the same level.
+            assert (end.parts["agent"], end.parts["human"]) == tuple(views[0].parts.values())
+            assert all("final_agent" not in view.parts for view in views[:row])
+            with Client(server.process.address) as client:
+                options = {"start_level": level_seed, "num_levels": 1, "rand_seed": 0}
+                pool = client.create_pool(
+                    game, 1, autoreset_mode="next_step", distribution_mode=mode, **options
+                )
+                with pool:
+                    for action in actions[:row]:
+                        batch = pool.step([action])
+                    assert end.parts["final_agent"] == batch.observations.tobytes()
+                    (human,) = pool.render(size_px=96)
+                shown = Image.open(io.BytesIO(end.parts["final_human"]))
+                assert np.array_equal(np.asarray(shown), human)
+            replay = (await page.call("replay.open", play=number, human_size_px=96)).result
+            for wanted in (row, row - 1, row, row, 0, row):
+                view = await page.call("replay.seek", replay=replay["replay"], row=wanted)
+                assert view.parts == views[wanted].parts, wanted
+
+    run(test())
+
+
+def test_a_step_for_an_episode_that_has_ended_is_rejected(server: WebServer) -> None:
+    _, _, actions = golden("coinrun.easy.solved-1001")
+
+    async def test() -> None:
+        async with open_page(server.url) as page:
+            level = {"game": "coinrun", "mode": "easy", "level_seed": 1001, "human_size_px": 0}
+            number = (await page.call("play.start", **level)).result["play"]
+            # As a page on a long line does: all are sent before the first response.
+            sent = [
+                page.send("play.step", play=number, action=action, episode_count=0)
+                for action in actions
+            ]
+            views = await asyncio.gather(*sent, return_exceptions=True)
+            taken = [view for view in views if not isinstance(view, PageError)]
+            late = [view for view in views if isinstance(view, PageError)]
+            assert taken and late and views == taken + late
+            assert [view.result["first"] for view in taken] == [False] * (len(taken) - 1) + [True]
+            reason = "episode_count is 0, the play has finished 1 episodes; nothing was stepped"
+            assert {(error.code, error.message) for error in late} == {
+                ("FAILED_PRECONDITION", reason)
+            }
+            trace = await page.call("play.trace", play=number)
+            assert trace.result["steps"] == len(taken)
+
+    run(test())
+
+
+def test_episodes_that_end_earlier_than_recorded_are_replayed(server: WebServer) -> None:
+    async def test() -> None:
+        async with open_page(server.url) as page:
+            number, views = await play(
+                page, _ACTIONS, game="bigfish", mode="easy", level_seed=7, human_size_px=0
+            )
+            ends = [i for i, view in enumerate(views) if i > 0 and view.result["first"]]
+            assert ends
+            trace = (await page.call("play.trace", play=number)).parts["trace"]
+            rows = len(_ACTIONS) + 1
+            first_at = trace.index(b"\n") + 1 + len(_ACTIONS) + 4 * rows
+            assert [i for i in range(rows) if trace[first_at + i]] == [0, *ends]
+            changed = trace[: first_at + 1] + bytes(rows - 1) + trace[first_at + rows :]
+            opened = (await page.call("replay.open", changed, human_size_px=0)).result
+            difference = {"row": ends[0], "field": "first", "expected": 0, "got": 1}
+            assert opened["difference"] == difference
+            assert opened["rewards"] == [view.result["reward"] for view in views]
 
     run(test())
 
@@ -225,6 +321,79 @@ def test_a_replay_plays_forward_and_backward(server: WebServer) -> None:
                 with pytest.raises(PageError, match="row is 241, the replay has rows 0 to 240"):
                     await page.call("replay.seek", replay=facts["replay"], row=241)
                 await page.call("replay.close", replay=facts["replay"])
+
+    run(test())
+
+
+@pytest.mark.parametrize("row", [0, 20, 70, 120])
+def test_a_play_continues_a_trace_from_any_row(server: WebServer, row: int) -> None:
+    async def test() -> None:
+        chosen = {"game": "bigfish", "mode": "easy", "level_seed": 7, "human_size_px": 64}
+        async with open_page(server.url) as page:
+            number, views = await play(page, _ACTIONS, **chosen)
+            ends = [i for i, view in enumerate(views) if view.result["first"]]
+            assert len(ends) > 1, "episodes end on the way"
+            trace = (await page.call("play.trace", play=number)).parts["trace"]
+            begun = await page.call("play.start", trace, row=row, human_size_px=64)
+            assert begun.result.pop("header")["games"] == ["bigfish"]
+            branch = begun.result["play"]
+            for _ in range(2):  # Restart returns to the row.
+                assert begun.parts == views[row].parts
+                assert without_pictures(begun) == without_pictures(views[row])
+                for i, action in enumerate(_ACTIONS[row:], start=row + 1):
+                    view = await page.call("play.step", play=branch, action=action)
+                    assert view.parts == views[i].parts, i
+                    assert without_pictures(view) == without_pictures(views[i]), i
+                assert (await page.call("play.trace", play=branch)).parts["trace"] == trace
+                begun = await page.call("play.restart", play=branch)
+            following = await page.call("play.next_level", play=branch)
+            assert following.result["step"] == 0 and following.result["level_seed"] == 8
+
+    run(test())
+
+
+def test_a_play_continues_an_environment_of_a_trace_of_several(server: WebServer) -> None:
+    contents, header, _ = golden("miner.memory.levels200")
+    environment, row = 2, 40
+
+    async def test() -> None:
+        async with open_page(server.url) as page:
+            chosen = {"environment": environment, "human_size_px": 0}
+            opened = (await page.call("replay.open", contents, **chosen)).result
+            assert opened["header"]["options"]["rand_seed"] == header["options"]["rand_seed"]
+            play = (await page.call("play.start", contents, row=row, **chosen)).result
+            assert play["header"] == opened["header"]
+            for i in range(row, row + 25):
+                view = await page.call("play.step", play=play["play"], action=opened["actions"][i])
+                shown = await page.call("replay.seek", replay=opened["replay"], row=i + 1)
+                assert view.parts == shown.parts, i
+                assert without_pictures(view) == without_pictures(shown), i
+
+    run(test())
+
+
+def test_a_play_continues_no_row_that_a_trace_has_not(server: WebServer) -> None:
+    contents, header, _ = golden("coinrun.easy.solved-1001")
+    steps = header["steps"]
+
+    async def test() -> None:
+        async with open_page(server.url) as page:
+            for trace, members, message in (
+                (contents, {"row": steps + 1}, f"row is {steps + 1}, .* 0 to {steps}"),
+                (contents, {}, "row is missing"),
+                (contents, {"row": 3, "game": "maze"}, "'game' is no member"),
+                (contents, {"row": 3, "environment": 99}, "environment is 99, the trace has"),
+                (b"none", {"row": 3}, "the file is not a trace"),
+            ):
+                with pytest.raises(PageError, match=message) as raised:
+                    await page.call("play.start", trace, **members)
+                assert raised.value.code == "INVALID_ARGUMENT"
+            with pytest.raises(PageError, match="play.start takes one part"):
+                await page.call("play.start", contents, contents, row=3)
+            for _ in range(4):
+                await page.call("play.start", contents, row=3, human_size_px=0)
+            with pytest.raises(PageError, match="the page has 4 plays"):
+                await page.call("play.start", contents, row=3)
 
     run(test())
 

@@ -1,7 +1,9 @@
-// Accessibility of every page: names, keyboard, contrast in both themes, narrow windows, reduced motion.
+// Accessibility of every page: axe's rules, names, keyboard, contrast in both themes, narrow windows, reduced motion.
 
 import assert from "node:assert/strict";
+import { join } from "node:path";
 import { after, before, test } from "node:test";
+import { axeViolations } from "./axe.js";
 import { figure, waitForText, withBrowser } from "./browser.js";
 import { lowContrasts } from "./contrast.js";
 import { stickingOut } from "./overflow.js";
@@ -55,6 +57,28 @@ const PAGES = {
     await playKeys(page, COINRUN_1000.slice(0, 2));
     await page.click("#replay");
     await waitForText(figure(page, "#figures", "Step"), "0 of 3");
+  },
+  "the end of a replay": async (page) => {
+    await page.goto(server.page(COINRUN_1000_PATH));
+    await playKeys(page, COINRUN_1000);
+    await waitForText(page.locator("#message"), "Level complete");
+    await page.click("#replay");
+    await page.click("#last");
+    await waitForText(figure(page, "#figures", "Episode"), "complete");
+  },
+  "images and videos of a replay": async (page) => {
+    await PAGES.replay(page);
+    await page.click("#open-export");
+  },
+  "a comparison of two replays": async (page) => {
+    await PAGES.replay(page);
+    await page.click("#compare summary");
+    await page.setInputFiles("#other-file", join(import.meta.dirname, "../../conformance/golden/maze.easy.solved-1000.trace"));
+    await waitForText(page.locator("#difference"), "First difference at step 0");
+  },
+  "a wrong link": async (page) => {
+    await page.goto(server.page("/play?game=pong"));
+    await page.locator("#wrong").waitFor();
   },
   gallery: async (page) => {
     await page.goto(server.page("/gallery"));
@@ -125,10 +149,12 @@ async function checkKeyboard(page) {
 async function checkLooks(page) {
   for (const viewport of [WIDE, USUAL, NARROW]) {
     await page.setViewportSize(viewport);
+    assert.equal(await page.getByRole("heading", { level: 1 }).count(), 1, "readers of any window hear what the page is");
     for (const colorScheme of ["light", "dark"]) {
       // With reduced motion colors change at once.
       await page.emulateMedia({ colorScheme, reducedMotion: "reduce" });
       assert.deepEqual(await page.evaluate(lowContrasts), [], colorScheme);
+      assert.deepEqual(await axeViolations(page), [], `${colorScheme}, ${viewport.width} pixels`);
     }
     assert.equal(await page.evaluate(() => document.documentElement.scrollWidth), viewport.width);
     assert.deepEqual(await page.evaluate(stickingOut), [], `${viewport.width} pixels`);
@@ -144,6 +170,13 @@ for (const [name, use] of Object.entries(PAGES)) {
     await checkLooks(page);
   });
 }
+
+test("axe finds what is wrong", async () => {
+  const page = await it.open(empty.page("/gallery"));
+  await page.evaluate(() => document.querySelector("main").append(document.createElement("button")));
+  const [violation] = await axeViolations(page);
+  assert.match(violation, /^button-name /);
+});
 
 test("the header can be skipped", async () => {
   for (const path of ["/", "/play", "/replay", "/gallery"]) {

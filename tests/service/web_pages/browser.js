@@ -1,16 +1,19 @@
-// A headless Chromium for the tests of a file, and helpers that read its pages.
+// A headless browser for the tests of a file, and helpers that read its pages.
 
 import assert from "node:assert/strict";
 import { createHash } from "node:crypto";
 import { after, afterEach, before } from "node:test";
 import { chromium } from "playwright-core";
 
-// `it.open(address)` opens a page and closes it after the test. An error on a page fails the file.
-export function withBrowser() {
+function launchChromium() {
+  return chromium.launch({ executablePath: process.env.PROCGEN_CHROMIUM });
+}
+
+// `it.open(address)` opens a page and closes it after the test. An error on a page fails the file. `launch()` starts the
+// browser.
+export function withBrowser(launch = launchChromium) {
   const it = { errors: [] };
-  before(async () => {
-    it.browser = await chromium.launch({ executablePath: process.env.PROCGEN_CHROMIUM });
-  });
+  before(async () => { it.browser = await launch(); });
   afterEach(() => Promise.all(it.browser.contexts().map((context) => context.close())));
   after(async () => {
     await it.browser.close();
@@ -45,6 +48,15 @@ export async function waitForText(locator, text) {
 export async function enterToken(page, token) {
   await page.fill("#token", token);
   await page.keyboard.press("Enter");
+}
+
+// Waits until something is drawn on a canvas.
+export async function waitForDrawing(page, selector) {
+  await page.waitForFunction((name) => {
+    const canvas = document.querySelector(name);
+    const { data } = canvas.getContext("2d").getImageData(0, 0, canvas.width, canvas.height);
+    return data.some((value, index) => index % 4 < 3 && value > 0);
+  }, selector);
 }
 
 // The content of a canvas, as a short string for comparisons.

@@ -44,3 +44,21 @@ test("the form selects other levels and options", async () => {
   assert.equal(new URL(page.url()).searchParams.get("restrict_themes"), "true");
   assert.equal(await page.locator("#following").isVisible(), false);
 });
+
+test("levels are shown whole, and played as usual", async () => {
+  const page = await it.open(server.page("/gallery?game=coinrun&mode=easy&level=0"));
+  const first = page.locator("#pictures canvas").first();
+  await first.waitFor();
+  const seen = await first.evaluate((canvas) => canvas.toDataURL());
+  await page.check("[name=whole]");
+  await page.click("text=Show");
+  await page.waitForURL("**whole=true**");
+  await first.waitFor();
+  assert.notEqual(await first.evaluate((canvas) => canvas.toDataURL()), seen);
+  assert.equal(await page.isChecked("[name=whole]"), true);
+  await page.click("#following");
+  await page.waitForURL("**level=24**whole=true**");
+  await page.click("#pictures a[title='Level 30']");
+  await waitForText(figure(page, "#figures", "Level seed"), /^30$/);
+  assert.equal(new URL(page.url()).search, "?game=coinrun&mode=easy&level=30");
+});

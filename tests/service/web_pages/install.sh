@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Installs playwright-core from the lock file, unless it is installed. Argument: npm.
+# Installs playwright-core and axe-core from the lock file, unless it is installed. Argument: npm.
 set -euo pipefail
 npm=$1
 

@@ -77,8 +77,15 @@ test("the pool's figures and plots are drawn, and grow", async () => {
 test("an environment is enlarged, and its last episode is saved and replayed exactly", async () => {
   const page = await openLive();
   await waitForText(figure(page, "#pool-figures", "Episodes"), /^[1-9]/);
+  // The mosaic behind the dialog stops.
   await page.click("#mosaic button[title='Environment 2']");
   await waitForText(page.locator("#large-title"), "pools/watched, environment 2");
+  await waitForChange(page, "#large-picture");
+  const covered = await page.locator("#mosaic canvas").evaluateAll((all) => all.map((one) => one.toDataURL()));
+  for (let i = 0; i < 3; i += 1) {
+    await waitForChange(page, "#large-picture");
+  }
+  assert.deepEqual(await page.locator("#mosaic canvas").evaluateAll((all) => all.map((one) => one.toDataURL())), covered);
   await waitForChange(page, "#large-picture");
   await page.keyboard.press("ArrowRight");
   await waitForText(page.locator("#large-title"), "pools/watched, environment 3");
@@ -120,7 +127,10 @@ test("pools of plays are hidden by default", async () => {
   const player = await it.open(server.page("/play?game=maze&mode=easy&level=1"));
   await waitForText(figure(player, "#figures", "Level seed"), /^1$/);
   const page = await openLive();
-  assert.equal(await page.locator("#pools li").count(), 1);
+  assert.equal(await page.locator("#pools tr").count(), 1);
+  for (const [name, value] of [["Pools", "1"], ["Environments", "20"], ["Learners", "1"]]) {
+    assert.equal(await figure(page, "#server", name).textContent(), value, `${name} without those of pages`);
+  }
   await page.check("#visitors");
-  await page.waitForFunction(() => document.querySelectorAll("#pools li").length === 2);
+  await page.waitForFunction(() => document.querySelectorAll("#pools tr").length === 2);
 });

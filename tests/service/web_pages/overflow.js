@@ -7,7 +7,7 @@ export function stickingOut() {
   while (texts.nextNode()) {
     const element = texts.currentNode.parentElement;
     const box = element.closest("button, .button, .panel, dialog, header, main");
-    if (!box || !element.checkVisibility() || element.closest(".unseen, .skip, select, pre, .scroll, #pools")) {
+    if (!box || !element.checkVisibility() || element.closest(".unseen, .skip, select, pre, .scroll")) {
       continue;
     }
     const range = document.createRange();

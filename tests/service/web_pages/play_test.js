@@ -95,6 +95,47 @@ test("the form chooses game, mode, level and options", async () => {
   assert.match(await page.title(), /^heist, level 123/);
 });
 
+test("the end of a level is shown until the player starts the next level or the same one", async () => {
+  const page = await it.open(server.page(COINRUN_1000_PATH));
+  const step = figure(page, "#figures", "Step");
+  await waitForText(step, /^0$/);
+  const start = await picture(page, "#human");
+  await playKeys(page, COINRUN_1000);
+  const atEnd = `coinrun, level 1000, step ${COINRUN_1000_STEPS}, score 10, as people see it`;
+  await page.locator(`#human[aria-label="${atEnd}"]`).waitFor();
+  const end = await picture(page, "#human");
+  assert.notEqual(end, start);
+  await waitForText(page.locator("#pause"), "Next level");
+
+  // A step leads to the start of the next episode.
+  await page.keyboard.press(".");
+  await waitForPicture(page, "#human", (shown) => shown === start);
+  await waitForText(step, /^0$/);
+  await page.keyboard.press(".");
+  await waitForText(step, /^1$/);
+
+  await page.keyboard.press("r");
+  await playKeys(page, COINRUN_1000);
+  await page.locator(`#human[aria-label="${atEnd}"]`).waitFor();
+  await waitForPicture(page, "#human", (shown) => shown === end);
+  await page.keyboard.press("Enter");
+  await waitForText(figure(page, "#figures", "Level seed"), /^1001$/);
+  await waitForText(page.locator("#pause"), "Begin");
+});
+
+test("an arrow key plays a level again after its end", async () => {
+  const page = await it.open(server.page("/play?game=bigfish&mode=easy&level=7"));
+  await waitForText(page.locator("#message"), "Press an arrow key to begin.");
+  await page.keyboard.press("ArrowLeft");
+  await waitForText(page.locator("#message"), "Episode over");
+  await waitForText(page.locator("#pause"), "Play again");
+  while (await page.locator("#message").filter({ hasText: "Episode over" }).count() > 0) {
+    await page.keyboard.press("ArrowRight");
+  }
+  await waitForText(page.locator("#pause"), "Pause");
+  await waitForText(figure(page, "#figures", "Episodes"), /^1$/);
+});
+
 test("a mode with a single level names it", async () => {
   const page = await it.open(server.page("/play?game=coinrun&mode=exploration"));
   const seed = await figure(page, "#figures", "Level seed").textContent();
@@ -108,7 +149,7 @@ async function openRecorded(options) {
   const opened = page.waitForEvent("websocket");
   await page.goto(server.page("/play?game=maze&mode=easy&level=5"));
   const socket = await opened;
-  await waitForText(page.locator("#message"), "Press an arrow key to begin.");
+  await waitForText(page.locator("#message"), /(Press|Touch) an arrow/);
   const asked = (action) =>
     socket.waitForEvent("framesent", ({ payload }) => JSON.parse(payload).action === ACTIONS[action]);
   return { page, asked };
@@ -123,6 +164,17 @@ test("the newest held key wins, combined with compatible keys", async () => {
   await change("down", "ArrowUp", "RIGHT+UP");
   await change("down", "ArrowLeft", "LEFT+UP");
   await change("up", "ArrowUp", "LEFT");
+});
+
+test("while keys that shoot and keys that move are held, steps do either in turn", async () => {
+  const { page, asked } = await openRecorded();
+  await page.keyboard.down("d");
+  await page.keyboard.down("ArrowRight");
+  for (const action of ["RIGHT", "D", "RIGHT", "D"]) {
+    await asked(action);
+  }
+  await Promise.all([asked("RIGHT+UP"), page.keyboard.down("ArrowUp")]);
+  await asked("D");
 });
 
 test("touch buttons combine two fingers, and a sliding finger presses the buttons that it reaches", async () => {

@@ -5,6 +5,9 @@ import { figure, waitForText } from "./browser.js";
 // Reaches the coin of coinrun's level 1000, easy: the held keys and their number of steps.
 export const COINRUN_1000 = [[[], 1], [["ArrowRight"], 2], [["ArrowRight", "ArrowUp"], 18], [["ArrowRight"], 14]];
 export const COINRUN_1000_STEPS = 35;
+// The same as actions.
+const ACTION_OF_KEYS = { "": 4, ArrowRight: 7, "ArrowRight+ArrowUp": 8 };
+export const COINRUN_1000_ACTIONS = COINRUN_1000.flatMap(([keys, count]) => Array(count).fill(ACTION_OF_KEYS[keys.join("+")]));
 
 export const COINRUN_1000_PATH = "/play?game=coinrun&mode=easy&level=1000";
 

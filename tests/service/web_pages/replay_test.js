@@ -13,7 +13,7 @@ const it = withBrowser();
 let server;
 let folder;
 let trace;      // the path of a play's trace
-let pictures;   // the frames of the play, by step
+let pictures;   // frames of the play, by step
 before(async () => {
   server = await Server.start();
   folder = await mkdtemp(join(tmpdir(), "procgen-web-"));
@@ -43,6 +43,9 @@ test("the replay page plays a play forward and backward", async () => {
   pictures[3] = await picture(page, "#human");
   await page.reload();
   await playKeys(page, COINRUN_1000);
+  await page.locator(`#human[aria-label*="step ${COINRUN_1000_STEPS}, score 10"]`).waitFor();
+  pictures[COINRUN_1000_STEPS] = await picture(page, "#human");
+  assert.notEqual(pictures[COINRUN_1000_STEPS], pictures[0]);
   const download = page.waitForEvent("download");
   await page.click("#save");
   await (await download).saveAs(trace);
@@ -61,6 +64,8 @@ test("the replay page plays a play forward and backward", async () => {
   assert.equal(await figure(page, "#figures", "Reward").textContent(), "10");
   assert.equal(await page.getAttribute("#human", "aria-label"), `step ${COINRUN_1000_STEPS}, score 10, as people see it`);
   assert.match(await figure(page, "#figures", "Fingerprint").textContent(), /^[0-9a-f]{16}$/);
+  assert.equal(await figure(page, "#figures", "Episode").textContent(), "complete");
+  await waitForPicture(page, "#human", (shown) => shown === pictures[COINRUN_1000_STEPS]);
   await seek(page, 3);
   await waitForPicture(page, "#human", (shown) => shown === pictures[3]);
   await page.keyboard.press(",");
@@ -90,6 +95,32 @@ test("a saved file is loaded, survives a reload, plays to its end, and is saved 
   assert.deepEqual(await readFile(again), await readFile(trace));
 });
 
+test("the end of an episode and the start of the next one are frames of their own", async () => {
+  const page = await it.open(server.page(COINRUN_1000_PATH));
+  await playKeys(page, COINRUN_1000);
+  await waitForText(page.locator("#message"), "Level complete");
+  await page.keyboard.press(".");
+  await waitForText(figure(page, "#figures", "Step"), /^0$/);
+  await page.keyboard.press(".");
+  await waitForText(figure(page, "#figures", "Step"), /^1$/);
+  await page.click("#replay");
+  const step = figure(page, "#figures", "Step");
+  const episode = figure(page, "#figures", "Episode");
+  const steps = COINRUN_1000_STEPS + 1;
+  await waitForText(step, `0 of ${steps}`);
+  await page.click("#last");
+  await waitForText(step, `${steps} of ${steps}`);
+  await waitForText(episode, "running");
+  await page.click("#back");
+  await waitForText(step, `${COINRUN_1000_STEPS} of ${steps}`);
+  await waitForText(episode, "start");
+  await waitForPicture(page, "#human", (shown) => shown === pictures[0]);
+  await page.click("#back");
+  await waitForText(episode, "complete");
+  await waitForText(step, `${COINRUN_1000_STEPS} of ${steps}`);
+  await waitForPicture(page, "#human", (shown) => shown === pictures[COINRUN_1000_STEPS]);
+});
+
 test("a diverging recording is reported by its row", async () => {
   const bytes = await readFile(trace);
   const headerBytes = bytes.indexOf("\n") + 1;
@@ -107,7 +138,13 @@ test("a diverging recording is reported by its row", async () => {
 test("an invalid trace is rejected, and the page continues", async () => {
   const page = await it.open(server.page("/replay"));
   await page.setInputFiles("#file", { name: "no.trace", mimeType: "", buffer: Buffer.from("no trace\n") });
-  await page.locator("#notices .bad").waitFor();
+  const problem = page.locator("#notices .bad");
+  await waitForText(problem, "The file is not a trace: invalid trace header: the first line is not JSON.");
+  await page.click("#notices .bad button");
+  await problem.waitFor({ state: "detached" });
+  await page.setInputFiles("#file", { name: "no.trace", mimeType: "", buffer: Buffer.from("no trace\n") });
+  await problem.waitFor();
   await page.setInputFiles("#file", trace);
   await row(page, 0);
+  assert.equal(await problem.count(), 0, "an error disappears when another file is opened");
 });

@@ -3,6 +3,7 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 import { figure, waitForChange, waitForText, withBrowser } from "./browser.js";
+import { COINRUN_1000, COINRUN_1000_PATH, playKeys } from "./playing.js";
 import { Learner, Server } from "./server.js";
 
 const FIRST = "#mosaic li:first-child canvas";
@@ -33,10 +34,58 @@ test("pages report a lost server and reconnect by themselves", async () => {
     await waitForText(page.locator(".link"), "Connected");
   }
   await waitForText(live.locator("#pool-name"), "pools/after");
+  await waitForText(live.locator("#notices"), "pools/before was closed, and its history is gone.");
+  await waitForText(live.locator("#notices"), "Reconnected to the server.");
+  assert.equal(await live.locator("#notices", { hasText: "node-" }).count(), 0, "a single server is not reported as a lost node");
+  await live.locator("#outage").waitFor({ state: "hidden" });
   await waitForChange(live, FIRST);
   await waitForText(figure(play, "#figures", "Step"), /^0$/);
   await play.keyboard.press(".");
   await waitForText(figure(play, "#figures", "Step"), /^1$/);
   await learner.stop();
   assert.equal(await server.stop(), 0);
+});
+
+test("a page that shows the end of a level reports a lost server, too, and restarts the level", async () => {
+  let server = await Server.start();
+  const page = await it.open(server.page(COINRUN_1000_PATH));
+  await playKeys(page, COINRUN_1000);
+  await waitForText(page.locator("#message"), "Level complete");
+  assert.equal(await server.stop(), 0);
+  await waitForText(page.locator("#message"), "The connection was lost.");
+  server = await Server.start(`--web_address=${new URL(server.web).host}`);
+  await waitForText(page.locator("#message"), "Press an arrow key to begin.");
+  await waitForText(figure(page, "#figures", "Step"), /^0$/);
+  assert.equal(await server.stop(), 0);
+});
+
+test("while a server is dead or silent, what is shown is marked as outdated", async () => {
+  const server = await Server.start();
+  const learner = await Learner.start(server, "watched", ["coinrun"], 4);
+  const page = await it.open(server.page());
+  await page.locator(FIRST).waitFor();
+  const rates = [figure(page, "#server", "Steps / s"), figure(page, "#pool-figures", "Steps / s")];
+  const opacity = () => page.locator("#mosaic").evaluate((mosaic) => Number(getComputedStyle(mosaic).opacity));
+  const expectOutdated = async (text) => {
+    await waitForText(page.locator("#outage"), text);
+    await waitForText(page.locator("#pool-state"), "State unknown");
+    for (const rate of rates) {
+      assert.equal(await rate.textContent(), "–");
+    }
+    assert.equal(await figure(page, "#server", "Learners").textContent(), "–");
+    assert(await opacity() < 1);
+  };
+  await waitForText(rates[1], /[1-9]/);
+  assert.equal(await opacity(), 1);
+
+  server.process.kill("SIGSTOP");
+  await expectOutdated("The server has sent nothing since");
+  server.process.kill("SIGCONT");
+  await waitForText(page.locator("#pool-state"), "A learner is attached");
+  await page.locator("#outage").waitFor({ state: "hidden" });
+  assert.equal(await opacity(), 1);
+
+  learner.abandon();
+  server.process.kill("SIGKILL");
+  await expectOutdated(/The connection was lost at \d\d:\d\d:\d\d/);
 });

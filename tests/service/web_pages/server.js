@@ -78,19 +78,31 @@ export class Fleet {
 export class Learner {
   #isStopped = false;
 
-  // `poolId`: the id of its pool.
-  static async start(server, poolId, games, envCount, options = {}) {
+  // `poolId`: the id of its pool. `environment`: options of its environments.
+  static async start(server, poolId, games, envCount, options = {}, environment = {}) {
     const learner = new Learner();
     learner.client = await connect(server.address, options);
-    const spec = { games, envCount, options: { distributionMode: DistributionMode.EASY, randSeed: 3n } };
+    const spec = { games, envCount, options: { distributionMode: DistributionMode.EASY, randSeed: 3n, ...environment } };
     learner.pool = await learner.client.createPool(spec, { poolId });
     learner.running = learner.#run(envCount);
     return learner;
   }
 
-  async stop() {
+  // Ends a learner whose server is about to be killed.
+  abandon() {
+    this.#isStopped = true;
+    this.running.catch(() => undefined);
+    this.client.close();
+  }
+
+  // Ends the steps; the pool stays.
+  async pause() {
     this.#isStopped = true;
     await this.running;
+  }
+
+  async stop() {
+    await this.pause();
     await this.pool.close();
     this.client.close();
   }

@@ -5,7 +5,7 @@ import { mkdtemp, rm, writeFile } from "node:fs/promises";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
 import { test } from "node:test";
-import { enterToken, waitForText, withBrowser } from "./browser.js";
+import { enterToken, figure, waitForText, withBrowser } from "./browser.js";
 import { Learner, Server } from "./server.js";
 
 const TOKEN = "alices-token-0123456789";
@@ -35,8 +35,38 @@ test("the page asks for a valid token, keeps it for the tab, and never puts it i
 
   const other = await it.open(server.page());
   await enterToken(other, "bobs-token-0123456789");
-  await other.locator("#empty").waitFor();
+  await waitForText(other.locator("#token-hint"), "PROCGEN_SERVER_TOKEN");
   await learner.stop();
+  assert.equal(await server.stop(), 0);
+  await rm(folder, { recursive: true });
+});
+
+test("a withdrawn token is asked for again, on every page", async () => {
+  const folder = await mkdtemp(join(tmpdir(), "procgen-web-"));
+  const file = join(folder, "tokens");
+  const tokens = { bob: "bob bobs-token-0123456789\n", both: `alice ${TOKEN}\nbob bobs-token-0123456789\n` };
+  await writeFile(file, tokens.both, { mode: 0o600 });
+  const server = await Server.start(`--tokens=${file}`);
+  const live = await it.open(server.page());
+  await enterToken(live, TOKEN);
+  await live.locator("#empty").waitFor();
+  const play = await it.open(server.page("/play?game=maze&mode=easy&level=5"));
+  await enterToken(play, TOKEN);
+  await waitForText(play.locator("#message"), "Press an arrow key to begin.");
+
+  await writeFile(file, tokens.bob);
+  await waitForText(live.locator("#token-problem"), "The server no longer accepts this token.");
+  await play.keyboard.press("r");
+  await waitForText(play.locator("#token-problem"), "The server no longer accepts this token.");
+  assert.equal(await play.locator("#notices").textContent(), "");
+
+  await writeFile(file, tokens.both);
+  for (const [page, state] of [[live, "#empty"], [play, "#stage"]]) {
+    await enterToken(page, "bobs-token-0123456789");
+    await waitForText(page.locator(".link"), "Connected");
+    await page.locator(state).waitFor();
+  }
+  await waitForText(figure(play, "#figures", "Level seed"), /^5$/);
   assert.equal(await server.stop(), 0);
   await rm(folder, { recursive: true });
 });

@@ -100,6 +100,15 @@ TEST(RequestParamsTest, FirstInvalidParameterIsReported) {
   EXPECT_EQ(params.CheckAll().message(), "b is 'x', allowed: integers from 0 to 9");
 }
 
+TEST(RequestParamsTest, BooleansAreOptional) {
+  const Json members = {{"a", true}, {"b", 1}};
+  RequestParams params(members);
+  EXPECT_TRUE(params.BooleanOr("a", false));
+  EXPECT_TRUE(params.BooleanOr("missing", true));
+  EXPECT_FALSE(params.BooleanOr("b", false));
+  EXPECT_EQ(params.CheckAll().message(), "b is 1, allowed: true, false");
+}
+
 TEST(RequestParamsTest, UnknownParametersAreRejected) {
   const Json members = {{"a", 1}, {"b", 2}};
   RequestParams params(members);

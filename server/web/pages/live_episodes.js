@@ -1,0 +1,150 @@
+// The last episodes of the open pool: a sorted table from which they are replayed, and charts.
+
+import { byId, element, setText } from "./elements.js";
+import { clock, count, plural, reward } from "./figures.js";
+import { LevelReturns, ReturnHistogram } from "./live_episode_charts.js";
+import { LevelSets } from "./live_level_sets.js";
+import { sentence } from "./notices.js";
+import { attempt } from "./page.js";
+import { partOf } from "./pictures.js";
+import { SortedHeader } from "./tables.js";
+import { sourceOf } from "./replay_link.js";
+import { replayTrace } from "./traces.js";
+
+const KEPT_MAX = 1000;
+const SHOWN_COUNT = 25;
+const INTERVAL_MS = 5000;
+
+const COLUMNS = [
+  { title: "Ended", isNumber: true, value: ({ number }) => number, write: ({ end_time_s: time }) => clock(time) },
+  { title: "Return", isNumber: true, value: ({ total_reward: value }) => value, write: (episode) => reward(episode.total_reward) },
+  { title: "Recording", value: ({ isKept }) => (isKept ? "kept" : "lost") },
+  { title: "Length", isNumber: true, value: ({ length }) => length, write: ({ length }) => count(length) },
+  { title: "Level seed", isNumber: true, value: ({ level_seed: seed }) => seed, write: (episode) => String(episode.level_seed) },
+  { title: "Game", value: ({ game }) => game, write: ({ game }) => game },
+  { title: "End", value: (episode) => endOf(episode), write: (episode) => endOf(episode) },
+  { title: "Environment", isNumber: true, value: ({ environment }) => environment, write: (episode) => String(episode.environment) },
+];
+
+function endOf({ level_complete: isComplete, truncated }) {
+  return isComplete ? "completed" : truncated ? "time limit" : "failed";
+}
+
+export class Episodes {
+  #connection = null;
+  #pool = null;
+  #episodes = [];     // oldest first
+  #count = 0;         // episodes of the pool that were requested
+  #requestTime = -INTERVAL_MS;
+  #isBusy = false;
+  #shown = SHOWN_COUNT;
+  #header = new SortedHeader(byId("episode-columns"), COLUMNS, "Ended", true, () => this.#drawRows());
+  #histogram = new ReturnHistogram(byId("episode-charts"));
+  #levels = new LevelReturns(byId("episode-charts"));
+  #sets = new LevelSets();
+
+  constructor() {
+    byId("episodes-more").addEventListener("click", () => {
+      this.#shown += SHOWN_COUNT;
+      this.#drawRows();
+    });
+  }
+
+  // Shows the episodes of a pool; null: none.
+  open(connection, pool) {
+    this.#connection = connection;
+    this.#pool = pool ?? null;
+    this.#episodes = [];
+    this.#count = 0;
+    this.#requestTime = -INTERVAL_MS;
+    this.#shown = SHOWN_COUNT;
+    this.#draw();
+    this.#drawRows();
+  }
+
+  // Requests what has ended since the last request. `pool`, `pools`: of an event.
+  async follow(pool, pools) {
+    const isDue = performance.now() - this.#requestTime >= INTERVAL_MS;
+    if (!this.#connection || this.#isBusy || !isDue || document.hidden || pool.episode_count === this.#count) {
+      return;
+    }
+    this.#isBusy = true;
+    this.#requestTime = performance.now();
+    const list = await attempt(() => this.#request(pool.name, this.#count), () => {});
+    this.#isBusy = false;
+    if (!list || list.pool !== this.#pool?.name || list.create_time_s !== this.#pool.create_time_s) {
+      return;
+    }
+    this.#count = list.episode_count;
+    this.#episodes = [...this.#episodes, ...episodesOf(list, pool)].slice(-KEPT_MAX);
+    this.#sets.offer(pool, pools, async (other) => {
+      const answer = await attempt(() => this.#request(other.name, 0), () => {});
+      return answer ? episodesOf(answer, other) : [];
+    });
+    this.#draw();
+    // Rows stay where they are while the user is about to press one.
+    if (!byId("episode-rows").matches(":hover, :focus-within")) {
+      this.#drawRows();
+    }
+  }
+
+  #request(pool, after) {
+    return this.#connection.call("pool.episodes", { pool, after });
+  }
+
+  #draw() {
+    const isEmpty = this.#episodes.length === 0;
+    byId("episodes-content").hidden = isEmpty;
+    setText(byId("episodes-about"), isEmpty ? "No episode has ended yet."
+      : `The last ${plural(this.#episodes.length, "episode")} of ${count(this.#count)}.`
+        + " A recording is kept until its environment ends another episode.");
+    setText(byId("episodes-problem"), "");
+    if (!isEmpty) {
+      this.#histogram.draw(this.#episodes);
+      this.#levels.draw(this.#episodes);
+      this.#sets.draw(this.#episodes);
+    }
+  }
+
+  #drawRows() {
+    const newest = new Map(this.#episodes.map(({ environment, number }) => [environment, number]));
+    this.#episodes.forEach((episode) => { episode.isKept = newest.get(episode.environment) === episode.number; });
+    // Of equals, the newest first.
+    const sorted = this.#header.sort([...this.#episodes].reverse());
+    byId("episode-rows").replaceChildren(...sorted.slice(0, this.#shown).map((episode) => element("tr", {},
+      ...COLUMNS.map(({ isNumber, write }) =>
+        element("td", { class: isNumber ? "number" : null }, write ? write(episode) : this.#makeRecording(episode))))));
+    byId("episodes-more").hidden = sorted.length <= this.#shown;
+  }
+
+  #makeRecording(episode) {
+    const { environment, level_seed: seed, isKept } = episode;
+    if (!isKept) {
+      return element("span", { class: "quiet", title: "The environment has ended another episode since" }, "gone");
+    }
+    return element("button", {
+      type: "button", onclick: () => this.#replay(episode),
+      "aria-label": `Replay the episode of environment ${environment} in level ${seed}`,
+    }, "Replay");
+  }
+
+  async #replay(episode) {
+    const say = (text) => setText(byId("episodes-problem"), text);
+    say("");
+    const request = { pool: this.#pool.name, environment: episode.environment, selector: "last" };
+    const found = await attempt(() => this.#connection.call("pool.episode", request), say);
+    if (found && found.fingerprint !== episode.fingerprint) {
+      say(sentence(`environment ${episode.environment} has ended another episode since, so this recording is gone`));
+    } else if (found) {
+      replayTrace(partOf(found, "trace").content, found.file_name, sourceOf(found));
+    }
+  }
+}
+
+// The rows of pool.episodes as objects, with the game of each.
+function episodesOf({ columns, rows }, { games, first_env: first }) {
+  return rows.map((row) => {
+    const episode = Object.fromEntries(columns.map((name, index) => [name, row[index]]));
+    return { ...episode, game: games[(first + episode.environment) % games.length] };
+  });
+}

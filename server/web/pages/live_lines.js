@@ -1,0 +1,84 @@
+// The lines of a plot: which values of which pools are drawn, and their data.
+
+export const LINES_MAX = 8;  // lines with a colour of their own
+
+const BANDS = {
+  range: [({ return_min: low }) => low, ({ return_max: high }) => high],
+  deviation: [
+    ({ mean_return: mean, return_deviation: deviation }) => (mean ?? null) === null ? null : mean - deviation,
+    ({ mean_return: mean, return_deviation: deviation }) => (mean ?? null) === null ? null : mean + deviation,
+  ],
+};
+
+// The lines of `plot`: { name, series, value(row) }. One pool has a line for each member of the plot, or for each of its games;
+// several pools have one line each. `settings`: { isNormalised, rangeOf(pool, game) }.
+export function linesOf(plot, allSeries, settings) {
+  if (allSeries.length > 1) {
+    return allSeries.map((series) => ({
+      name: series.pool.name, series, value: plot.isReturn ? returnOf(series, settings) : memberOf(plot.members.at(-1)),
+    }));
+  }
+  const [series] = allSeries;
+  if (plot.isReturn && series.games.length > 1) {
+    return series.games.map((game) => {
+      const scale = scaleOf(series.pool, game, settings);
+      return { name: game, series, value: (row) => scale(row.game_returns?.[game]) };
+    });
+  }
+  return plot.members.map((member, index) => ({
+    name: plot.names[index], series, value: plot.isReturn ? returnOf(series, settings) : memberOf(member),
+  }));
+}
+
+// The lower and upper edge of the band around the return of a single line.
+export function bandOf(plot, lines, settings) {
+  const edges = BANDS[settings.band];
+  if (!edges || !plot.isReturn || lines.length > 1) {
+    return [];
+  }
+  const [{ series }] = lines;
+  const scale = scaleOf(series.pool, series.pool.games[0], settings);
+  return edges.map((edge) => ({ name: "", series, value: (row) => scale(edge(row)) }));
+}
+
+function memberOf(member) {
+  return (row) => row[member] ?? null;
+}
+
+// The mean return of a row; of several games the mean of their normalised returns.
+function returnOf(series, settings) {
+  if (!settings.isNormalised || series.games.length < 2) {
+    const scale = scaleOf(series.pool, series.pool.games[0], settings);
+    return ({ mean_return: value }) => scale(value);
+  }
+  const scales = series.games.map((game) => [game, scaleOf(series.pool, game, settings)]);
+  return ({ game_returns: returns = {} }) => {
+    const values = scales.map(([game, scale]) => scale(returns[game])).filter((value) => value !== null);
+    return values.length === 0 ? null : values.reduce((sum, value) => sum + value, 0) / values.length;
+  };
+}
+
+function scaleOf(pool, game, { isNormalised, rangeOf }) {
+  if (!isNormalised) {
+    return (value) => value ?? null;
+  }
+  const { min, max } = rangeOf(pool, game);
+  return (value) => ((value ?? null) === null ? null : (value - min) / (max - min));
+}
+
+// The columns that uPlot draws: x, then one for each line. `x`: "time_s" or "step_count".
+export function dataOf(lines, x) {
+  const allSeries = [...new Set(lines.map(({ series }) => series))];
+  const tables = allSeries.map((series) => {
+    const rows = increasing(series.rows, x);
+    const own = lines.filter((line) => line.series === series);
+    return [rows.map((row) => row[x]), ...own.map(({ value }) => rows.map((row) => value(row)))];
+  });
+  return tables.length === 1 ? tables[0] : window.uPlot.join(tables);
+}
+
+// Rows with increasing x: the last of those with the same number of steps.
+function increasing(rows, x) {
+  return x === "time_s" ? rows
+    : rows.filter((row, index) => row[x] !== undefined && !(rows[index + 1]?.[x] <= row[x]));
+}

@@ -1,0 +1,145 @@
+// Moves through the frames of a replay: to a chosen one, or through all of them at a speed.
+
+export const STEPS_PER_SECOND = 15;  // at speed 1
+export const FRAMES_PER_SECOND_MAX = 30;  // above, frames are skipped
+
+export class Player {
+  #rows = null;     // null: no replay
+  #frames = null;
+  #inFlight = 1;
+  #wanted = 0;      // the index of the requested frame
+  #shown = -1;      // the index of the shown frame
+  #isRunning = false;
+  #isBusy = false;
+  #speed = 1;
+  #timer = null;
+  #onWant;
+  #onShow;
+  #onRun;
+
+  isLooping = false;
+
+  // `onWant(index)` is called when a frame is requested, `onShow(index, view)` draws it and may return a promise,
+  // `onRun(isRunning)` is called when the player starts or stops.
+  constructor({ onWant, onShow, onRun }) {
+    this.#onWant = onWant;
+    this.#onShow = onShow;
+    this.#onRun = onRun;
+  }
+
+  get wanted() {
+    return this.#wanted;
+  }
+
+  get shown() {
+    return this.#shown;
+  }
+
+  get isRunning() {
+    return this.#isRunning;
+  }
+
+  get speed() {
+    return this.#speed;
+  }
+
+  set speed(value) {
+    this.#speed = value;
+    this.#setTimer();
+  }
+
+  // Shows the frame `index` of a replay. `inFlight`: rows that are requested at once while the replay runs.
+  open(rows, frames, index, inFlight) {
+    this.#rows = rows;
+    this.#frames = frames;
+    this.#inFlight = inFlight;
+    this.#shown = -1;
+    return this.seek(index);
+  }
+
+  close() {
+    this.run(false);
+    this.#rows = null;
+  }
+
+  // Stops, and shows a frame.
+  go(index) {
+    this.run(false);
+    return this.seek(index);
+  }
+
+  // Shows a frame. During a request, only the frame requested last waits.
+  async seek(index) {
+    if (!this.#rows) {
+      return;
+    }
+    this.#wanted = Math.max(0, Math.min(index, this.#frames.last));
+    this.#onWant(this.#wanted);
+    if (this.#isBusy) {
+      return;
+    }
+    this.#isBusy = true;
+    while (this.#rows && this.#shown !== this.#wanted) {
+      const asked = this.#wanted;
+      const rows = this.#rows;
+      const view = await rows.fetch(this.#ahead(asked));
+      if (rows !== this.#rows) {
+        continue;
+      }
+      if (!view) {
+        break;
+      }
+      this.#shown = asked;
+      await this.#onShow(asked, view);
+    }
+    this.#isBusy = false;
+  }
+
+  // Starts or stops; from the end it starts again at the beginning.
+  toggle() {
+    if (!this.#rows) {
+      return;
+    }
+    if (!this.#isRunning && this.#wanted === this.#frames.last) {
+      this.seek(0);
+    }
+    this.run(!this.#isRunning);
+  }
+
+  run(value) {
+    this.#isRunning = value;
+    this.#setTimer();
+    this.#onRun(value);
+  }
+
+  // The rows of a frame and, while the player runs, of the next ones.
+  #ahead(index) {
+    const count = this.#isRunning ? this.#inFlight : 1;
+    const indexes = Array.from({ length: count }, (_, i) => Math.min(index + i * this.#stride, this.#frames.last));
+    return [...new Set(indexes.map((each) => this.#frames.at(each).row))];
+  }
+
+  get #stride() {
+    return Math.ceil(STEPS_PER_SECOND * this.#speed / FRAMES_PER_SECOND_MAX);
+  }
+
+  #setTimer() {
+    clearInterval(this.#timer);
+    if (this.#isRunning) {
+      this.#timer = setInterval(() => this.#advance(), 1000 * this.#stride / (STEPS_PER_SECOND * this.#speed));
+    }
+  }
+
+  #advance() {
+    if (this.#isBusy) {
+      return;
+    }
+    if (this.#wanted < this.#frames.last) {
+      this.seek(this.#wanted + this.#stride);
+    } else if (this.isLooping) {
+      this.seek(0);
+    } else {
+      this.run(false);
+    }
+  }
+}

@@ -1,0 +1,98 @@
+"""Pages pause learners and let single requests pass."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+from learner import Learner
+from page import Page, PageError, WebServer, open_page
+
+from procgen_client import Client
+
+
+async def _wait_for(page: Page, condition: Callable[[dict[str, Any]], bool]) -> dict[str, Any]:
+    """Returns the server's only pool once it satisfies the condition."""
+    while True:
+        pools = (await page.event("pools")).result["pools"]
+        if pools and condition(pools[0]):
+            return pools[0]
+
+
+async def _settled_steps(page: Page) -> int:
+    """Returns the step count of the paused pool once it no longer changes."""
+    before = -1
+    while True:
+        pool = await _wait_for(page, lambda pool: bool(pool["paused"]))
+        if pool["step_count"] == before:
+            return before
+        before = pool["step_count"]
+
+
+@pytest.mark.parametrize("transport", ["stream", "shared_memory"])
+def test_a_page_pauses_a_learner_and_lets_single_steps_pass(
+    server: WebServer, transport: str
+) -> None:
+    async def test() -> None:
+        with Client(server.process.address) as client, client.create_pool(
+            "coinrun", 20, transport=transport
+        ) as pool:
+            learner = Learner(pool)
+            try:
+                async with open_page(server.url) as page, open_page(server.url) as other:
+                    await page.call("pools.follow")
+                    await _wait_for(page, lambda it: it["step_count"] > 0)  # the first is slow
+                    await page.call("pool.pause", pool=pool.name)
+                    await page.call("pool.pause", pool=pool.name)  # no effect
+                    steps = await _settled_steps(page)
+                    with pytest.raises(PageError, match="this page has not paused"):
+                        await other.call("pool.step", pool=pool.name)
+                    for _ in range(3):
+                        await page.call("pool.step", pool=pool.name)
+                    assert await _settled_steps(page) == steps + 3 * 20
+                    # States can be saved, and frames show the newest step.
+                    with Client(server.process.address) as observer:
+                        assert len(observer.get_pool(pool.name).save_states([0])) == 1
+                    await page.call(
+                        "watch.start", pool=pool.name, environments=[0], size_px=64,
+                        with_steps=True,
+                    )  # fmt: skip
+                    await page.event("frames")
+                    await page.call("pool.step", pool=pool.name)
+                    (entry,) = (await page.event("frames")).entries
+                    assert entry["step"]["action"] == 7
+                    # A pause lasts until each page has ended its own.
+                    await other.call("pool.pause", pool=pool.name)
+                    await page.call("pool.resume", pool=pool.name)
+                    assert await _settled_steps(page) == steps + 4 * 20
+                    await other.socket.close()
+                    await _wait_for(page, lambda it: not it["paused"])
+                    await _wait_for(page, lambda it: it["step_count"] > steps + 10 * 20)
+            finally:
+                learner.stop()
+
+    asyncio.run(test())
+
+
+def test_a_learner_that_leaves_does_not_wait_for_the_end_of_a_pause(server: WebServer) -> None:
+    async def test() -> None:
+        with Client(server.process.address) as second:
+            async with open_page(server.url) as page:
+                await page.call("pools.follow")
+                with Client(server.process.address) as first:
+                    pool = first.create_pool("coinrun", 20, pool_id="left")
+                    await page.call("pool.pause", pool=pool.name)
+                    pool.send_step(np.full(20, 7))
+                    await _wait_for(page, lambda it: it["attached"])
+                left = await _wait_for(page, lambda it: not it["attached"])
+                assert left["paused"] and left["step_count"] == 0
+            # The pause ended with its page.
+            again = second.get_pool("pools/left")
+            again.step(np.full(20, 7))
+            again.detach()
+            second.delete_pool("pools/left")
+
+    asyncio.run(test())

@@ -1,0 +1,154 @@
+// The ends of episodes in watched pools, and an enlarged environment.
+
+import assert from "node:assert/strict";
+import { spawn } from "node:child_process";
+import { once } from "node:events";
+import { after, before, test } from "node:test";
+import { connect, DistributionMode } from "../../../clients/node/dist/index.js";
+import { figure, picture, waitForDrawing, waitForPicture, waitForText, withBrowser } from "./browser.js";
+import { COINRUN_1000_ACTIONS, COINRUN_1000_STEPS } from "./playing.js";
+import { Server } from "./server.js";
+
+const FIRST = "#mosaic li:first-child canvas";
+const NONE = 4;
+const END = -1;  // ends the episode
+// Steps the pool of a test at each line of its input, with values of two kinds.
+const ANNOTATING_LEARNER = `
+import sys
+import numpy as np
+import procgen_client
+with procgen_client.connect(sys.argv[1]) as client:
+    pool = client.get_pool("pools/annotated")
+    probabilities = np.full([2, 15], 0.05)
+    probabilities[1, 7] = 0.3
+    for step in range(1, 6):
+        sys.stdin.readline()
+        pool.step([4, 7], annotations={"value": [9, step / 10], "action_probabilities": probabilities})
+`;
+const it = withBrowser();
+let server;
+let client;
+before(async () => {
+  server = await Server.start();
+  client = await connect(server.address);
+});
+after(async () => {
+  client.close();
+  assert.equal(await server.stop(), 0);
+});
+
+// A pool of coinrun in level 1000, which only the test steps, and its page.
+async function openPool(poolId, envCount) {
+  const options = { distributionMode: DistributionMode.EASY, startLevel: 1000, numLevels: 1 };
+  const pool = await client.createPool({ games: ["coinrun"], envCount, options }, { poolId });
+  const step = (...actions) => pool.step(Int32Array.from(actions));
+  const page = await it.open(server.page(`/?pool=pools%2F${poolId}`));
+  await page.locator(FIRST).waitFor();
+  await waitForDrawing(page, FIRST);
+  return { pool, page, step };
+}
+
+// Collects what a frame shows whenever its result changes: [outcome, result, picture].
+async function recordEnds(page, frame) {
+  await page.evaluate((name) => {
+    window.ends = [];
+    const shown = document.querySelector(name);
+    new MutationObserver(() => {
+      const end = shown.dataset.ended;
+      const text = shown.querySelector(".result")?.textContent;
+      if (end && text && window.ends.at(-1)?.[1] !== text) {
+        window.ends.push([end, text, shown.querySelector("canvas").toDataURL()]);
+      }
+    }).observe(shown, { attributes: true, childList: true });
+  }, frame);
+}
+
+const pictureNow = (page, selector) => page.locator(selector).first().evaluate((canvas) => canvas.toDataURL());
+
+test("the mosaic shows the last frame of an episode with its result, and then the next start", async () => {
+  const { pool, page, step } = await openPool("mosaic", 2);
+  const start = await picture(page, FIRST);
+  await recordEnds(page, "#mosaic li:first-child button");
+  for (let i = 0; i < 4; i += 1) {
+    await step(7, NONE);
+  }
+  await waitForPicture(page, FIRST, (now) => now !== start);
+  await step(END, NONE);
+  await page.waitForFunction(() => window.ends.length === 1);
+  const [[outcome, result, last]] = await page.evaluate(() => window.ends);
+  assert.deepEqual([outcome, result], ["over", "✕ 0"]);
+  await waitForPicture(page, FIRST, (now) => now === start);
+  assert.notEqual(last, await pictureNow(page, FIRST));
+  await page.locator("#mosaic li:first-child [data-ended]").waitFor({ state: "detached" });
+  assert.equal(await page.locator("#mosaic .result").count(), 0);
+  await pool.close();
+});
+
+test("an enlarged environment shows how an episode ended, with its last frame", async () => {
+  const { pool, page, step } = await openPool("enlarged", 1);
+  await page.click("#mosaic button");
+  await waitForText(page.locator("#large-title"), "pools/enlarged, environment 0");
+  await page.waitForFunction(() => document.querySelector("#large-picture").width === 512);
+  await waitForDrawing(page, "#large-picture");
+  const start = await picture(page, "#large-picture");
+  await recordEnds(page, "#large-frame");
+  for (const action of COINRUN_1000_ACTIONS) {
+    await step(action);
+  }
+  await page.waitForFunction(() => window.ends.length === 1);
+  const [[outcome, result, last]] = await page.evaluate(() => window.ends);
+  assert.deepEqual([outcome, result], ["complete", `✓ Level complete: return 10 in ${COINRUN_1000_STEPS} steps`]);
+  await waitForPicture(page, "#large-picture", (now) => now === start);
+  assert.notEqual(last, await pictureNow(page, "#large-picture"));
+  await page.locator("#large-frame .result").waitFor({ state: "detached" });
+  await pool.close();
+});
+
+test("an enlarged environment shows its newest step beside both views", async () => {
+  const { pool, page, step } = await openPool("steps", 2);
+  await page.click("#mosaic button[title='Environment 1']");
+  await waitForText(page.locator("#large-title"), "pools/steps, environment 1");
+  const value = (name) => figure(page, "#large-step", name);
+  await waitForText(value("Action"), "–");
+  await step(NONE, 8);
+  await waitForText(value("Action"), "RIGHT+UP");
+  assert.deepEqual(await page.locator("#large-keys [data-pressed]").allTextContents(), ["UP", "RIGHT"]);
+  assert.equal(await value("Step").textContent(), "1");
+  assert.equal(await value("Level seed").textContent(), "1000");
+  await step(NONE, END);
+  await waitForText(value("Action"), "start");
+  assert.equal(await value("Step").textContent(), "0");
+  for (const action of COINRUN_1000_ACTIONS) {
+    await step(NONE, action);
+  }
+  await waitForText(value("Return"), /^10$/);
+  assert.equal(await value("Reward").textContent(), "+10");
+  await waitForText(value("Return"), /^0$/);
+  const [human, agent] = await page.locator("#large canvas").evaluateAll((all) => all.map(({ width }) => width));
+  assert.deepEqual([human, agent], [512, 64]);
+  await pool.close();
+});
+
+test("values that the learner sends are drawn as a line and as bars", async () => {
+  // The client for Node.js sends none; the Python client does.
+  const { page } = await openPool("annotated", 2);
+  await page.click("#mosaic button[title='Environment 1']");
+  await waitForText(page.locator("#large-title"), "pools/annotated, environment 1");
+  assert(await page.locator("#large-annotations").isHidden());
+  const learner = spawn(process.env.PROCGEN_PYTHON ?? "python3", ["-c", ANNOTATING_LEARNER, server.address], { stdio: ["pipe", "inherit", "inherit"] });
+  const exited = once(learner, "exit");
+  const line = page.locator(".annotation", { has: page.locator("h3", { hasText: /^value/ }) });
+  for (const value of ["0.1", "0.2", "0.3", "0.4", "0.5"]) {
+    learner.stdin.write("\n");
+    await waitForText(line.locator(".number").first(), value);
+  }
+  await waitForText(line, "0.1 to 0.5 in the last 300 steps");
+  assert.match(await line.locator("path").getAttribute("d"), /^M\d+ [\d.]+L\d+/);
+  const bars = page.locator(".annotation", { has: page.locator("h3", { hasText: "action_probabilities" }) });
+  assert.equal(await bars.locator("li").count(), 15);
+  assert.equal(await bars.locator("li").nth(7).textContent(), "RIGHT0.3");
+  assert.equal(await bars.locator("li").nth(0).textContent(), "LEFT+DOWN0.05");
+  await waitForText(page.locator("#large-step"), "RIGHT");
+  const [status] = await exited;
+  assert.equal(status, 0);
+});

@@ -1,0 +1,115 @@
+// The episodes of a pool: table, charts, training levels, replays.
+
+import assert from "node:assert/strict";
+import { after, before, test } from "node:test";
+import { connect, DistributionMode } from "../../../clients/node/dist/index.js";
+import { figure, waitForText, withBrowser } from "./browser.js";
+import { Server } from "./server.js";
+
+const ENV_COUNT = 16;
+const STEPS = 600;
+const ROWS = "#episode-rows tr";
+const it = withBrowser();
+let server;
+let client;
+before(async () => {
+  server = await Server.start();
+  client = await connect(server.address);
+  await playStarpilot("all", {});
+  await playStarpilot("train", { startLevel: 5, numLevels: 3 });
+});
+after(async () => {
+  client.close();
+  assert.equal(await server.stop(), 0);
+});
+
+// Steps a pool, the same way each time, so that the page shows what has ended and no more.
+async function playStarpilot(poolId, options) {
+  const spec = { games: ["starpilot"], envCount: ENV_COUNT, options: { distributionMode: DistributionMode.EASY, randSeed: 3n, ...options } };
+  const pool = await client.createPool(spec, { poolId });
+  for (let step = 0; step < STEPS; step += 1) {
+    await pool.step(Int32Array.from({ length: ENV_COUNT }, (_, i) => (step % 3 ? 9 : (Math.floor(step / 20) * 7 + i * 5) % 9)));
+  }
+}
+
+// Opens the episodes of a pool that has ended at least `count`.
+async function openEpisodes(pool, count) {
+  const page = await it.open(server.page(`/?pool=pools%2F${pool}`));
+  await page.waitForFunction(([rows, wanted]) => document.querySelectorAll(rows).length >= wanted, [ROWS, count]);
+  // The rows stand still while the focus is in them.
+  await page.locator(`${ROWS} button`).first().focus();
+  return page;
+}
+
+// The texts of a column, from the top.
+async function column(page, title) {
+  const titles = await page.locator("#episode-columns th").allInnerTexts();
+  const index = titles.findIndex((text) => text.replace(/\W+$/, "") === title);
+  return page.locator(`${ROWS} td:nth-child(${index + 1})`).allTextContents();
+}
+
+test("the table is sorted by any column, so that the best and the worst episode are on top", async () => {
+  const page = await openEpisodes("all", 12);
+  await page.click("#episode-columns button:has-text('Return')");
+  const falling = (await column(page, "Return")).map(Number);
+  assert(falling.length >= 12);
+  assert.deepEqual(falling, [...falling].sort((a, b) => b - a));
+  assert.equal(await page.getAttribute("#episode-columns th:has-text('Return')", "aria-sort"), "descending");
+  await page.keyboard.press("Enter");
+  const rising = (await column(page, "Return")).map(Number);
+  assert.deepEqual(rising, [...rising].sort((a, b) => a - b));
+  await page.click("#episode-columns button:has-text('Length')");
+  const lengths = (await column(page, "Length")).map((text) => Number(text.replace(",", "")));
+  assert.deepEqual(lengths, [...lengths].sort((a, b) => b - a));
+  assert(lengths.every((length) => length >= 1 && length <= STEPS));
+});
+
+test("an episode is replayed by one press, and ends with the return of its row", async () => {
+  const page = await openEpisodes("all", 4);
+  await page.click("#episode-columns button:has-text('Return')");
+  const row = page.locator(ROWS).filter({ has: page.locator("button") }).first();
+  const [, value, , length, seed] = await row.locator("td").allTextContents();
+  assert.notEqual(value, "0");
+  await row.locator("button").click();
+  await page.waitForURL("**/replay");
+  await waitForText(page.locator("#verdict"), "Identical to the recording");
+  await page.click("#last");
+  await waitForText(figure(page, "#figures", "Step"), `${length} of ${length}`);
+  assert.equal(await figure(page, "#figures", "Score").textContent(), value);
+  assert.equal(await figure(page, "#figures", "Level seed").textContent(), seed);
+});
+
+test("rows say that the recording is gone when their environment has ended another episode", async () => {
+  const page = await openEpisodes("all", 20);
+  const environments = await column(page, "Environment");
+  const recordings = await column(page, "Recording");
+  const isNewest = environments.map((environment, index) => environments.indexOf(environment) === index);
+  assert.deepEqual(recordings, isNewest.map((newest) => (newest ? "Replay" : "gone")));
+  assert(recordings.includes("gone"));
+});
+
+test("charts describe the returns and the levels", async () => {
+  const page = await openEpisodes("train", 5);
+  const [returns, levels] = await page.locator("#episode-charts [role=img]").evaluateAll((all) =>
+    all.map((one) => one.getAttribute("aria-label")));
+  assert.match(returns, /^Returns: \d+ episodes, from \d+ to \d+, median \d+$/);
+  assert.match(levels, /^Mean return by level seed: [1-3] levels?, of which \d were never completed$/);
+  assert.equal(await page.locator("#episode-charts canvas").count(), 2);
+  await page.locator("#episode-charts .u-over").first().hover({ position: { x: 10, y: 20 } });
+  await waitForText(page.locator("#episode-charts .number").first(), / to .*: \d+ episodes?$/);
+});
+
+test("episodes in training levels are compared with those in unseen levels", async () => {
+  const train = await openEpisodes("train", 5);
+  const cell = (page, row, cellNumber) => page.locator(`#level-set-rows tr:nth-child(${row}) td:nth-child(${cellNumber + 1})`);
+  await train.locator("#training-pool option", { hasText: "levels 5 to 7 of pools/train" }).waitFor({ state: "attached" });
+  assert.match(await cell(train, 1, 1).textContent(), /^[1-9]/);
+  assert.equal(await cell(train, 2, 1).textContent(), "0");
+  assert.equal(await cell(train, 2, 2).textContent(), "–");
+  // A pool of all levels is compared with the training levels of the other pool.
+  const all = await openEpisodes("all", 5);
+  await waitForText(all.locator("#level-sets-about"), "Episodes of pools/all and pools/train.");
+  await waitForText(cell(all, 1, 1), /^[1-9]/);
+  assert.match(await cell(all, 2, 1).textContent(), /^[1-9]/);
+  assert.match(await cell(all, 2, 3).textContent(), /^\d+%$/);
+});

@@ -1,0 +1,68 @@
+// Links to what does not exist say so, and show nothing else.
+
+import assert from "node:assert/strict";
+import { after, before, test } from "node:test";
+import { figure, waitForText, withBrowser } from "./browser.js";
+import { Learner, Server } from "./server.js";
+
+const it = withBrowser();
+let server;
+let learner;
+before(async () => {
+  server = await Server.start();
+  learner = await Learner.start(server, "running", ["coinrun"], 4);
+});
+after(async () => {
+  await learner.stop();
+  assert.equal(await server.stop(), 0);
+});
+
+// Queries, what is said, and a link that is offered.
+const WRONG = [
+  ["game=pong&mode=easy&level=3", "There is no game “pong”.", "maze"],
+  ["game=coinrun&mode=memory&level=3", "coinrun has no mode “memory”.", "hard"],
+  ["game=maze&mode=easy&level=-4", "There is no level “-4”: levels are 0 to 2147483646.", "Level 0"],
+  ["game=maze&mode=easy&level=99999999999", "There is no level “99999999999”", "Level 0"],
+  ["game=maze&mode=easy&level=7.5", "There is no level “7.5”", "Level 0"],
+  ["game=coinrun&mode=exploration&level=3", "coinrun, exploration has no level “3”, only level", "Level"],
+  ["game=maze&mode=easy&level=3&use_backgrounds=no", "The option use_backgrounds is “no”, allowed: true or false.", "Without use_backgrounds"],
+  ["game=maze&mode=easy&level=3&speed=2", "There is no option “speed”.", "Without speed"],
+  ["game=coinrun&mode=easy&level=3&debug_mode=x", "The option debug_mode is “x”, allowed: integers from", "Without debug_mode"],
+];
+
+for (const path of ["/play", "/gallery"]) {
+  test(`${path} reports a link to a level that does not exist`, async () => {
+    const page = await it.open(server.page(path));
+    for (const [query, text, offer] of WRONG) {
+      await page.goto(server.page(`${path}?${query}`));
+      await waitForText(page.locator("#wrong"), text);
+      assert.equal(new URL(page.url()).search.slice(1), query, "the URL stays");
+      assert.equal(await page.locator(path === "/play" ? "#stage" : "#levels").isVisible(), false);
+      const offered = page.locator("#wrong a", { hasText: offer }).first();
+      await offered.click();
+      await page.locator(path === "/play" ? "#stage" : "#levels").waitFor();
+      assert.equal(await page.locator("#wrong").isVisible(), false);
+    }
+  });
+}
+
+test("after a wrong link the form chooses a level", async () => {
+  const page = await it.open(server.page("/play?game=maze&mode=hard&level=-4"));
+  await page.locator("#wrong").waitFor();
+  assert.equal(await page.inputValue("[name=game]"), "maze");
+  assert.equal(await page.inputValue("[name=mode]"), "hard");
+  await page.click("text=Play this level");
+  await waitForText(figure(page, "#figures", "Level seed"), /^0$/);
+  assert.equal(new URL(page.url()).search, "?game=maze&mode=hard&level=0");
+  assert.equal(await page.locator("#wrong").isVisible(), false);
+});
+
+test("a link to a pool that does not exist shows no other pool", async () => {
+  const page = await it.open(server.page("/?pool=pools%2F99"));
+  await waitForText(page.locator("#missing"), "There is no pool pools/99");
+  assert.equal(await page.locator("#pool").isVisible(), false);
+  assert.equal(new URL(page.url()).searchParams.get("pool"), "pools/99");
+  await page.click("#pools a:has-text('pools/running')");
+  await waitForText(page.locator("#pool-name"), "pools/running");
+  assert.equal(await page.locator("#missing").isVisible(), false);
+});

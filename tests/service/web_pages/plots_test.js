@@ -1,0 +1,148 @@
+// The plots of pools: cursor, zoom, spans, axes, bands, comparison, CSV.
+
+import assert from "node:assert/strict";
+import { readFile } from "node:fs/promises";
+import { after, before, test } from "node:test";
+import { waitForText, withBrowser } from "./browser.js";
+import { Learner, Server } from "./server.js";
+
+const FIRST = "#plots .drawing >> nth=0";
+const RETURNS = "#plots .plot:has(h3:has-text('Mean return'))";
+const it = withBrowser();
+let server;
+const learners = [];
+before(async () => {
+  server = await Server.start();
+  learners.push(await Learner.start(server, "one", ["coinrun"], 32));
+  learners.push(await Learner.start(server, "two", ["coinrun"], 32));
+  learners.push(await Learner.start(server, "mixed", ["coinrun", "maze"], 32));
+});
+after(async () => {
+  await Promise.all(learners.map((learner) => learner.stop()));
+  assert.equal(await server.stop(), 0);
+});
+
+// Opens the plots of a pool with at least five seconds of history, in which episodes have ended.
+async function openPlots(pool) {
+  const page = await it.open(server.page(`/?pool=pools%2F${pool}`));
+  await page.locator("#plots canvas").nth(3).waitFor();
+  await waitForText(page.locator(`${RETURNS} .number span`).first(), /\d/);
+  return page;
+}
+
+function label(page, selector = FIRST) {
+  return page.locator(selector).getAttribute("aria-label");
+}
+
+// Moves the pointer over the first plot, to a part of its width.
+async function point(page, part) {
+  const box = await page.locator(".u-over").first().boundingBox();
+  await page.mouse.move(box.x + box.width * part, box.y + box.height / 2);
+}
+
+test("the cursor shows the values of all plots at its time", async () => {
+  const page = await openPlots("one");
+  await page.locator(FIRST).scrollIntoViewIfNeeded();
+  await point(page, 0.5);
+  const times = page.locator("#plots h3 .quiet");
+  await page.waitForFunction(() => [...document.querySelectorAll("#plots h3 .quiet")].every((one) => /^\d\d:\d\d:\d\d$/.test(one.textContent)));
+  assert.equal(new Set(await times.allTextContents()).size, 1);
+  await page.mouse.move(0, 0);
+  await page.waitForFunction(() => [...document.querySelectorAll("#plots h3 .quiet")].every((one) => one.textContent === ""));
+});
+
+test("arrow keys move the cursor, and keys zoom", async () => {
+  const page = await openPlots("one");
+  await page.locator(FIRST).focus();
+  await page.keyboard.press("ArrowLeft");
+  await waitForText(page.locator("#plots h3 .quiet").first(), /^\d\d:\d\d:\d\d$/);
+  await page.keyboard.press("+");
+  await page.waitForFunction(() => !document.querySelector("#unzoom").disabled);
+  await page.keyboard.press("Escape");
+  await page.waitForFunction(() => document.querySelector("#unzoom").disabled);
+});
+
+test("dragging zooms all plots, until the zoom is reset", async () => {
+  const page = await openPlots("one");
+  assert(await page.isDisabled("#unzoom"));
+  await page.locator(FIRST).scrollIntoViewIfNeeded();
+  await point(page, 0.25);
+  await page.mouse.down();
+  await point(page, 0.75);
+  await page.mouse.up();
+  await page.waitForFunction(() => !document.querySelector("#unzoom").disabled);
+  await page.click("#unzoom");
+  assert(await page.isDisabled("#unzoom"));
+});
+
+test("the span, the axis and the band are chosen", async () => {
+  const page = await openPlots("one");
+  assert.match(await label(page), /^Steps per second over the last ten minutes, now [\d.]+/);
+  await page.selectOption("#span", "3600");
+  await page.waitForFunction(() => /over the last hour, now \d/.test(document.querySelector("#plots [role=img]").ariaLabel));
+  await page.selectOption("#x", "step_count");
+  await page.waitForFunction(() => /over steps, now \d/.test(document.querySelector("#plots [role=img]").ariaLabel));
+  await page.locator(FIRST).scrollIntoViewIfNeeded();
+  await point(page, 0.5);
+  await waitForText(page.locator("#plots h3 .quiet").first(), /steps$/);
+  await page.mouse.move(0, 0);
+  const value = page.locator(`${RETURNS} .number span`).first();
+  await page.selectOption("#band", "range");
+  await waitForText(value, /^[\d.]+ \([\d.]+ to [\d.]+\)$/);
+  await page.selectOption("#band", "");
+  await waitForText(value, /^[\d.]+$/);
+});
+
+test("the first value of a new pool's rate is no zero", async () => {
+  const page = await openPlots("one");
+  const rows = await page.evaluate(async () => {
+    const { Connection } = await import("/assets/connection.js");
+    const connection = new Connection();
+    connection.open();
+    await new Promise((resolve) => { connection.addEventListener("open", resolve); });
+    await connection.call("hello");
+    const history = await connection.call("pool.history", { pool: "pools/one", span_s: 86400 });
+    connection.close();
+    const column = history.columns.indexOf("steps_per_second");
+    return history.rows.map((row) => row[column]);
+  });
+  assert(rows.every((value) => value === null || value > 0), `rates ${rows}`);
+});
+
+test("returns are normalised by the range of the game", async () => {
+  const page = await openPlots("one");
+  const value = page.locator(`${RETURNS} .number span`).first();
+  await page.check("#normalised");
+  await waitForText(value, /^-?[01]\.\d\d$/);
+  // Coinrun's easy levels return 5 to 10.
+  await page.uncheck("#normalised");
+  await waitForText(value, /^\d+(\.\d)?/);
+});
+
+test("a pool of several games has a line for each", async () => {
+  const page = await openPlots("mixed");
+  await waitForText(page.locator(`${RETURNS} .number`), /coinrun [\d.]+.*maze [\d.]+/);
+});
+
+test("pools are compared, with a line for each, and saved as CSV", async () => {
+  const page = await openPlots("one");
+  await page.getByLabel("Compare pools/two").check();
+  await waitForText(page.locator("#plots .number").first(), /pools\/one \S+pools\/two \S+/);
+  assert(await page.getByLabel("Compare pools/one").isDisabled());
+  await page.selectOption("#x", "step_count");
+  await page.waitForFunction((first) => / over steps, /.test(document.querySelector(first).ariaLabel), "#plots .drawing");
+  // The pools have done different numbers of steps.
+  await waitForText(page.locator(`${RETURNS} .number`), /pools\/one [\d.]+pools\/two [\d.]+/);
+  const download = page.waitForEvent("download");
+  await page.click("#csv");
+  const file = await download;
+  assert.equal(file.suggestedFilename(), "one-two.csv");
+  const [header, ...lines] = (await readFile(await file.path(), "utf8")).trim().split("\n");
+  assert.match(header, /^pool,time,step_count,steps_per_second,.*,return_deviation$/);
+  const width = header.split(",").length;
+  assert(lines.every((line) => line.split(",").length === width));
+  assert.deepEqual([...new Set(lines.map((line) => line.split(",")[0]))], ["pools/one", "pools/two"]);
+  assert(lines.every((line) => !Number.isNaN(Date.parse(line.split(",")[1]))));
+  await page.getByLabel("Compare pools/two").uncheck();
+  await waitForText(page.locator("#plots .number").first(), /^[\d.]+K?$/);
+});

@@ -1,0 +1,117 @@
+// Images and videos of a replay, decoded again and compared with what the page shows.
+
+import assert from "node:assert/strict";
+import { readFile } from "node:fs/promises";
+import { after, before, test } from "node:test";
+import { connect, DistributionMode } from "../../../clients/node/dist/index.js";
+import { figure, waitForText, withBrowser } from "./browser.js";
+import { decode, differenceFrom } from "./saved_images.js";
+import { Server } from "./server.js";
+
+const STEPS = 40;
+const STEPS_PER_SECOND = 15;
+const SHOWN = 12;
+
+const it = withBrowser();
+let server;
+let client;
+let pool;
+before(async () => {
+  server = await Server.start();
+  client = await connect(server.address);
+  const options = { distributionMode: DistributionMode.EASY, randSeed: 3n };
+  pool = await client.createPool({ games: ["starpilot"], envCount: 1, options });
+  for (let step = 1; step < STEPS; step += 1) {
+    await pool.step(Int32Array.of(9));
+  }
+  await pool.step(Int32Array.of(-1));
+});
+after(async () => {
+  client.close();
+  assert.equal(await server.stop(), 0);
+});
+
+async function openExport(options = {}) {
+  const page = await it.open(server.page(`/replay?pool=${encodeURIComponent(pool.name)}&environment=0&step=${SHOWN}`), options);
+  await waitForText(figure(page, "#figures", "Step"), `${SHOWN} of ${STEPS}`);
+  await page.click("#open-export");
+  return page;
+}
+
+async function save(page, button) {
+  const download = page.waitForEvent("download");
+  await page.click(button);
+  const file = await download;
+  await waitForText(page.locator("#export-state"), `Saved ${file.suggestedFilename()}.`);
+  return { name: file.suggestedFilename(), content: (await readFile(await file.path())).toString("base64") };
+}
+
+test("the image of a step has the chosen view and size", async () => {
+  const page = await openExport();
+  assert.match(await page.locator("#export-image").textContent(), new RegExp(`step ${SHOWN}$`));
+  const human = await save(page, "#export-image");
+  assert.match(human.name, new RegExp(`^starpilot\\.easy\\.\\d+\\.human\\.step-${SHOWN}\\.png$`));
+  assert.deepEqual(await differenceFrom(page, "#human", human.content), { size: 512, difference: 0 });
+  await page.selectOption("#export-view", "agent");
+  await page.selectOption("#export-scale", "4");
+  const agent = await save(page, "#export-image");
+  assert.match(agent.name, new RegExp(`\\.agent\\.step-${SHOWN}\\.png$`));
+  assert.deepEqual(await differenceFrom(page, "#agent", agent.content), { size: 256, difference: 0 });
+});
+
+test("a video has all frames, in the chosen view, size and speed", async () => {
+  const page = await openExport();
+  for (const [view, scale, speed] of [["human", 4, 1], ["agent", 8, 4]]) {
+    await page.keyboard.press("Escape");
+    await page.selectOption("#speed", String(speed));
+    await page.click("#open-export");
+    await page.selectOption("#export-view", view);
+    await page.selectOption("#export-scale", String(scale));
+    const video = await save(page, "#export-video");
+    assert.match(video.name, new RegExp(`\\.${view}\\.webm$`));
+    const perSecond = STEPS_PER_SECOND * speed;
+    const shown = await decode(it, video.content, (SHOWN + 0.5) / perSecond);
+    assert.deepEqual([shown.width, shown.height], [64 * scale, 64 * scale]);
+    assert(Math.abs(shown.duration - (STEPS + 1) / perSecond) < 0.05, `${shown.duration} s`);
+    const { difference } = await differenceFrom(page, `#${view}`, shown.content);
+    assert(difference < 4, `${view}: the frame differs by ${difference}`);
+    const other = await decode(it, video.content, (SHOWN + 12.5) / perSecond);
+    const { difference: further } = await differenceFrom(page, `#${view}`, other.content);
+    assert(further > 2 * difference, `${view}: another frame differs by ${further}, this one by ${difference}`);
+  }
+  await page.keyboard.press("Escape");
+  await waitForText(figure(page, "#figures", "Step"), `${SHOWN} of ${STEPS}`);
+});
+
+test("a video is cancelled by the button and by closing the dialog", async () => {
+  const page = await openExport();
+  const downloads = [];
+  page.on("download", (download) => downloads.push(download));
+  const clickBoth = (id) => page.evaluate((name) => {
+    document.getElementById("export-video").click();
+    document.getElementById(name).click();
+  }, id);
+  const isIdle = () => page.waitForFunction(() => !document.getElementById("export-video").disabled);
+  await clickBoth("export-cancel");
+  await waitForText(page.locator("#export-state"), "Cancelled.");
+  await isIdle();
+  await clickBoth("export-close");
+  await isIdle();
+  assert.deepEqual(downloads, []);
+});
+
+test("a browser without video encoding says why, and still saves images", async () => {
+  for (const [isSecure, text] of [[true, "does not encode videos."], [false, "encodes videos only on HTTPS and localhost."]]) {
+    const context = await it.browser.newContext();
+    await context.addInitScript((value) => {
+      delete globalThis.VideoEncoder;
+      Object.defineProperty(globalThis, "isSecureContext", { value });
+    }, isSecure);
+    const page = await it.openIn(context, server.page(`/replay?pool=${encodeURIComponent(pool.name)}&environment=0&step=${SHOWN}`));
+    await waitForText(figure(page, "#figures", "Step"), `${SHOWN} of ${STEPS}`);
+    await page.click("#open-export");
+    await waitForText(page.locator("#export-about"), `This browser ${text}`);
+    assert.equal(await page.locator("#export-video").isEnabled(), false);
+    await save(page, "#export-image");
+  }
+});

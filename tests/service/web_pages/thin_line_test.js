@@ -1,0 +1,115 @@
+// Pages over a line with little bandwidth: frames are small, and figures do not wait for them.
+
+import assert from "node:assert/strict";
+import { EventEmitter, once } from "node:events";
+import { after, before, test } from "node:test";
+import { connect, DistributionMode } from "../../../clients/node/dist/index.js";
+import { waitForText, withBrowser } from "./browser.js";
+import { COINRUN_1000_PATH } from "./playing.js";
+import { Learner, Server } from "./server.js";
+import { SlowLine } from "./slow_line.js";
+
+const ENV_COUNT = 16;
+const FRAMES_PER_SECOND = 15;
+const MOSAIC_BYTES_PER_SECOND_MAX = 400_000;
+const THIN_BYTES_PER_SECOND = 60_000;
+
+const it = withBrowser();
+let server;
+before(async () => { server = await Server.start(); });
+after(async () => assert.equal(await server.stop(), 0));
+
+// Opens a page, and collects the header, length and time of each message from the server.
+async function openRecorded(address) {
+  const page = await it.open("about:blank");
+  const messages = [];
+  const arrivals = new EventEmitter();
+  page.on("websocket", (socket) => socket.on("framereceived", ({ payload }) => {
+    const json = typeof payload === "string" ? payload : payload.subarray(4, 4 + payload.readUInt32LE(0)).toString();
+    messages.push({ header: JSON.parse(json), length: payload.length, time: performance.now() });
+    arrivals.emit("message");
+  }));
+  await page.goto(address);
+  const of = (event) => messages.filter(({ header }) => header.event === event);
+  // Waits until `count` events have arrived; returns them.
+  const events = async (event, count) => {
+    while (of(event).length < count) {
+      await once(arrivals, "message");
+    }
+    return of(event);
+  };
+  return { page, events };
+}
+
+// The pixels of all canvases of the mosaic, without alpha.
+function shownPixels(page) {
+  return page.locator("#mosaic canvas").evaluateAll((all) => all.map((canvas) =>
+    [...canvas.getContext("2d").getImageData(0, 0, canvas.width, canvas.height).data].filter((_, i) => i % 4 !== 3)));
+}
+
+test("the mosaic shows the exact observations for less than a seventh of their bytes", async () => {
+  const client = await connect(server.address);
+  const spec = { games: ["coinrun"], envCount: ENV_COUNT, options: { distributionMode: DistributionMode.HARD, randSeed: 3n } };
+  const pool = await client.createPool(spec, { poolId: "stepped" });
+  const { page, events } = await openRecorded(server.page("/?pool=pools/stepped"));
+  let observations;
+  for (let step = 0; step < 30; step += 1) {
+    const batch = await pool.step(new Int32Array(ENV_COUNT).fill(step % 9));
+    observations = Buffer.from(batch.observations);
+    await events("frames", step + 1);
+  }
+  const size = observations.length / ENV_COUNT;
+  let pixels;
+  do {
+    pixels = await shownPixels(page);
+  } while (!pixels.every((shown, i) => observations.subarray(i * size, (i + 1) * size).equals(Buffer.from(shown))));
+  const frames = (await events("frames", 2)).slice(1);
+  const mean = frames.reduce((sum, { length }) => sum + length, 0) / frames.length;
+  assert(mean * FRAMES_PER_SECOND < MOSAIC_BYTES_PER_SECOND_MAX, `${mean * FRAMES_PER_SECOND} bytes a second`);
+  await pool.close();
+  client.close();
+});
+
+test("figures arrive every second while frames use all of the line", async () => {
+  const learner = await Learner.start(server, "watched", ["starpilot"], ENV_COUNT);
+  const line = await SlowLine.open(server.web, 0, THIN_BYTES_PER_SECOND);
+  const { events } = await openRecorded(`${line.web}/?pool=pools/watched`);
+  await events("frames", 3);
+  const before = (await events("pools", 1)).length;
+  const figures = (await events("pools", before + 6)).slice(before);
+  const seconds = (figures.at(-1).time - figures[0].time) / 1000 / (figures.length - 1);
+  assert(seconds < 2, `figures every ${seconds} s`);
+  line.close();
+  await learner.stop();
+});
+
+test("play asks for a smaller human view if the line is too thin for a large one", async () => {
+  const line = await SlowLine.open(server.web, 0, 300_000);
+  const { page } = await openRecorded(`${line.web}${COINRUN_1000_PATH}`);
+  await waitForText(page.locator("#message"), "Press an arrow key to begin.");
+  assert.equal(await page.locator("#human").evaluate((canvas) => canvas.width), 512);
+  await page.keyboard.down("ArrowLeft");
+  await page.waitForFunction(() => document.querySelector("#human").width < 512);
+  await page.keyboard.up("ArrowLeft");
+  line.close();
+});
+
+test("steps that have to wait are sent further ahead, with smaller views; few late ones change nothing", async () => {
+  const page = await it.open(server.page("/gallery"));
+  const states = await page.evaluate(async () => {
+    const { StepPace } = await import("/assets/step_pace.js");
+    const pace = new StepPace(2);
+    const state = () => [pace.sizePx, [1, 2, 3, 4, 5, 6, 7, 8, 9].filter((inFlight) => pace.mayStep(inFlight, 0)).at(-1)];
+    // A second in which some steps are late.
+    const stateAfter = (lateCount, shownPx) => {
+      for (let step = 0; step < 15; step += 1) {
+        pace.mayStep(step < lateCount ? 99 : 0, shownPx);
+      }
+      return state();
+    };
+    const first = [stateAfter(3, 512), stateAfter(4, 512), stateAfter(15, 512)];
+    return [...first, ...Array.from({ length: 9 }, () => stateAfter(15, pace.sizePx))];
+  });
+  assert.deepEqual(states.slice(0, 4), [[512, 1], [256, 2], [256, 2], [128, 3]]);  // the third is of views of the previous size
+  assert.deepEqual(states.at(-1), [128, 7]);
+});
