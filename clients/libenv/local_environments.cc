@@ -103,7 +103,7 @@ absl::Status LocalEnvironments::Wait() {
 Batch LocalEnvironments::OwnBatch() {
   Batch batch;
   batch.observations = absl::MakeSpan(observations_);
-  return numbers_.LendTo(batch, pool_->env_count());
+  return numbers_.ReplaceEmptyArrays(batch, pool_->env_count());
 }
 
 }  // namespace procgen

@@ -1,31 +1,39 @@
 // procgen-top: monitors a running server in a terminal. `procgen-top --help` lists the flags;
 // README.md explains the screen.
 
-#include <sys/ioctl.h>
+#include <langinfo.h>
 #include <unistd.h>
 
+#include <clocale>
 #include <csignal>
 #include <cstdio>
+#include <cstdlib>
+#include <cstring>
 #include <memory>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include "absl/flags/flag.h"
 #include "absl/flags/parse.h"
 #include "absl/flags/usage.h"
-#include "absl/status/statusor.h"
+#include "absl/flags/usage_config.h"
+#include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/string_view.h"
 #include "absl/strings/strip.h"
+#include "absl/time/clock.h"
 #include "absl/time/time.h"
-#include "clients/top/sample.h"
-#include "clients/top/screen.h"
+#include "clients/top/monitor.h"
+#include "clients/top/terminal.h"
 #include "procgen_client/client.h"
 
 ABSL_FLAG(std::string, server, "127.0.0.1:50051", "address of the server: HOST:PORT or unix:PATH");
 ABSL_FLAG(absl::Duration, interval, absl::Seconds(1),
           "time between two updates, 100ms to 1h; rates and latencies are of this time");
+ABSL_FLAG(std::string, sort, "steps",
+          "what the pools are sorted by: steps (per second), return, length, latency, age or name");
+ABSL_FLAG(std::string, color, "auto",
+          "auto: on a terminal, unless the environment variable NO_COLOR is set; always; never");
 ABSL_FLAG(bool, once, false, "print one screen, for one interval, and exit");
 ABSL_FLAG(std::string, delete, "", "delete this pool (ID or pools/ID) and exit");
 
@@ -34,53 +42,45 @@ namespace {
 
 constexpr int kExitUsage = 2;
 
-// Uses the terminal's alternate screen while it exists, and restores the terminal at its end.
-class Terminal {
- public:
-  Terminal() { Write("\x1b[?1049h\x1b[?25l"); }
-  ~Terminal() { Write("\x1b[?25h\x1b[?1049l"); }
-  Terminal(const Terminal&) = delete;
-  Terminal& operator=(const Terminal&) = delete;
+// A server that does not answer for this long is reported.
+constexpr absl::Duration kAnswerTimeout = absl::Seconds(2);
 
-  // Shows lines, cut to the size of the terminal.
-  static void Show(const std::vector<std::string>& lines) {
-    winsize size = {};
-    ioctl(STDOUT_FILENO, TIOCGWINSZ, &size);
-    std::string text = "\x1b[H";
-    for (size_t i = 0; i < lines.size() && (size.ws_row == 0 || i + 1 < size.ws_row); ++i) {
-      const size_t width = size.ws_col == 0 ? lines[i].size() : size.ws_col;
-      absl::StrAppend(&text, lines[i].substr(0, width), "\x1b[K\r\n");
+const sigset_t& Signals() {
+  static const sigset_t signals = [] {
+    sigset_t set;
+    sigemptyset(&set);
+    for (const int signal : {SIGINT, SIGTERM, SIGWINCH}) {
+      sigaddset(&set, signal);
     }
-    Write(text + "\x1b[J");
-  }
+    return set;
+  }();
+  return signals;
+}
 
- private:
-  static void Write(const std::string& text) {
-    std::fputs(text.c_str(), stdout);
-    std::fflush(stdout);
+bool UsesColor() {
+  const std::string color = absl::GetFlag(FLAGS_color);
+  if (color != "auto") {
+    return color == "always";
   }
-};
+  const char* no_color = std::getenv("NO_COLOR");
+  return isatty(STDOUT_FILENO) != 0 && (no_color == nullptr || *no_color == '\0');
+}
 
-void Print(const std::vector<std::string>& lines) {
-  for (const std::string& line : lines) {
-    std::puts(line.c_str());
+void Print(const std::vector<Line>& lines) {
+  const bool is_styled = absl::GetFlag(FLAGS_color) == "always";
+  for (const Line& line : lines) {
+    std::puts((is_styled ? StyledText(line, true) : line.text).c_str());
   }
   std::fflush(stdout);
 }
 
-sigset_t StopSignals() {
-  sigset_t signals;
-  sigemptyset(&signals);
-  sigaddset(&signals, SIGINT);
-  sigaddset(&signals, SIGTERM);
-  return signals;
-}
-
 // Waits. Returns false if a stop signal arrives.
 bool Wait(absl::Duration interval) {
-  const sigset_t signals = StopSignals();
   const timespec time = absl::ToTimespec(interval);
-  return sigtimedwait(&signals, nullptr, &time) < 0;
+  int signal = 0;
+  while ((signal = sigtimedwait(&Signals(), nullptr, &time)) == SIGWINCH) {
+  }
+  return signal < 0;
 }
 
 int Fail(const absl::Status& status) {
@@ -88,35 +88,42 @@ int Fail(const absl::Status& status) {
   return 1;
 }
 
-absl::StatusOr<std::string> TitleOf(procgen_client::Client* client) {
-  const auto catalog = client->GetCatalog();
-  if (!catalog.ok()) {
-    return catalog.status();
+// Shows the server until q is pressed or a stop signal arrives. An update in progress ends, too.
+void ShowOnTerminal(Monitor* monitor, Terminal* terminal) {
+  const absl::Duration interval = absl::GetFlag(FLAGS_interval);
+  absl::Time next = absl::Now() + interval;
+  bool has_rates = false;
+  while (!terminal->is_ending()) {
+    terminal->Wait(next - absl::Now());
+    monitor->Press(terminal->TakeKeys(), terminal->Height());
+    if (absl::Now() >= next) {
+      monitor->Update().IgnoreError();  // the window shows the error
+      next = absl::Now() + interval;
+      has_rates = true;
+    }
+    if (has_rates) {
+      terminal->Show(monitor->Window(terminal->Height()));
+    }
   }
-  return absl::StrCat("procgen-server ", catalog->server_version(), " at ",
-                      absl::GetFlag(FLAGS_server));
 }
 
-// Shows screens until a stop signal. Shows an error of the server, and retries in the next
-// interval.
-void ShowUntilStopped(procgen_client::Client* client, const std::string& title, Sample before) {
-  const bool on_terminal = isatty(STDOUT_FILENO) != 0;
-  const std::unique_ptr<Terminal> terminal = on_terminal ? std::make_unique<Terminal>() : nullptr;
+// Prints screens until a stop signal arrives; the first error ends `--once`.
+int PrintScreens(Monitor* monitor) {
   while (Wait(absl::GetFlag(FLAGS_interval))) {
-    absl::StatusOr<Sample> now = TakeSample(client);
-    const std::vector<std::string> lines =
-        now.ok() ? ScreenOf(title, before, *now)
-                 : std::vector<std::string>{title, std::string(now.status().message())};
-    if (on_terminal) {
-      Terminal::Show(lines);
+    const absl::Status status = monitor->Update();
+    if (status.ok()) {
+      Print(monitor->Lines());
+    } else if (absl::GetFlag(FLAGS_once)) {
+      return Fail(status);
     } else {
-      Print(lines);
-      std::puts("");
+      Print({{std::string(status.message()), Style::kWarning}});
     }
-    if (now.ok()) {
-      before = *std::move(now);
+    if (absl::GetFlag(FLAGS_once)) {
+      break;
     }
+    std::puts("");
   }
+  return 0;
 }
 
 int Delete(procgen_client::Client* client, absl::string_view pool) {
@@ -129,50 +136,73 @@ int Delete(procgen_client::Client* client, absl::string_view pool) {
 }
 
 int Show() {
-  auto client = procgen_client::Client::Connect(absl::GetFlag(FLAGS_server));
+  std::unique_ptr<Terminal> terminal;  // null: not yet, or the output is no terminal
+  procgen_client::ConnectOptions options;
+  options.timeout = kAnswerTimeout;
+  options.call_timeout = kAnswerTimeout;
+  options.is_cancelled = [&terminal] {
+    if (terminal != nullptr) {
+      terminal->Wait(absl::ZeroDuration());
+    }
+    return terminal != nullptr && terminal->is_ending();
+  };
+  const auto client = procgen_client::Client::Connect(absl::GetFlag(FLAGS_server), options);
   if (!client.ok()) {
     return Fail(client.status());
   }
   if (const std::string pool = absl::GetFlag(FLAGS_delete); !pool.empty()) {
     return Delete(client->get(), pool);
   }
-  const absl::StatusOr<std::string> title = TitleOf(client->get());
-  if (!title.ok()) {
-    return Fail(title.status());
+  const bool is_utf8 = std::strcmp(nl_langinfo(CODESET), "UTF-8") == 0;
+  Monitor monitor(client->get(), absl::GetFlag(FLAGS_server),
+                  {*SortKeyOf(absl::GetFlag(FLAGS_sort)), false, is_utf8});
+  if (const absl::Status status = monitor.Update(); !status.ok()) {
+    return Fail(status);
   }
-  absl::StatusOr<Sample> first = TakeSample(client->get());
-  if (!first.ok()) {
-    return Fail(first.status());
+  if (absl::GetFlag(FLAGS_once) || isatty(STDOUT_FILENO) == 0) {
+    return PrintScreens(&monitor);
   }
-  if (!absl::GetFlag(FLAGS_once)) {
-    ShowUntilStopped(client->get(), *title, *std::move(first));
-    return 0;
-  }
-  if (!Wait(absl::GetFlag(FLAGS_interval))) {
-    return 0;
-  }
-  const absl::StatusOr<Sample> now = TakeSample(client->get());
-  if (!now.ok()) {
-    return Fail(now.status());
-  }
-  Print(ScreenOf(*title, *first, *now));
+  terminal = std::make_unique<Terminal>(UsesColor());
+  ShowOnTerminal(&monitor, terminal.get());
   return 0;
+}
+
+// Returns a message about a wrong flag, empty if there is none.
+std::string FlagError() {
+  const absl::Duration interval = absl::GetFlag(FLAGS_interval);
+  if (interval < absl::Milliseconds(100) || interval > absl::Hours(1)) {
+    return absl::StrCat("--interval is ", absl::FormatDuration(interval), ", allowed: 100ms to 1h");
+  }
+  if (!SortKeyOf(absl::GetFlag(FLAGS_sort)).has_value()) {
+    return absl::StrCat("--sort is '", absl::GetFlag(FLAGS_sort),
+                        "', allowed: steps, return, length, latency, age, name");
+  }
+  const std::string color = absl::GetFlag(FLAGS_color);
+  if (color != "auto" && color != "always" && color != "never") {
+    return absl::StrCat("--color is '", color, "', allowed: auto, always, never");
+  }
+  return "";
 }
 
 int Main(int argc, char** argv) {
   // Blocked in all threads and received between two screens, so that no handler has to restore the
   // terminal.
-  const sigset_t signals = StopSignals();
-  pthread_sigmask(SIG_BLOCK, &signals, nullptr);
+  pthread_sigmask(SIG_BLOCK, &Signals(), nullptr);
+  std::setlocale(LC_CTYPE, "");
+  const auto is_ours = [](absl::string_view file) {
+    return absl::EndsWith(file, "clients/top/main.cc");
+  };
+  absl::FlagsUsageConfig usage;
+  usage.contains_help_flags = is_ours;
+  usage.contains_helpshort_flags = is_ours;
+  absl::SetFlagsUsageConfig(usage);
   absl::SetProgramUsageMessage("monitors a running procgen-server in a terminal");
   if (const std::vector<char*> rest = absl::ParseCommandLine(argc, argv); rest.size() > 1) {
     std::fprintf(stderr, "procgen-top: '%s' is not a flag; see --help\n", rest[1]);
     return kExitUsage;
   }
-  if (const absl::Duration interval = absl::GetFlag(FLAGS_interval);
-      interval < absl::Milliseconds(100) || interval > absl::Hours(1)) {
-    std::fprintf(stderr, "procgen-top: --interval is %s, allowed: 100ms to 1h\n",
-                 absl::FormatDuration(interval).c_str());
+  if (const std::string error = FlagError(); !error.empty()) {
+    std::fprintf(stderr, "procgen-top: %s\n", error.c_str());
     return kExitUsage;
   }
   return Show();

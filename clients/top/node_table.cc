@@ -1,21 +1,14 @@
 #include "clients/top/node_table.h"
 
-#include <algorithm>
-#include <array>
-#include <cstddef>
-
-#include "absl/strings/ascii.h"
 #include "absl/strings/escaping.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
+#include "clients/top/text_table.h"
 
 namespace procgen_top {
 namespace {
 
 namespace v1 = procgen::v1;
-
-constexpr size_t kColumnCount = 9;
-using Row = std::array<std::string, kColumnCount>;
 
 const char* StateOf(const v1::Node& node) {
   if (node.draining()) {
@@ -31,7 +24,7 @@ std::string EnvironmentsOf(const v1::Node& node) {
              : absl::StrCat(node.env_count(), "/", node.environment_capacity());
 }
 
-Row RowOf(const v1::Node& node, bool is_local) {
+std::vector<std::string> RowOf(const v1::Node& node, bool is_local) {
   return {absl::StrCat(absl::CHexEscape(node.name()), is_local ? " *" : ""),
           absl::CHexEscape(node.address()),
           absl::CHexEscape(node.server_version()),
@@ -49,27 +42,23 @@ std::vector<std::string> NodeTableOf(const v1::ListNodesResponse& cluster) {
   if (cluster.cluster().empty()) {
     return {};
   }
-  std::vector<Row> rows = {
-      {"NODE", "ADDRESS", "VERSION", "ROLE", "STATE", "ENVS", "POOLS", "STREAMS", "STEPS/S"}};
+  std::vector<std::vector<std::string>> rows;
   for (const v1::Node& node : cluster.nodes()) {
     rows.push_back(RowOf(node, node.name() == cluster.local_node()));
   }
-  std::array<size_t, kColumnCount> widths = {};
-  for (const Row& row : rows) {
-    for (size_t i = 0; i < kColumnCount; ++i) {
-      widths[i] = std::max(widths[i], row[i].size());
-    }
-  }
-  std::vector<std::string> lines = {absl::StrFormat(
-      "%-9s %s   nodes %d", "cluster", absl::CHexEscape(cluster.cluster()), cluster.nodes_size())};
-  for (const Row& row : rows) {
-    std::string line;
-    for (size_t i = 0; i < kColumnCount; ++i) {
-      absl::StrAppend(&line, row[i], std::string(widths[i] - row[i].size() + 2, ' '));
-    }
-    absl::StripTrailingAsciiWhitespace(&line);
-    lines.push_back(line);
-  }
+  std::vector<std::string> lines = AlignedLines({{"NODE"},
+                                                 {"ADDRESS"},
+                                                 {"VERSION"},
+                                                 {"ROLE"},
+                                                 {"STATE"},
+                                                 {"ENVS"},
+                                                 {"POOLS"},
+                                                 {"STREAMS"},
+                                                 {"STEPS/S"}},
+                                                rows);
+  lines.insert(lines.begin(),
+               absl::StrFormat("%-9s %s   nodes %d", "cluster", absl::CHexEscape(cluster.cluster()),
+                               cluster.nodes_size()));
   return lines;
 }
 

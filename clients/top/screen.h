@@ -4,15 +4,29 @@
 #include <string>
 #include <vector>
 
+#include "clients/top/pool_table.h"
+#include "clients/top/rate_history.h"
 #include "clients/top/sample.h"
 
 namespace procgen_top {
 
-// Formats a screen as lines of text without control characters: `title`, load and latencies, the
-// nodes of the cluster, and the caller's pools, the busiest first. Rates and latencies are of the
-// time between `before` and `now`.
-std::vector<std::string> ScreenOf(const std::string& title, const Sample& before,
-                                  const Sample& now);
+// How a line is shown on a terminal.
+enum class Style { kPlain, kTitle, kTableHead, kWarning, kOutdated };
+
+struct Line {
+  std::string text;  // UTF-8 without control characters
+  Style style = Style::kPlain;
+};
+
+struct Screen {
+  std::vector<Line> head;   // title, load and latencies, the nodes of the cluster, the table's head
+  std::vector<Line> pools;  // a line for each of the caller's pools
+};
+
+// Formats a screen. Rates and latencies are of the time between `before` and `now`, which `history`
+// has, too.
+Screen ScreenOf(const std::string& title, const Sample& before, const Sample& now,
+                const RateHistory& history, const PoolTableOptions& options);
 
 }  // namespace procgen_top
 

@@ -1,6 +1,5 @@
 #include "procgen_client/call_end.h"
 
-#include "absl/strings/str_cat.h"
 #include "grpc/support/time.h"
 
 namespace procgen_client {
@@ -24,11 +23,9 @@ CallTimer::CallTimer(const std::shared_ptr<grpc::ClientContext>& context, absl::
   });
 }
 
-absl::Status CheckEndInTime(const CallTimer& timer) {
-  return timer.is_due()
-             ? absl::DeadlineExceededError(absl::StrCat("the server did not end the stream within ",
-                                                        absl::FormatDuration(kEndTimeout)))
-             : absl::OkStatus();
+absl::Status CheckLastResponse(const CallTimer& timer) {
+  return timer.is_due() ? absl::DataLossError("a response of the server is malformed")
+                        : absl::OkStatus();
 }
 
 }  // namespace procgen_client

@@ -25,23 +25,22 @@ class CallTimer {
   grpc::Alarm alarm_;
 };
 
-// DEADLINE_EXCEEDED if `timer`, of kEndTimeout, is due.
-absl::Status CheckEndInTime(const CallTimer& timer);
+// DATA_LOSS if `timer`, of kEndReportTimeout, is due.
+absl::Status CheckLastResponse(const CallTimer& timer);
 
-// Waits until the server has ended a stream of `Response` messages, and stores its status in `end`.
-// To be called after Read returned false: the server has ended the stream, or a response could not
-// be parsed. Errors: DEADLINE_EXCEEDED the server has not ended it within 10 s; the call is
-// cancelled then.
+// Waits for the end of a stream of `Response` messages, and stores its status in `end`. To be
+// called after Read returned false: the server has ended the stream, or a response could not be
+// parsed. Errors: DATA_LOSS a response could not be parsed; the call is cancelled then.
 template <typename Response, typename Stream>
 absl::Status AwaitEnd(const std::shared_ptr<grpc::ClientContext>& context, Stream* stream,
                       grpc::Status* end) {
-  const CallTimer timer(context, kEndTimeout);
+  const CallTimer timer(context, kEndReportTimeout);
   // gRPC reports the status only after all responses have been read.
   Response dropped;
   while (stream->Read(&dropped)) {
   }
   *end = stream->Finish();
-  return CheckEndInTime(timer);
+  return CheckLastResponse(timer);
 }
 
 }  // namespace procgen_client

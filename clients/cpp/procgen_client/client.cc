@@ -11,6 +11,7 @@
 #include "grpcpp/support/async_unary_call.h"
 #include "procgen_client/answer_validation.h"
 #include "procgen_client/call_completions.h"
+#include "procgen_client/connect_error.h"
 #include "procgen_client/grpc_error.h"
 #include "procgen_client/timing.h"
 
@@ -126,7 +127,8 @@ absl::StatusOr<std::unique_ptr<Client>> Client::Connect(const std::string& addre
         grpc::CreateCustomChannel(address, *channel_credentials, arguments);
     std::unique_ptr<Client> client(
         new Client(channel, {credentials->token, options.call_timeout, options.is_cancelled}));
-    absl::Status status = client->AwaitConnection(channel.get(), address, options.timeout);
+    absl::Status status =
+        client->AwaitConnection(channel.get(), address, !credentials->ca.empty(), options.timeout);
     if (!status.ok()) {
       return status;
     }
@@ -154,7 +156,7 @@ std::unique_ptr<Client> Client::FromChannel(const std::shared_ptr<grpc::Channel>
 }
 
 absl::Status Client::AwaitConnection(grpc::Channel* channel, const std::string& address,
-                                     absl::Duration timeout) {
+                                     bool uses_tls, absl::Duration timeout) {
   Cancellation cancellation(call_options_.is_cancelled);
   const absl::Time deadline = absl::Now() + timeout;
   while (!channel->WaitForConnected(
@@ -162,10 +164,19 @@ absl::Status Client::AwaitConnection(grpc::Channel* channel, const std::string& 
     if (cancellation.Check()) {
       return absl::CancelledError("connecting was cancelled");
     }
-    if (absl::Now() >= deadline) {
+    const bool is_late = absl::Now() >= deadline;
+    if (!is_late && channel->GetState(false) != GRPC_CHANNEL_TRANSIENT_FAILURE) {
+      continue;
+    }
+    const std::string reason = WhyNotConnected();
+    const std::string explanation = ExplainConnectError(address, reason, uses_tls, &cancellation);
+    if (!explanation.empty()) {
+      return absl::UnavailableError(absl::StrCat("cannot connect to ", address, ": ", explanation));
+    }
+    if (is_late) {
       return absl::UnavailableError(absl::StrCat("no server answers at ", address, " within ",
-                                                 absl::FormatDuration(timeout), ": ",
-                                                 WhyNotConnected()));
+                                                 absl::FormatDuration(timeout), ": ", reason,
+                                                 LikelyCause(reason, uses_tls)));
     }
   }
   return absl::OkStatus();

@@ -116,8 +116,8 @@ class Client {
       const std::string& pool, int32_t environment,
       procgen::v1::EpisodeSelector selector = procgen::v1::EPISODE_SELECTOR_LAST);
 
-  // Renders environments as square frames of `size_px` pixels a side (0: 512, or 64 with
-  // FRAME_VIEW_AGENT): RGB with the top row first, or PNG files.
+  // Renders environments, or their whole levels (FRAME_VIEW_LEVEL), as square frames of `size_px`
+  // pixels a side (0: 512, or 64 with FRAME_VIEW_AGENT): RGB with the top row first, or PNG files.
   absl::StatusOr<procgen::v1::RenderEnvironmentsResponse> RenderEnvironments(
       const std::string& pool, absl::Span<const int32_t> environments, int32_t size_px = 512,
       procgen::v1::FrameFormat format = procgen::v1::FRAME_FORMAT_RGB,
@@ -128,7 +128,7 @@ class Client {
 
  private:
   Client(const std::shared_ptr<grpc::Channel>& channel, CallOptions options);
-  absl::Status AwaitConnection(grpc::Channel* channel, const std::string& address,
+  absl::Status AwaitConnection(grpc::Channel* channel, const std::string& address, bool uses_tls,
                                absl::Duration timeout);
   // Why there is no connection.
   std::string WhyNotConnected();

@@ -219,6 +219,12 @@ absl::Status StepStream::Reconnect() {
 absl::Status StepStream::Resume(absl::Duration timeout, bool* is_broken) {
   procgen::v1::Attached attached;
   if (absl::Status status = Open(timeout, &attached, is_broken); !status.ok()) {
+    if (absl::IsNotFound(status)) {
+      return absl::NotFoundError(absl::StrCat(
+          status.message(),
+          ": the server was restarted while this stream was disconnected, or the "
+          "pool's lease ran out; create a pool and restore the states of a checkpoint"));
+    }
     return status;
   }
   const std::shared_ptr<StreamConnection> connection = this->connection();
@@ -248,7 +254,7 @@ absl::Status StepStream::EndOf(const std::shared_ptr<StreamConnection>& connecti
                                bool* is_broken) {
   grpc::Status end;
   *is_broken = false;
-  if (absl::Status status = connection->AwaitEnd(&end); !status.ok()) {
+  if (absl::Status status = connection->AwaitEndAfterFailure(&end); !status.ok()) {
     return status;
   }
   *is_broken = IsBrokenConnection(end, *connection->context());
@@ -260,15 +266,18 @@ std::shared_ptr<StreamConnection> StepStream::connection() {
   return connection_;
 }
 
-absl::Status StepStream::Step(absl::Span<const int32_t> actions, Batch* batch) {
-  return Call(StepRequest(actions), batch);
+absl::Status StepStream::Step(absl::Span<const int32_t> actions, Batch* batch,
+                              std::vector<procgen::v1::Annotation> annotations) {
+  return Call(StepRequest(actions, std::move(annotations)), batch);
 }
 
-absl::StatusOr<int64_t> StepStream::SendStep(absl::Span<const int32_t> actions) {
-  return Send(StepRequest(actions));
+absl::StatusOr<int64_t> StepStream::SendStep(absl::Span<const int32_t> actions,
+                                             std::vector<procgen::v1::Annotation> annotations) {
+  return Send(StepRequest(actions, std::move(annotations)));
 }
 
-procgen::v1::StepPoolRequest StepStream::StepRequest(absl::Span<const int32_t> actions) {
+procgen::v1::StepPoolRequest StepStream::StepRequest(
+    absl::Span<const int32_t> actions, std::vector<procgen::v1::Annotation> annotations) {
   procgen::v1::StepPoolRequest request;
   {
     absl::MutexLock lock(&mutex_);
@@ -278,6 +287,9 @@ procgen::v1::StepPoolRequest StepStream::StepRequest(absl::Span<const int32_t> a
   step->Clear();
   step->mutable_actions()->Assign(actions.begin(), actions.end());
   step->set_chunk_count(chunk_count_);
+  for (procgen::v1::Annotation& annotation : annotations) {
+    *step->add_annotations() = std::move(annotation);
+  }
   return request;
 }
 

@@ -94,8 +94,10 @@ class StepStream {
   int32_t chunk_count() const { return chunk_count_; }
 
   // Steps the whole pool and waits for the answer. `actions`: [env_count()], each in [-1, 15).
+  // `annotations`: values for viewers of the pool (procgen.v1.Step.annotations).
   // REQUIRES: nothing is unanswered.
-  absl::Status Step(absl::Span<const int32_t> actions, Batch* batch);
+  absl::Status Step(absl::Span<const int32_t> actions, Batch* batch,
+                    std::vector<procgen::v1::Annotation> annotations = {});
   // The same for any request; its sequence number is set here.
   absl::Status Call(procgen::v1::StepPoolRequest request, Batch* batch);
   // Returns the current values of the whole pool, e.g. the first observations.
@@ -112,7 +114,8 @@ class StepStream {
   absl::StatusOr<int64_t> Send(procgen::v1::StepPoolRequest request);
   // Sends the request of Step without waiting for its answer, so that the learner can work until it
   // calls Receive. Returns and errors as Send.
-  absl::StatusOr<int64_t> SendStep(absl::Span<const int32_t> actions);
+  absl::StatusOr<int64_t> SendStep(absl::Span<const int32_t> actions,
+                                   std::vector<procgen::v1::Annotation> annotations = {});
   // Blocks until the answer to the oldest unanswered request has arrived. The answer to a
   // level_sampler is a batch of 0 environments. Errors: FAILED_PRECONDITION no request is
   // unanswered; those of the server.
@@ -137,7 +140,8 @@ class StepStream {
              const std::string& pool, const StreamOptions& options);
   bool resumes() const { return reconnect_timeout_ > absl::ZeroDuration(); }
   absl::Status Attach();
-  procgen::v1::StepPoolRequest StepRequest(absl::Span<const int32_t> actions);
+  procgen::v1::StepPoolRequest StepRequest(absl::Span<const int32_t> actions,
+                                           std::vector<procgen::v1::Annotation> annotations);
   // Attaches with a new connection, within `timeout`. Sets `is_broken` to whether a retry after an
   // error may succeed.
   absl::Status Open(absl::Duration timeout, procgen::v1::Attached* attached, bool* is_broken)

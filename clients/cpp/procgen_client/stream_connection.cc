@@ -5,6 +5,7 @@
 #include "absl/strings/str_cat.h"
 #include "procgen_client/call_end.h"
 #include "procgen_client/credentials.h"
+#include "procgen_client/timing.h"
 
 namespace procgen_client {
 namespace {
@@ -96,11 +97,25 @@ void StreamConnection::EndRequests() {
 }
 
 absl::Status StreamConnection::AwaitEnd(grpc::Status* end) {
+  const CallTimer timer(context(), kEndTimeout);
+  ReadEnd(end);
+  return timer.is_due()
+             ? absl::DeadlineExceededError(absl::StrCat("the server did not end the stream within ",
+                                                        absl::FormatDuration(kEndTimeout)))
+             : absl::OkStatus();
+}
+
+absl::Status StreamConnection::AwaitEndAfterFailure(grpc::Status* end) {
+  const CallTimer timer(context(), kEndReportTimeout);
+  ReadEnd(end);
+  return CheckLastResponse(timer);
+}
+
+void StreamConnection::ReadEnd(grpc::Status* end) {
   if (end_.has_value()) {
     *end = *end_;
-    return absl::OkStatus();
+    return;
   }
-  const CallTimer timer(context(), kEndTimeout);
   // gRPC returns the status only after all responses have been read.
   procgen::v1::StepPoolResponse dropped;
   while (ReadFromCall(&dropped)) {
@@ -108,7 +123,6 @@ absl::Status StreamConnection::AwaitEnd(grpc::Status* end) {
   stream_->Finish(end, CallCompletions::TagOf(CallOperation::kFinish));
   completions_.Await(CallOperation::kFinish);
   end_ = *end;
-  return CheckEndInTime(timer);
 }
 
 }  // namespace procgen_client

@@ -49,11 +49,16 @@ class StreamConnection : public std::enable_shared_from_this<StreamConnection> {
   absl::StatusOr<bool> ReadAnswer(int64_t number, procgen::v1::StepPoolResponse* response);
   // Half-closes: no requests follow, and the server ends the call.
   void EndRequests();
-  // Waits until the server ends the call; `end` is its status. Errors: as AwaitEnd in call_end.h.
+  // Waits for the end of the call after EndRequests; `end` is its status. Errors: DEADLINE_EXCEEDED
+  // the server does not end it within 10 s; it is cancelled then.
   absl::Status AwaitEnd(grpc::Status* end);
+  // The same after a failed read or write. Errors: as AwaitEnd in call_end.h.
+  absl::Status AwaitEndAfterFailure(grpc::Status* end);
 
  private:
   bool ReadFromCall(procgen::v1::StepPoolResponse* response);
+  // Drops the remaining responses and stores the status of the call.
+  void ReadEnd(grpc::Status* end);
 
   const std::shared_ptr<Cancellation> cancellation_;
   grpc::ClientContext context_;

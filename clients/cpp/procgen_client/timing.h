@@ -16,6 +16,9 @@ inline constexpr absl::Duration kReconnectBackoffMin = absl::Milliseconds(100);
 inline constexpr absl::Duration kReconnectBackoffMax = absl::Seconds(1);
 // Time that the server has to end a stream after the client has closed it.
 inline constexpr absl::Duration kEndTimeout = absl::Seconds(10);
+// Time in which gRPC reports the end of a stream after its last response. Only a stream with a
+// malformed response takes longer.
+inline constexpr absl::Duration kEndReportTimeout = absl::Seconds(2);
 
 }  // namespace procgen_client
 

@@ -46,9 +46,8 @@ class Watch {
   Watch& operator=(const Watch&) = delete;
 
   // Returns the current value on the first call; later calls block until the next change. Errors:
-  // those of the server; CANCELLED after Stop; INTERNAL an invalid response; DEADLINE_EXCEEDED a
-  // malformed response, after which the server does not end the stream within 10 s. After an error
-  // all calls return it.
+  // those of the server; CANCELLED after Stop; INTERNAL an invalid response; DATA_LOSS a malformed
+  // response. After an error all calls return it.
   absl::StatusOr<Response> Next() {
     Response response;
     if (end_.ok() && reader_->Read(&response)) {

@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "absl/strings/str_cat.h"
 #include "absl/strings/str_replace.h"
 #include "gmock/gmock.h"
 #include "gtest/gtest.h"
@@ -17,7 +18,7 @@ namespace procgen {
 namespace {
 
 std::string ReadFile(const std::string& path) {
-  const std::ifstream file(std::string(PROCGEN_SOURCE_DIR) + "/" + path);
+  const std::ifstream file(absl::StrCat(PROCGEN_SOURCE_DIR, "/", path));
   std::stringstream text;
   text << file.rdbuf();
   return text.str();

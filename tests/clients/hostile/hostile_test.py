@@ -23,8 +23,8 @@ from hostile_server import HostileServer
 
 from procgen_client import ServerProcess
 
-# Time limit of a session. A rejected client takes about a second, one that reconnects some more,
-# and one that waits for the end of a stream ten more.
+# Time limit of a session. A rejected client takes about a second, one that reconnects or that waits
+# for the end of a stream some more.
 _SESSION_SECONDS = 40
 # For all sessions of a learner.
 _MEMORY_KIB_MAX = 700 * 1024

@@ -22,7 +22,12 @@ def _digest(before: int, batch: Batch) -> int:
 def _learn(address: str, encoding: str) -> int:
     with Client(address, timeout=5, call_timeout=5, reconnect_timeout=1) as client:
         pool = client.create_pool(
-            "coinrun", _ENV_COUNT, distribution_mode="easy", rand_seed=5, encoding=encoding
+            "coinrun",
+            _ENV_COUNT,
+            distribution_mode="easy",
+            rand_seed=5,
+            encoding=encoding,
+            transport="stream",
         )
         digest = _digest(0, pool.observe())
         for step in range(10):

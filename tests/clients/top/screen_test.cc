@@ -4,6 +4,8 @@
 #include <vector>
 
 #include "absl/time/time.h"
+#include "clients/top/terminal.h"
+#include "clients/top/text_table.h"
 #include "gmock/gmock.h"
 #include "gtest/gtest.h"
 
@@ -67,37 +69,120 @@ Sample Now() {
   sample.pools[1].set_attached(true);
   sample.pools[1].set_episode_count(12);
   sample.pools[1].set_mean_episode_return(3.5F);
+  sample.pools[1].set_mean_episode_length(120);
+  sample.pools[1].mutable_request_duration_p50()->set_nanos(1'500'000);
+  sample.pools[1].mutable_create_time()->set_seconds(702);
+  sample.pools[1].mutable_spec()->mutable_options()->set_distribution_mode(
+      v1::DISTRIBUTION_MODE_HARD);
   sample.pools.push_back(PoolOf("pools/3", "alice", {"a", "b", "c", "d", "e"}, 0));
   return sample;
 }
 
+// The lines of a screen without their styles.
+std::vector<std::string> LinesOf(const std::string& title, const Sample& before, const Sample& now,
+                                 PoolTableOptions options = {SortKey::kSteps, false, false}) {
+  RateHistory history;
+  history.Add(before, now);
+  const Screen screen = ScreenOf(title, before, now, history, options);
+  std::vector<std::string> lines;
+  for (const std::vector<Line>* part : {&screen.head, &screen.pools}) {
+    for (const Line& line : *part) {
+      lines.push_back(line.text);
+    }
+  }
+  return lines;
+}
+
+// The names in the first column of the pools.
+std::vector<std::string> OrderOf(const Sample& now, SortKey sort_key, bool is_reversed = false) {
+  const std::vector<std::string> lines =
+      LinesOf("title", Before(), now, {sort_key, is_reversed, true});
+  std::vector<std::string> names;
+  for (size_t i = lines.size() - now.pools.size(); i < lines.size(); ++i) {
+    names.push_back(lines[i].substr(0, lines[i].find(' ')));
+  }
+  return names;
+}
+
 TEST(ScreenTest, RatesAndLatenciesCoverTheSamplingInterval) {
   EXPECT_THAT(
-      ScreenOf("the title", Before(), Now()),
+      LinesOf("the title", Before(), Now()),
       ElementsAre(
           "the title",
           "holds     pools 3   environments 192   streams 1   workers 2   resume buffers 12.3 MB",
           "does      steps/s 640   requests/s 10.0   in 1.0 kB/s   out 1.5 MB/s",
           "queue     mean 20 ms   p50 <= 10 us   p99 <= 1 s",
           "run       mean 500 us   p50 <= 1 ms   p99 <= 1 ms", "",
-          "POOL     OWNER  GAMES       ENVS  STREAM     STEPS/S         STEPS   "
-          "EPISODES     RETURN  LEASE",
-          "pools/2  -      maze          64  yes            640          7280    "
-          "     12       3.50  -",
-          "pools/1  -      maze          64  no               0          4000    "
-          "      0          -  30 s",
-          "pools/3  alice  a,b,c,+2      64  no               0             0    "
-          "      0          -  -"));
+          "POOL     OWNER  GAMES     MODE  ENVS  STREAM  STEPS/S  HISTORY              P50  STEPS  "
+          "EPISODES  RETURN  LENGTH  AGE  LEASE",
+          "pools/2  -      maze      hard    64  yes         640                 #  1.5 ms   7280  "
+          "      12    3.50     120   5m      -",
+          "pools/1  -      maze      -       64  no            0                 _       -   4000  "
+          "       0       -       -    -    30s",
+          "pools/3  alice  a,b,c,+2  -       64  no            0                 _       -      0  "
+          "       0       -       -    -      -"));
+}
+
+TEST(ScreenTest, PoolsAreSortedByAnyColumnAndReversed) {
+  Sample now = Now();
+  now.pools[0].set_episode_count(1);
+  now.pools[0].set_mean_episode_return(9);
+  now.pools[0].set_mean_episode_length(20);
+  now.pools[0].mutable_request_duration_p50()->set_seconds(1);
+  now.pools[2].mutable_create_time()->set_seconds(1);
+  EXPECT_THAT(OrderOf(now, SortKey::kSteps), ElementsAre("pools/2", "pools/1", "pools/3"));
+  EXPECT_THAT(OrderOf(now, SortKey::kReturn), ElementsAre("pools/1", "pools/2", "pools/3"));
+  EXPECT_THAT(OrderOf(now, SortKey::kLength), ElementsAre("pools/2", "pools/1", "pools/3"));
+  EXPECT_THAT(OrderOf(now, SortKey::kLatency), ElementsAre("pools/1", "pools/2", "pools/3"));
+  EXPECT_THAT(OrderOf(now, SortKey::kName), ElementsAre("pools/1", "pools/2", "pools/3"));
+  EXPECT_THAT(OrderOf(now, SortKey::kName, true), ElementsAre("pools/3", "pools/2", "pools/1"));
+  now.pools[0].mutable_create_time()->set_seconds(900);
+  EXPECT_THAT(OrderOf(now, SortKey::kAge), ElementsAre("pools/3", "pools/2", "pools/1"));
+}
+
+TEST(RateHistoryTest, BarsAreRelativeToTheLargestRateAndTheOldestAreDropped) {
+  RateHistory history;
+  Sample before = Before();
+  for (const int64_t steps : {8, 4, 0}) {
+    Sample now = before;
+    now.time += absl::Seconds(1);
+    now.pools[0].set_step_count(before.pools[0].step_count() + steps);
+    history.Add(before, now);
+    before = now;
+  }
+  EXPECT_EQ(history.SparklineOf("pools/1", true), "             █▅▁");
+  EXPECT_EQ(history.SparklineOf("pools/1", false), "             #=_");
+  EXPECT_EQ(history.SparklineOf("pools/none", true), std::string(RateHistory::kLength, ' '));
+  for (size_t i = 0; i < RateHistory::kLength; ++i) {
+    Sample now = before;
+    now.time += absl::Seconds(1);
+    history.Add(before, now);
+    before = now;
+  }
+  EXPECT_EQ(history.SparklineOf("pools/1", false), std::string(RateHistory::kLength, '_'));
+}
+
+TEST(TextTableTest, CharactersAreCountedInPlaceOfBytes) {
+  EXPECT_THAT(AlignedLines({{"A"}, {"B", true}, {"C"}}, {{"█▁", "1", "x"}, {"y", "22", "z"}}),
+              ElementsAre("A    B  C", "█▁   1  x", "y   22  z"));
+  EXPECT_EQ(FirstCharacters("█▁x", 2), "█▁");
+  EXPECT_EQ(FirstCharacters("█▁x", 9), "█▁x");
+}
+
+TEST(TerminalTest, StylesAreEscapeSequences) {
+  EXPECT_EQ(StyledText({"text", Style::kPlain}, true), "text");
+  EXPECT_EQ(StyledText({"text", Style::kTableHead}, true), "\x1b[30;42mtext\x1b[0m");
+  EXPECT_EQ(StyledText({"text", Style::kTableHead}, false), "\x1b[7mtext\x1b[0m");
 }
 
 TEST(ScreenTest, IdleServerShowsZeroRatesAndDashes) {
-  const std::vector<std::string> lines = ScreenOf("title", Now(), Now());
+  const std::vector<std::string> lines = LinesOf("title", Now(), Now());
   EXPECT_THAT(lines[2], HasSubstr("steps/s 0   requests/s 0.0   in 0.0 B/s"));
   EXPECT_EQ(lines[3], "queue     mean -   p50 -   p99 -");
 }
 
 TEST(ScreenTest, RestartedServerCountsFromZero) {
-  const std::vector<std::string> lines = ScreenOf("title", Now(), Before());
+  const std::vector<std::string> lines = LinesOf("title", Now(), Before());
   EXPECT_THAT(lines[2], HasSubstr("steps/s 0 "));
 }
 
@@ -105,13 +190,13 @@ TEST(ScreenTest, LatenciesBeyondTheLastBoundAreMarked) {
   Sample now = Before();
   now.load.mutable_queue_wait()->set_counts(3, 7);
   now.load.mutable_queue_wait()->set_sum_seconds(700);
-  EXPECT_THAT(ScreenOf("title", Before(), now)[3], HasSubstr("mean 100 s   p50 beyond"));
+  EXPECT_THAT(LinesOf("title", Before(), now)[3], HasSubstr("mean 100 s   p50 beyond"));
 }
 
 TEST(ScreenTest, ControlCharactersOfTheServerDoNotReachTheTerminal) {
   Sample now = Before();
   now.pools = {PoolOf("pools/\x1b[2J", "o\nwner", {"ga\tme"}, 0)};
-  const std::vector<std::string> lines = ScreenOf("ti\x1btle", Before(), now);
+  const std::vector<std::string> lines = LinesOf("ti\x1btle", Before(), now);
   EXPECT_EQ(lines[0], "ti\\x1btle");
   EXPECT_THAT(lines.back(), HasSubstr("pools/\\x1b[2J  o\\nwner  ga\\tme"));
 }
@@ -119,7 +204,7 @@ TEST(ScreenTest, ControlCharactersOfTheServerDoNotReachTheTerminal) {
 TEST(ScreenTest, DrainIsShown) {
   Sample now = Now();
   now.load.set_draining(true);
-  EXPECT_EQ(ScreenOf("title", Before(), now)[0], "title   DRAINING");
+  EXPECT_EQ(LinesOf("title", Before(), now)[0], "title   DRAINING");
 }
 
 TEST(ScreenTest, ClusterIsShownAboveThePools) {
@@ -143,7 +228,7 @@ TEST(ScreenTest, ClusterIsShownAboveThePools) {
   node->set_stream_count(2);
   node->set_steps_per_second(1234.6);
   node->set_draining(true);
-  const std::vector<std::string> lines = ScreenOf("title", Before(), now);
+  const std::vector<std::string> lines = LinesOf("title", Before(), now);
   EXPECT_EQ(lines[6], "cluster   night\\n   nodes 2");
   EXPECT_EQ(
       lines[7],

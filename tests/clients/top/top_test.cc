@@ -1,12 +1,14 @@
 // procgen-top, next to a server process whose pool is stepped.
 
 #include <pty.h>
+#include <sys/ioctl.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
 #include <atomic>
 #include <csignal>
 #include <cstdio>
+#include <cstdlib>
 #include <fstream>
 #include <memory>
 #include <string>
@@ -15,6 +17,8 @@
 
 #include "absl/strings/match.h"
 #include "absl/strings/str_split.h"
+#include "absl/time/clock.h"
+#include "absl/time/time.h"
 #include "gmock/gmock.h"
 #include "gtest/gtest.h"
 #include "procgen_client/client.h"
@@ -93,13 +97,14 @@ TEST(TopTest, OncePrintsOneScreen) {
   EXPECT_THAT(lines[2], Not(HasSubstr("steps/s 0 ")));
   EXPECT_THAT(lines[4], HasSubstr("p99 <= "));
   const std::vector<std::string> busy = absl::StrSplit(lines[7], ' ', absl::SkipEmpty());
-  ASSERT_EQ(busy.size(), 10) << lines[7];
+  ASSERT_EQ(busy.size(), 16) << lines[7];
   EXPECT_EQ(busy[0], "pools/busy");
   EXPECT_EQ(busy[2], "maze");
-  EXPECT_EQ(busy[3], "4");
-  EXPECT_EQ(busy[4], "yes");
-  EXPECT_GT(std::stoll(busy[5]), 0);
+  EXPECT_EQ(busy[4], "4");
+  EXPECT_EQ(busy[5], "yes");
   EXPECT_GT(std::stoll(busy[6]), 0);
+  EXPECT_EQ(busy[9], "ms");
+  EXPECT_GT(std::stoll(busy[10]), 0);
   EXPECT_THAT(lines[8], HasSubstr("pools/idle"));
   EXPECT_THAT(result.output, Not(HasSubstr("\x1b")));
 }
@@ -132,41 +137,149 @@ TEST(TopTest, InvalidFlagsAreReported) {
   EXPECT_THAT(argument.output, HasSubstr("'127.0.0.1:1' is not a flag"));
 }
 
-// Reads the terminal's output until `text` appears; with an empty `text`, until the end.
-std::string ReadTerminal(int terminal, const std::string& text) {
-  std::string all;
-  char buffer[4096];
-  ssize_t count = 0;
-  while ((text.empty() || !absl::StrContains(all, text)) &&
-         (count = read(terminal, buffer, sizeof buffer)) > 0) {
-    all.append(buffer, static_cast<size_t>(count));
+TEST(TopTest, FlagsOfThisProgramAreListed) {
+  const Result help = RunTop("--help");
+  for (const char* flag : {"--server", "--interval", "--sort", "--color", "--once", "--delete"}) {
+    EXPECT_THAT(help.output, HasSubstr(flag));
   }
-  return all;
+  EXPECT_THAT(help.output, Not(HasSubstr("--flagfile")));
+  EXPECT_THAT(RunTop("--sort=size").output,
+              HasSubstr("--sort is 'size', allowed: steps, return, length, latency, age, name"));
+  EXPECT_THAT(RunTop("--color=red").output,
+              HasSubstr("--color is 'red', allowed: auto, always, never"));
 }
+
+TEST(TopTest, ServerThatIsNotThereIsReportedSoon) {
+  const absl::Time begin = absl::Now();
+  const Result result = RunTop("--server=unix:/nonexistent/socket");
+  EXPECT_EQ(result.exit_status, 1);
+  EXPECT_THAT(result.output, HasSubstr("/nonexistent/socket"));
+  // 2 seconds, and the start of the program on a busy machine.
+  EXPECT_LT(absl::Now() - begin, absl::Seconds(8));
+}
+
+TEST(TopTest, ColorIsAChoice) {
+  ServerProcess process({"--address=127.0.0.1:0"});
+  const std::string flags = "--once --interval=100ms --server=" + process.Address();
+  EXPECT_THAT(RunTop(flags + " --color=always").output, HasSubstr("\x1b[30;42mPOOL"));
+  EXPECT_THAT(RunTop(flags + " --color=never").output, Not(HasSubstr("\x1b")));
+}
+
+// procgen-top on a terminal of its own.
+class TopOnTerminal {
+ public:
+  // `environment`: "NAME=VALUE" or empty.
+  TopOnTerminal(const std::string& address, unsigned short rows, const char* environment = "") {
+    const winsize size = {rows, 200, 0, 0};
+    const std::string server = "--server=" + address;
+    process_ = forkpty(&terminal_, nullptr, nullptr, &size);
+    if (process_ == 0) {
+      setenv("LC_ALL", "C.UTF-8", 1);
+      unsetenv("NO_COLOR");
+      putenv(const_cast<char*>(environment));
+      execl(PROCGEN_TOP_BINARY, PROCGEN_TOP_BINARY, server.c_str(), "--interval=100ms",
+            static_cast<char*>(nullptr));
+      _exit(127);
+    }
+  }
+  ~TopOnTerminal() {
+    if (process_ > 0) {
+      kill(process_, SIGKILL);
+      waitpid(process_, nullptr, 0);
+    }
+    close(terminal_);
+  }
+  TopOnTerminal(const TopOnTerminal&) = delete;
+  TopOnTerminal& operator=(const TopOnTerminal&) = delete;
+
+  // Reads the output until `text` appears; with an empty `text`, until the end.
+  std::string Read(const std::string& text) const {
+    std::string all;
+    char buffer[4096];
+    ssize_t count = 0;
+    while ((text.empty() || !absl::StrContains(all, text)) &&
+           (count = read(terminal_, buffer, sizeof buffer)) > 0) {
+      all.append(buffer, static_cast<size_t>(count));
+    }
+    return all;
+  }
+  void Press(const std::string& keys) const {
+    EXPECT_EQ(write(terminal_, keys.data(), keys.size()), static_cast<ssize_t>(keys.size()));
+  }
+  void Signal(int signal) const { kill(process_, signal); }
+  // Waits for the end; returns the exit status.
+  int ExitStatus() {
+    int status = -1;
+    waitpid(process_, &status, 0);
+    process_ = -1;
+    return status;
+  }
+
+ private:
+  int terminal_ = -1;
+  pid_t process_ = -1;
+};
 
 TEST(TopTest, TerminalIsRefreshedAndRestored) {
   ServerProcess process({"--address=127.0.0.1:0"});
-  const std::string server = "--server=" + process.Address();
-  const auto client = procgen_client::Client::Connect(server.substr(server.find('=') + 1));
+  const std::string address = process.Address();
+  const auto client = procgen_client::Client::Connect(address);
   ASSERT_THAT(client, IsOk());
-  int terminal = -1;
-  const pid_t top = forkpty(&terminal, nullptr, nullptr, nullptr);
-  if (top == 0) {
-    execl(PROCGEN_TOP_BINARY, PROCGEN_TOP_BINARY, server.c_str(), "--interval=100ms",
-          static_cast<char*>(nullptr));
-    _exit(127);
-  }
-  const std::string first = ReadTerminal(terminal, "STEPS/S");
+  TopOnTerminal top(address, 24);
+  const std::string first = top.Read("STEPS/S");
   EXPECT_THAT(first, testing::StartsWith("\x1b[?1049h"));
+  EXPECT_THAT(first, HasSubstr("\x1b[30;42mPOOL"));
   EXPECT_THAT(first, Not(HasSubstr("pools/later")));
   ASSERT_THAT((*client)->CreatePool(MazeSpec(1), "later"), IsOk());
-  EXPECT_THAT(ReadTerminal(terminal, "pools/later"), HasSubstr("\x1b[H"));
-  kill(top, SIGINT);
-  EXPECT_THAT(ReadTerminal(terminal, ""), testing::EndsWith("\x1b[?1049l"));
-  int status = -1;
-  waitpid(top, &status, 0);
-  EXPECT_EQ(status, 0);
-  close(terminal);
+  EXPECT_THAT(top.Read("pools/later"), HasSubstr("\x1b[H"));
+  top.Signal(SIGINT);
+  EXPECT_THAT(top.Read(""), testing::EndsWith("\x1b[?1049l"));
+  EXPECT_EQ(top.ExitStatus(), 0);
+}
+
+TEST(TopTest, KeysSortScrollAndQuit) {
+  ServerProcess process({"--address=127.0.0.1:0"});
+  const std::string address = process.Address();
+  const auto client = procgen_client::Client::Connect(address);
+  ASSERT_THAT(client, IsOk());
+  for (const char* pool : {"a", "b", "c", "d", "e", "f"}) {
+    ASSERT_THAT((*client)->CreatePool(MazeSpec(1), pool), IsOk());
+  }
+  // 7 lines above the pools and one below leave 4 pools.
+  TopOnTerminal top(address, 12, "NO_COLOR=1");
+  EXPECT_THAT(top.Read("1-4 of 6 by steps"), Not(HasSubstr("\x1b[30;42m")));
+  top.Press("n");
+  top.Read("1-4 of 6 by name ");
+  top.Press("\x1b[B");
+  EXPECT_THAT(top.Read("2-5 of 6 by name "), HasSubstr("pools/e"));
+  top.Press("G");
+  EXPECT_THAT(top.Read("3-6 of 6 by name "), HasSubstr("pools/f"));
+  top.Press("ig");
+  EXPECT_THAT(top.Read("1-4 of 6 by name, reversed "), HasSubstr("\x1b[7mPOOL"));
+  top.Press("q");
+  EXPECT_THAT(top.Read(""), testing::EndsWith("\x1b[?1049l"));
+  EXPECT_EQ(top.ExitStatus(), 0);
+}
+
+TEST(TopTest, LastViewOfADeadServerStaysUntilItIsBack) {
+  auto process = std::make_unique<ServerProcess>(std::vector<std::string>{"--address=127.0.0.1:0"});
+  const std::string address = process->Address();
+  ASSERT_THAT((*procgen_client::Client::Connect(address))->CreatePool(MazeSpec(1), "old"), IsOk());
+  TopOnTerminal top(address, 24);
+  top.Read("pools/old");
+  process.reset();
+  top.Read("   LOST at ");
+  EXPECT_THAT(top.Read("q quit"), HasSubstr("\x1b[2mpools/old"));
+  // The next view does not show the server either.
+  EXPECT_THAT(top.Read("   LOST at "), Not(HasSubstr("\x1b[1;36mprocgen-server")));
+  EXPECT_THAT(top.Read("q quit"), HasSubstr("\x1b[2mpools/old"));
+  process = std::make_unique<ServerProcess>(std::vector<std::string>{"--address=" + address});
+  EXPECT_EQ(process->Address(), address);
+  top.Read("\x1b[1;36mprocgen-server");
+  top.Read("0-0 of 0 by steps");
+  top.Press("q");
+  top.Read("");
+  EXPECT_EQ(top.ExitStatus(), 0);
 }
 
 }  // namespace
