@@ -8,24 +8,21 @@ from __future__ import annotations
 import argparse
 import sys
 import time
-import warnings
-from collections.abc import Callable
+from collections.abc import Iterator
 from typing import Any, NamedTuple
 
 import numpy as np
 import torch
 
-from procgen_client import Batch, Client, Pool
+from procgen_client import Batch, Client, DoubleBufferedSampler, Pool
 from procgen_client.errors import (
     DeadlineExceededError,
-    FailedPreconditionError,
     InvalidArgumentError,
     NotFoundError,
     ProcgenError,
     UnavailableError,
-    UnimplementedError,
 )
-from procgen_client.tools.evaluate import return_range
+from procgen_client.tools.evaluation import return_range
 from procgen_client.tools.local_server import is_local, open_client
 
 # Errors of a stopped server, after which the pool is created again.
@@ -36,14 +33,12 @@ _RETRY_INTERVAL = 1.0
 
 
 class Environments:
-    """A pool in two halves: the server steps one half while the learner processes the other.
+    """A pool in two halves, which is created again after a restart of the server.
 
-    The learner calls :meth:`receive` and :meth:`send` for one half, then for the other. On the
-    server's machine observations are in shared memory.
+    On the server's machine observations are in shared memory.
 
     Attributes:
         env_count: Number of environments, N.
-        halves: The rows of each half.
     """
 
     def __init__(
@@ -68,34 +63,33 @@ class Environments:
             ProcgenError: As Client and Client.create_pool.
         """
         self.env_count = env_count
-        middle = env_count // 2
-        self.halves = (slice(0, middle), slice(middle, env_count))
         self._game = game
         self._server = server
         self._server_timeout = server_timeout
         self._options = options
         self._client: Client
         self._pool: Pool
+        self._sampler: DoubleBufferedSampler
         self._open(None)
 
-    def send_observe(self) -> None:
-        """Requests the current observations of both halves: two answers."""
-        for rows in self.halves:
-            self._pool.send_observe(
-                first_env=rows.start, env_count=rows.stop - rows.start
-            )
+    @property
+    def halves(self) -> tuple[slice, slice]:
+        """The rows of each half."""
+        return self._sampler.halves
 
-    def send(self, half: int, actions: np.ndarray) -> None:
-        """Sends a step of a half; `actions`: int [rows of the half]."""
-        self._pool.send_step(actions, first_env=self.halves[half].start)
-
-    def receive(self) -> Batch:
-        """Waits for the answer to the oldest request.
+    def rollout(
+        self, step_count: int, out: torch.Tensor
+    ) -> Iterator[tuple[int, slice, Batch]]:
+        """Yields (t, rows, batch) of each half; as DoubleBufferedSampler.rollout.
 
         Raises:
             LOST: The server stopped; :meth:`reopen` creates the pool again.
         """
-        return self._pool.receive()
+        return self._sampler.rollout(step_count, out=out)
+
+    def send(self, actions: np.ndarray) -> None:
+        """Sends a step of the half that was yielded last; `actions`: int [rows]."""
+        self._sampler.send(actions)
 
     def save_states(self) -> list[bytes]:
         """Returns a snapshot of each environment. No request may be in flight."""
@@ -138,34 +132,19 @@ class Environments:
     def _open(self, states: list[bytes] | None) -> None:
         self._client = open_client(self._server)
         try:
-            self._pool = self._create_pool()
+            self._pool = self._client.create_pool(
+                self._game,
+                self.env_count,
+                copy=False,
+                lease_duration=_LEASE_DURATION,
+                **self._options,
+            )
+            self._sampler = DoubleBufferedSampler(self._pool)
             if states is not None:
                 self._pool.restore_states(states)
         except BaseException:
             self._client.close()
             raise
-
-    def _create_pool(self) -> Pool:
-        """Creates a pool with shared memory, or with a stream from another machine."""
-        try:
-            pool = self._client.create_pool(
-                self._game,
-                self.env_count,
-                transport="shared_memory",
-                lease_duration=_LEASE_DURATION,
-                **self._options,
-            )
-        except UnimplementedError:
-            pass
-        else:
-            try:
-                pool.attach()
-                return pool
-            except FailedPreconditionError:
-                pool.close()
-        return self._client.create_pool(
-            self._game, self.env_count, lease_duration=_LEASE_DURATION, **self._options
-        )
 
 
 def pool_options(options: argparse.Namespace, rank: int, rank_count: int) -> dict[str, Any]:
@@ -179,13 +158,6 @@ def pool_options(options: argparse.Namespace, rank: int, rank_count: int) -> dic
         "first_env": rank * options.num_envs,
         "total_env_count": rank_count * options.num_envs,
     }
-
-
-def tensor_of(batch: Batch) -> torch.Tensor:
-    """Returns the observations, uint8 [n, 64, 64, 3], without a copy; read-only."""
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # PyTorch warns of read-only arrays.
-        return torch.from_numpy(batch.observations)
 
 
 class Episode(NamedTuple):
@@ -210,40 +182,6 @@ def episodes_of(batch: Batch, t: int, first: int) -> list[Episode]:
         )
         for row in np.flatnonzero(batch.ended)
     ]
-
-
-def play_episodes(
-    client: Client,
-    game: str,
-    act: Callable[[np.ndarray], Any],
-    *,
-    env_count: int,
-    each: int,
-    **options: Any,  # noqa: ANN401
-) -> np.ndarray:
-    """Plays the same number of episodes in each environment.
-
-    Args:
-        client: Connection to the server.
-        game: Name of the game.
-        act: From observations, uint8 [N, 64, 64, 3], to actions, int [N].
-        env_count: Number of environments, N.
-        each: Episodes per environment.
-        **options: As for Client.create_pool.
-
-    Returns:
-        The episodes' returns, float32 [N, each].
-    """
-    returns = np.zeros((env_count, each), np.float32)
-    played = np.zeros(env_count, np.int64)
-    with client.create_pool(game, env_count, **options) as pool:
-        batch = pool.observe()
-        while (played < each).any():
-            batch = pool.step(act(batch.observations))
-            rows = np.flatnonzero(batch.ended & (played < each))
-            returns[rows, played[rows]] = batch.episode_returns[rows]
-            played[rows] += 1
-    return returns
 
 
 def games_with_mode(client: Client, mode: str) -> list[str]:

@@ -21,11 +21,12 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from learners import report
-from learners.environments import games_with_mode, open_client, play_episodes, return_range_or_none
+from learners.environments import games_with_mode, open_client, return_range_or_none
 from learners.policy import load_run
 from learners.run_folder import CHECKPOINT
 from learners.training_run import PROGRESS_COLUMNS
 from procgen_client import ACTION_COUNT, ENV_NAMES, Client
+from procgen_client.tools.play_episodes import play_episodes
 
 TEST_ENV_COUNT = 50
 SMALL_GAMES = ("bigfish", "coinrun", "starpilot")
@@ -238,15 +239,17 @@ def _play(
     seed: int,
     **options: Any,  # noqa: ANN401
 ) -> np.ndarray:
+    """Returns the returns of episodes, [environments, episodes of each]."""
     env_count = min(TEST_ENV_COUNT, scale.episode_count)
-    return play_episodes(
+    played = play_episodes(
         *(client, game, act),
         env_count=env_count,
-        each=-(-scale.episode_count // env_count),
+        episodes_per_env=-(-scale.episode_count // env_count),
         distribution_mode=scale.mode,
         rand_seed=seed,
         **options,
     )
+    return np.float32([[episode.episode_return for episode in each] for each in played])
 
 
 def run_of(job: Job) -> report.Run:

@@ -10,6 +10,7 @@ from __future__ import annotations
 import os
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import torch
@@ -52,10 +53,9 @@ def load_run(folder: Path, game: str | None = None) -> Policy:
     if game is not None and options["game"] != game:
         raise InvalidArgumentError(f"{folder} was trained on {options['game']}, not on {game}")
     cpu.use_one_thread()
-    if "value_max" in options:
+    if _is_rainbow(options):
         return rainbow.load_policy(options, checkpoint["learner"])
-    agent = ppo.Agent(options["network"], options["width"], getattr(torch, options["precision"]))
-    agent.load_state_dict(checkpoint["learner"]["agent"])
+    agent = _agent_of(checkpoint)
     random = torch.Generator().manual_seed(0)
 
     def act(observations: np.ndarray) -> np.ndarray:
@@ -63,3 +63,28 @@ def load_run(folder: Path, game: str | None = None) -> Policy:
         return agent.act(torch.from_numpy(observations), noise)[0].numpy()
 
     return act
+
+
+def load_agent(folder: Path) -> tuple[ppo.Agent, dict[str, Any]]:
+    """Returns the agent of a run of PPO, and the run's options.
+
+    Raises:
+        InvalidArgumentError: The folder has no checkpoint, or one of Rainbow.
+    """
+    if not (folder / CHECKPOINT).exists():
+        raise InvalidArgumentError(f"{folder} has no {CHECKPOINT}; it is the folder of a run")
+    checkpoint = load_checkpoint(folder / CHECKPOINT)
+    if _is_rainbow(checkpoint["options"]):
+        raise InvalidArgumentError(f"{folder} is a run of Rainbow; it is a run of PPO")
+    return _agent_of(checkpoint), checkpoint["options"]
+
+
+def _is_rainbow(options: dict[str, Any]) -> bool:
+    return "value_max" in options
+
+
+def _agent_of(checkpoint: dict[str, Any]) -> ppo.Agent:
+    options = checkpoint["options"]
+    agent = ppo.Agent(options["network"], options["width"], getattr(torch, options["precision"]))
+    agent.load_state_dict(checkpoint["learner"]["agent"])
+    return agent

@@ -29,17 +29,14 @@ from learners.environments import (
     Episode,
     episodes_of,
     pool_options,
-    tensor_of,
 )
 from learners.gradients import ChunkedGradients
 from learners.networks import captured, make_encoder
 from learners.options import complete, run_parser, set_device
 from learners.ranks import Ranks
 from learners.training_run import TrainingRun, Update
-from procgen_client import ACTION_COUNT
+from procgen_client import ACTION_COUNT, NormalizeReward
 from procgen_client.errors import ProcgenError
-
-REWARD_MAX = 10.0  # Clip of normalised rewards.
 
 
 class Agent(nn.Module):
@@ -75,35 +72,6 @@ class Agent(nn.Module):
         log_probabilities = F.log_softmax(logits, -1)
         actions = (log_probabilities - noise.log()).argmax(-1)
         return actions, log_probabilities.gather(-1, actions[:, None]).squeeze(-1), values
-
-
-class RewardNormalizer:
-    """Divides rewards by the standard deviation of the discounted returns seen so far."""
-
-    def __init__(self, env_count: int, gamma: float) -> None:
-        """Starts with a variance of 1."""
-        self.gamma = gamma
-        self.returns = np.zeros(env_count)
-        self.mean, self.variance, self.count = 0.0, 1.0, 1e-4
-
-    def __call__(self, rewards: np.ndarray, ended: np.ndarray) -> np.ndarray:
-        """Returns normalised rewards [T, N]; updates the statistics after each step."""
-        normalized = np.empty_like(rewards)
-        for t, reward in enumerate(rewards):
-            self.returns = self.returns * self.gamma + reward
-            self._add(self.returns)
-            normalized[t] = reward / np.sqrt(self.variance + 1e-8)
-            self.returns[ended[t]] = 0
-        return normalized.clip(-REWARD_MAX, REWARD_MAX)
-
-    def _add(self, values: np.ndarray) -> None:
-        """Adds values to the running mean and variance."""
-        total = self.count + values.size
-        delta = values.mean() - self.mean
-        squares = self.variance * self.count + values.var() * values.size
-        squares += delta**2 * self.count * values.size / total
-        self.mean += delta * values.size / total
-        self.variance, self.count = squares / total, total
 
 
 class Rollout(NamedTuple):
@@ -157,7 +125,7 @@ class Ppo:
         self.evaluate: Callable[..., Any] = self.agent
         if on_gpu and options.compile:
             self.evaluate = torch.compile(self.agent)
-        self.normalizer = RewardNormalizer(options.num_envs, options.gamma)
+        self.normalize = NormalizeReward(options.num_envs, gamma=options.gamma)
         # The device's generator is for actions, the host's for minibatches.
         seed = options.seed + 1_000_003 * ranks.rank
         self.random = torch.Generator(self.device).manual_seed(seed)
@@ -168,16 +136,19 @@ class Ppo:
         self.observations = torch.zeros(
             (*shape, 64, 64, 3), dtype=torch.uint8, device=self.device
         )
+        self.received = self.observations  # Where the client writes them.
+        if on_gpu:
+            self.received = torch.zeros((shape[1], 64, 64, 3), dtype=torch.uint8).pin_memory()
         self.noise = torch.ones((*shape, ACTION_COUNT), device=self.device)
         self.actions = torch.zeros(shape, dtype=torch.int64, device=self.device)
         self.log_probabilities = torch.zeros(shape, device=self.device)
         self.values = torch.zeros(shape, device=self.device)
-        self.act = [
-            captured(self.agent.act, self.observations[0, rows], self.noise[0, rows])
+        self.act = {
+            rows.start: captured(self.agent.act, self.observations[0, rows], self.noise[0, rows])
             if on_gpu
             else self.agent.act
             for rows in environments.halves
-        ]
+        }
         self.gradients = ChunkedGradients(
             self.parameters, options.chunk_size, 1 if on_gpu else options.threads
         )
@@ -207,37 +178,36 @@ class Ppo:
         self.noise.exponential_(generator=self.random)
         clock = time.perf_counter
         begin = clock()
-        self.environments.send_observe()
-        for t in range(step_count + 1):
-            for half, rows in enumerate(self.environments.halves):
-                batch = self.environments.receive()
-                received = clock()
-                self.observations[t, rows].copy_(tensor_of(batch))
-                actions, log_probabilities, values = self.act[half](
-                    self.observations[t, rows], self.noise[t, rows]
-                )
-                self.actions[t, rows] = actions
-                self.log_probabilities[t, rows] = log_probabilities
-                self.values[t, rows] = values
-                chosen = actions.cpu().numpy()
-                decided = clock()
-                if t < step_count:
-                    self.environments.send(half, chosen)
-                sent = clock()
-                environment_seconds += received - begin + sent - decided
-                policy_seconds += decided - received
-                if t > 0:  # The first batch is an observation without a step.
-                    rewards[t - 1, rows], ended[t - 1, rows] = batch.rewards, batch.ended
-                    episodes += episodes_of(batch, t, rows.start)
-                begin = clock()
+        for t, rows, batch in self.environments.rollout(step_count, self.received):
+            received = clock()
+            if self.received is not self.observations:
+                self.observations[t, rows].copy_(self.received[rows], non_blocking=True)
+            actions, log_probabilities, values = self.act[rows.start](
+                self.observations[t, rows], self.noise[t, rows]
+            )
+            self.actions[t, rows] = actions
+            self.log_probabilities[t, rows] = log_probabilities
+            self.values[t, rows] = values
+            chosen = actions.cpu().numpy()
+            decided = clock()
+            if t < step_count:
+                self.environments.send(chosen)
+            sent = clock()
+            environment_seconds += received - begin + sent - decided
+            policy_seconds += decided - received
+            if t > 0:  # The first batch is an observation without a step.
+                rewards[t - 1, rows], ended[t - 1, rows] = batch.rewards, batch.ended
+                episodes += episodes_of(batch, t, rows.start)
+            begin = clock()
         update = Update(step_count, episodes, environment_seconds, policy_seconds, ())
         return self.rollout(rewards, ended), update
 
     def rollout(self, rewards: np.ndarray, ended: np.ndarray) -> Rollout:
         """Returns the collected steps with advantages; the last observation has only a value."""
+        normalized = np.stack([*map(self.normalize, rewards, ended)])
         advantages = torch.from_numpy(
             estimate_advantages(
-                *(self.normalizer(rewards, ended), ended, self.values.cpu().numpy()),
+                *(normalized, ended, self.values.cpu().numpy()),
                 *(self.options.gamma, self.options.gae_lambda),
             )
         ).to(self.device)
@@ -300,7 +270,7 @@ class Ppo:
     def rank_state(self) -> dict[str, Any]:
         """Returns the state of this rank."""
         return {
-            "normalizer": vars(self.normalizer),
+            "normalizer": self.normalize.state_dict(),
             "random": self.random.get_state(),
             "host_random": self.host_random.get_state(),
             "states": self.states,
@@ -310,7 +280,7 @@ class Ppo:
         """Continues from a checkpoint."""
         self.agent.load_state_dict(state["agent"])
         self.optimizer.load_state_dict(state["optimizer"])
-        vars(self.normalizer).update(rank_state["normalizer"])
+        self.normalize.load_state_dict(rank_state["normalizer"])
         self.random.set_state(rank_state["random"])
         self.host_random.set_state(rank_state["host_random"])
         self.states = rank_state["states"]

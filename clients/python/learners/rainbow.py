@@ -30,7 +30,6 @@ from learners.environments import (
     Episode,
     episodes_of,
     pool_options,
-    tensor_of,
 )
 from learners.gradients import ChunkedGradients
 from learners.networks import captured, make_encoder
@@ -149,13 +148,14 @@ class Rainbow:
         self.host_random = np.random.default_rng(options.seed)
         self.states: list[bytes] | None = None  # Snapshots before the next update.
         self.saved_row_count = 0  # Rows of the replay at the last checkpoint.
+        self.received = torch.zeros((options.num_envs, 64, 64, 3), dtype=torch.uint8)
+        if on_gpu:
+            self.received = self.received.pin_memory()
         best = torch.no_grad()(self.online.best)
-        self.best = [
-            captured(best, torch.zeros(rows.stop - rows.start, 64, 64, 3).byte().to(self.device))
-            if on_gpu
-            else best
+        self.best = {
+            rows.start: captured(best, self.received[rows].to(self.device)) if on_gpu else best
             for rows in environments.halves
-        ]
+        }
 
     @property
     def needs_checkpoint(self) -> bool:
@@ -186,36 +186,34 @@ class Rainbow:
         metrics: list[torch.Tensor] = []
         environment_seconds = policy_seconds = 0.0
         clock = time.perf_counter
-        self.environments.send_observe()
-        for t in range(step_count + 1):
-            for half, rows in enumerate(self.environments.halves):
-                begin = clock()
-                batch = self.environments.receive()
-                received = clock()
-                environment_seconds += received - begin
-                if t > 0:
-                    self.replay.set_outcome(rows, batch.rewards, batch.ended)
-                    episodes += episodes_of(batch, t, rows.start)
-                if t == step_count:
-                    continue
-                actions = self.choose(half, tensor_of(batch))
-                decided = clock()
-                self.replay.add(rows, batch.observations, actions)
-                self.environments.send(half, actions)
-                policy_seconds += decided - received
+        begin = clock()
+        for t, rows, batch in self.environments.rollout(step_count, self.received):
+            received = clock()
+            environment_seconds += received - begin
+            if t > 0:
+                self.replay.set_outcome(rows, batch.rewards, batch.ended)
+                episodes += episodes_of(batch, t, rows.start)
             if t < step_count:
-                self.replay.finish()
-                if self.replay.row_count * self.options.num_envs >= self.options.learning_starts:
-                    metrics.append(self.learn())
+                actions = self.choose(rows)
+                decided = clock()
+                self.replay.add(rows, self.received[rows].numpy(), actions)
+                self.environments.send(actions)
+                policy_seconds += decided - received
+                if rows == self.environments.halves[-1]:
+                    self.replay.finish()
+                    steps = self.replay.row_count * self.options.num_envs
+                    if steps >= self.options.learning_starts:
+                        metrics.append(self.learn())
+            begin = clock()
         means = torch.stack(metrics).mean(0).tolist() if metrics else ["", ""]
         return Update(step_count, episodes, environment_seconds, policy_seconds, means)
 
-    def choose(self, half: int, observations: torch.Tensor) -> np.ndarray:
+    def choose(self, rows: slice) -> np.ndarray:
         """Returns the best actions with new noise; random ones before learning starts."""
         if self.replay.row_count * self.options.num_envs < self.options.learning_starts:
-            return self.host_random.integers(0, ACTION_COUNT, len(observations))
+            return self.host_random.integers(0, ACTION_COUNT, rows.stop - rows.start)
         self.online.resample(self.random)
-        return self.best[half](observations.to(self.device)).cpu().numpy()
+        return self.best[rows.start](self.received[rows].to(self.device)).cpu().numpy()
 
     def learn(self) -> torch.Tensor:
         """Takes an optimiser step; returns means of metric_names."""

@@ -12,6 +12,8 @@ from typing import IO, Any
 
 import torch
 
+from procgen_client._checkpoint import write_atomically
+
 CHECKPOINT = "checkpoint.pt"
 _BAR_WIDTH = 20
 # Time between two lines of progress if the output is not a terminal, in seconds.
@@ -88,7 +90,7 @@ class RunFolder:
 
     def save(self, checkpoint: dict[str, Any]) -> None:
         """Replaces the checkpoint atomically."""
-        write_atomically(self._path / CHECKPOINT, checkpoint)
+        write_atomically(self._path / CHECKPOINT, lambda file: torch.save(checkpoint, file))
 
     def close(self) -> None:
         """Closes all files."""
@@ -96,16 +98,6 @@ class RunFolder:
             table.close()
         if self._events is not None:
             self._events.close()
-
-
-def write_atomically(path: Path, checkpoint: dict[str, Any]) -> None:
-    """Writes a checkpoint to a temporary file, syncs it, and renames it to `path`."""
-    part = path.with_suffix(".part")
-    with open(part, "wb") as file:
-        torch.save(checkpoint, file)
-        file.flush()
-        os.fsync(file.fileno())
-    os.replace(part, path)
 
 
 def load_checkpoint(path: Path, device: torch.device | str = "cpu") -> dict[str, Any]:

@@ -13,11 +13,11 @@ from __future__ import annotations
 import argparse
 import importlib
 import sys
-from collections import deque
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
+import torch
 
 from learners import ppo
 
@@ -36,7 +36,7 @@ class Step(NamedTuple):
 class UpstreamEnvironments:
     """The interface of learners.environments.Environments over a ProcgenGym3Env.
 
-    It steps all environments together, once both halves were sent.
+    It steps all environments together, after the actions of both halves.
     """
 
     def __init__(
@@ -59,28 +59,27 @@ class UpstreamEnvironments:
         make = importlib.import_module(package).ProcgenGym3Env
         self._env = make(num=env_count, env_name=game, **options)
         self._actions = np.zeros(env_count, np.int32)
-        self._sent_count = 0
+        self._rows = self.halves[0]
         self._returns = np.zeros(env_count, np.float32)
         self._lengths = np.zeros(env_count, np.int32)
-        self._answers: deque[Step] = deque()
 
-    def send_observe(self) -> None:
-        """Requests the current observations of both halves."""
-        self._answer()
+    def rollout(
+        self, step_count: int, out: torch.Tensor
+    ) -> Iterator[tuple[int, slice, Step]]:
+        """Yields (t, rows, step) of each half; as DoubleBufferedSampler.rollout."""
+        for t in range(step_count + 1):
+            if t > 0:
+                self._env.act(self._actions)
+                self._returns += self._env.observe()[0]
+                self._lengths += 1
+            for rows, step in zip(self.halves, self._state(), strict=True):
+                np.copyto(np.asarray(out)[(t, rows) if out.ndim == 5 else rows], step.observations)
+                self._rows = rows
+                yield t, rows, step
 
-    def send(self, half: int, actions: np.ndarray) -> None:
-        """Takes the actions of a half; steps after those of the second half."""
-        self._actions[self.halves[half]] = actions
-        self._sent_count += 1
-        if self._sent_count % 2 == 0:
-            self._env.act(self._actions)
-            self._returns += self._env.observe()[0]
-            self._lengths += 1
-            self._answer()
-
-    def receive(self) -> Step:
-        """Returns the oldest answer."""
-        return self._answers.popleft()
+    def send(self, actions: np.ndarray) -> None:
+        """Takes the actions of the half that was yielded last."""
+        self._actions[self._rows] = actions
 
     def save_states(self) -> list[bytes]:
         """Returns an empty list: a run cannot be continued."""
@@ -94,19 +93,20 @@ class UpstreamEnvironments:
         """Closes the environments."""
         self._env.close()
 
-    def _answer(self) -> None:
+    def _state(self) -> list[Step]:
         rewards, observations, first = self._env.observe()
         prev_levels = np.array([info["prev_level_seed"] for info in self._env.get_info()])
         ended = first.astype(bool)
-        for rows in self.halves:
-            self._answers.append(
-                Step(
-                    *(observations["rgb"][rows].copy(), rewards[rows].copy(), ended[rows]),
-                    *(prev_levels[rows], self._returns[rows].copy(), self._lengths[rows].copy()),
-                )
+        steps = [
+            Step(
+                *(observations["rgb"][rows].copy(), rewards[rows].copy(), ended[rows]),
+                *(prev_levels[rows], self._returns[rows].copy(), self._lengths[rows].copy()),
             )
+            for rows in self.halves
+        ]
         self._returns[ended] = 0
         self._lengths[ended] = 0
+        return steps
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

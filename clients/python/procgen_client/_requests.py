@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
+import numpy.typing as npt
 
 from procgen_client._proto import states_pb2, step_pb2
 from procgen_client.errors import InvalidArgumentError
@@ -43,19 +44,50 @@ def checked_actions(actions: np.ndarray) -> np.ndarray:
     return actions
 
 
-def step_exceptions(
-    next_levels: Mapping[int, int] | None, resets: Iterable[int | Reset]
+def optional_step_fields(
+    next_levels: Mapping[int, int] | None,
+    resets: Iterable[int | Reset],
+    annotations: Mapping[str, npt.ArrayLike] | None,
+    env_count: int,
 ) -> bytes:
-    """Returns next levels and resets as a serialised Step; errors as message_of."""
+    """Returns these fields as a serialised Step of `env_count` environments.
+
+    Raises:
+        InvalidArgumentError: As message_of and _annotation_messages.
+    """
     step = step_pb2.Step(
         next_levels=[
             message_of(step_pb2.NextLevel, environment=environment, level_seed=level_seed)
             for environment, level_seed in (next_levels or {}).items()
         ],
         resets=reset_messages(resets),
+        annotations=_annotation_messages(annotations or {}, env_count),
     )
     serialised: bytes = step.SerializeToString()
     return serialised
+
+
+def _annotation_messages(
+    annotations: Mapping[str, npt.ArrayLike], env_count: int
+) -> list[step_pb2.Annotation]:
+    """Returns annotations as messages; the server checks names and numbers of values.
+
+    Raises:
+        InvalidArgumentError: Not one number, or one row of numbers, for each environment.
+    """
+    messages = []
+    for name, given in annotations.items():
+        try:
+            values = np.asarray(given)
+        except ValueError as error:
+            raise InvalidArgumentError(f"annotations[{name!r}] is no array: {error}") from error
+        if values.ndim not in (1, 2) or len(values) != env_count or values.dtype.kind not in "biuf":
+            raise InvalidArgumentError(
+                f"annotations[{name!r}] has shape {list(values.shape)} and type {values.dtype}; it "
+                f"has one number, or one row of numbers, for each of {env_count} environments"
+            )
+        messages.append(message_of(step_pb2.Annotation, name=name, values=values.ravel().tolist()))
+    return messages
 
 
 def reset_messages(resets: Iterable[int | Reset]) -> list[step_pb2.Reset]:

@@ -15,11 +15,13 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from typing import TYPE_CHECKING, Any, TypeVar
 
+import numpy as np
 import numpy.typing as npt
 
+from procgen_client._out import copied_into
 from procgen_client._proto import catalog_pb2, pools_pb2
 from procgen_client._requests import Reset
-from procgen_client.batch import Batch, batch_of
+from procgen_client.batch import Batch
 from procgen_client.client import Client
 from procgen_client.credentials import Credentials
 from procgen_client.errors import FailedPreconditionError
@@ -143,7 +145,7 @@ class AsyncPool:
     requests that were sent, and the next request attaches again.
 
     Attributes:
-        name, spec, env_count, observation_shape: As Pool's.
+        name, spec, env_count, observation_shape, transport, transport_reason: As Pool's.
     """
 
     def __init__(self, client: AsyncClient, pool: Pool) -> None:
@@ -152,6 +154,8 @@ class AsyncPool:
         self.spec = pool.spec
         self.env_count = pool.env_count
         self.observation_shape = pool.observation_shape
+        self.transport = pool.transport
+        self.transport_reason = pool.transport_reason
         self._client = client
         self._pool = pool
         self._was_given_up = False  # The last stream was cancelled; the server may still have it.
@@ -174,42 +178,56 @@ class AsyncPool:
         """Number of requests whose answers were not received."""
         return self._pool.in_flight
 
-    async def step(self, actions: npt.ArrayLike, **arguments: Any) -> Batch:
+    async def step(
+        self,
+        actions: npt.ArrayLike,
+        *,
+        observe: bool = True,
+        out: Any = None,  # noqa: ANN401 - an array or tensor
+        **arguments: Any,
+    ) -> Batch:
         """Steps environments, and waits for the answer; arguments and errors as Pool.step."""
-        self._pool._require_nothing_in_flight()
-        await self.send_step(actions, **arguments)
-        return await self.receive()
+        self._check_request(out, np.size(actions), observe)
+        await self.send_step(actions, observe=observe, **arguments)
+        return await self.receive(out=out)
 
-    async def observe(self, *, observe: bool = True) -> Batch:
+    async def observe(self, *, observe: bool = True, out: Any = None) -> Batch:  # noqa: ANN401
         """Returns the pool's current state without stepping; rewards repeat the last step's."""
-        self._pool._require_nothing_in_flight()
+        self._check_request(out, self.env_count, observe)
         await self.attach()
         self._pool.send_observe(observe=observe)
-        return await self.receive()
+        return await self.receive(out=out)
 
-    async def reset(self, resets: Iterable[int | Reset] | None = None) -> Batch:
+    async def reset(
+        self,
+        resets: Iterable[int | Reset] | None = None,
+        *,
+        out: Any = None,  # noqa: ANN401 - an array or tensor
+    ) -> Batch:
         """Starts new episodes in some environments (None: all) and returns the pool's state."""
-        self._pool._require_nothing_in_flight()
+        self._check_request(out, self.env_count, True)
         await self.attach()
         self._pool.send_reset(resets)
-        return await self.receive()
+        return await self.receive(out=out)
 
     async def send_step(self, actions: npt.ArrayLike, **arguments: Any) -> None:
         """Sends the request of :meth:`step`, for receive. Errors as Pool.send_step."""
         await self.attach()
         self._pool.send_step(actions, **arguments)
 
-    async def receive(self) -> Batch:
+    async def receive(self, *, out: Any = None) -> Batch:  # noqa: ANN401 - an array or tensor
         """Waits for the answer to the oldest unanswered request; errors as Pool.receive."""
         stream = self._pool._stream
         if stream is None or not stream.in_flight:
             raise FailedPreconditionError(f"no request to {self.name} is unanswered: send first")
         self._client._client.check_open()
+        view = self._pool._view_of(out)
         try:
-            return batch_of(await _answer_of(stream))
+            batch = self._pool._batch_of(await _answer_of(stream), is_copied=view is not None)
         except BaseException:
             self._drop()
             raise
+        return copied_into(batch, out, view)
 
     async def attach(self, *, take_over: bool = False, response_bytes_max: int = 0) -> None:
         """Opens the pool's stream. Optional: the first request does it.
@@ -243,6 +261,11 @@ class AsyncPool:
         self._drop()
         if not self._client._client.closed:
             await self._client._run(self._pool.close)
+
+    def _check_request(self, out: object, row_count: int, observe: bool) -> None:
+        self._pool._require_nothing_in_flight()
+        if out is not None:
+            self._pool._check_out(out, row_count, observe)
 
     def _drop(self) -> None:
         if self._pool.attached:

@@ -16,13 +16,13 @@ class Batch:
     """The values of n environments after a request. Row i is environment ``first_env + i``.
 
     All arrays belong to the caller and are writable. ``observations`` and ``final_observations``
-    borrow the memory that the answer was received into; it is reused when no array refers to it.
-    The other arrays are copies.
+    may borrow the memory that the answer was received into; it is reused when no array refers to
+    it. The other arrays are copies.
 
-    With transport "shared_memory" observations are **read-only** views of memory that the server
-    renders into (``.copy()`` returns a writable array). The server overwrites a batch only when no
-    array refers to it, so copy what you keep (Client.create_pool, ``held_batches_max``). After
-    another learner took the pool over, this is not guaranteed.
+    With transport "shared_memory" and ``copy=False`` (Client.create_pool) observations are
+    **read-only** views of memory that the server renders into (``.copy()`` returns a writable
+    array). The server overwrites a batch only when no array refers to it, so copy what you keep
+    (``held_batches_max``). After another learner took the pool over, this is not guaranteed.
 
     F is the shape of one observation, ``Pool.observation_shape``: by default 64, 64, 3.
 
@@ -73,10 +73,26 @@ class ReceivedBatch(Batch):
         return array
 
 
-def batch_of(received: _native.Batch) -> Batch:
-    """Returns an answer as a Batch."""
+def batch_of(received: _native.Batch, *, owned: bool) -> Batch:
+    """Returns an answer as a Batch.
+
+    Args:
+        received: The answer.
+        owned: Make all arrays now and copy views, so that `received` is released.
+    """
     batch = ReceivedBatch.__new__(ReceivedBatch)
-    batch._received = received
     batch.sequence_number = received.sequence_number
     batch.first_env = received.first_env
+    if not owned:
+        batch._received = received
+        return batch
+    for name in _ARRAYS:
+        array = received.array(name)
+        setattr(batch, name, array if array is None or array.flags.writeable else array.copy())
     return batch
+
+
+# Fields of a batch that are arrays.
+_ARRAYS = [
+    name for name in Batch.__dataclass_fields__ if name not in ("sequence_number", "first_env")
+]

@@ -14,8 +14,14 @@ from procgen_client import options as _options
 from procgen_client._proto import catalog_pb2, cluster_pb2, pools_pb2
 from procgen_client._requests import in_range
 from procgen_client._transport import open_connection
+from procgen_client._transport.selection import why_not_mapped, why_streamed
 from procgen_client.credentials import Credentials
-from procgen_client.errors import CancelledError, FailedPreconditionError, InternalError
+from procgen_client.errors import (
+    CancelledError,
+    FailedPreconditionError,
+    InternalError,
+    UnauthenticatedError,
+)
 from procgen_client.pool import Pool
 
 if TYPE_CHECKING:
@@ -72,7 +78,8 @@ class Client:
             channel_options: Additional gRPC channel arguments.
 
         Raises:
-            UnavailableError: No server answered in time. The message has address and reason.
+            UnavailableError: No server answered in time; or, at once, it requires TLS, has none,
+                or its certificate is not valid for `credentials`. The message has the reason.
             UnauthenticatedError: The server requires a token, or another one.
             InvalidArgumentError, NotFoundError: As Credentials.arguments.
             UnimplementedError: The address belongs to another kind of server.
@@ -85,19 +92,23 @@ class Client:
         self._process_id = os.getpid()
         self._is_abandoned = False  # True in a forked child of that process.
         shown = Credentials.from_environment() if credentials is None else credentials
-        self._connection: Connection = open_connection(
-            address,
-            timeout=timeout,
-            call_timeout=call_timeout,
-            channel_options=list(channel_options),
-            **shown.arguments(address),
-        )
-        _fork.bind(self)
         try:
-            self._catalog = self._first_catalog()
-        except BaseException:
-            self.close()
-            raise
+            self._connection: Connection = open_connection(
+                address,
+                timeout=timeout,
+                call_timeout=call_timeout,
+                channel_options=list(channel_options),
+                **shown.arguments(address),
+            )
+            _fork.bind(self)
+            try:
+                self._catalog = self._first_catalog()
+            except BaseException:
+                self.close()
+                raise
+        except UnauthenticatedError as error:
+            hint = "set PROCGEN_SERVER_TOKEN, or give credentials=Credentials(token=...)"
+            raise UnauthenticatedError(f"{error.message} ({hint})") from None
 
     def __repr__(self) -> str:
         """Returns e.g. ``<Client of localhost:50051>``."""
@@ -195,36 +206,37 @@ class Client:
         encoding: str = "raw",
         lease_duration: float | None = None,
         level_sampler: _options.LevelSampler | None = None,
-        transport: str = "stream",
+        transport: str = "auto",
         held_batches_max: int = 0,
+        copy: bool = True,
         **options: Unpack[_options.EnvironmentOptions],
     ) -> Pool:
         """Creates a pool; each environment is at the first step of its first level.
 
         Args:
             games, env_count: A game, or several, which alternate; number of environments.
-            autoreset_mode: Observation of the step that ends an episode. "same_step": the next
-                episode's first. "next_step": the last; the next step starts the next episode.
-                "disabled": the last; a reset must follow.
-            first_env, total_env_count: For a part of a larger pool: index of its first environment
-                and number of environments of the whole. 0: up to this pool's last.
-            pool_id: Last part of the pool's name. Empty: the server chooses.
-            requests_in_flight_max: Number of requests that may be unanswered.
+            autoreset_mode: After the step that ends an episode: "same_step" observes the next
+                episode, "next_step" starts it with the next step, "disabled" needs a reset.
+            first_env, total_env_count: For a part of a larger pool: its first environment in the
+                whole and the whole's number of environments (0: up to this pool's last).
+            pool_id, requests_in_flight_max: Last part of its name; requests that may be unanswered.
             chunk_count: Chunks of a whole-pool step, 1 to 64. None: one for each 2 MiB, up to 4.
             screen_size, grayscale_obs, layout, frame_stack: See options.observation_format.
             encoding: "raw", or "delta_zstd" for slow networks.
             lease_duration: Lifetime without a stream, in seconds. 0: unlimited. None: 10 minutes.
             level_sampler: Chooses the levels, in place of num_levels and start_level.
-            transport: "stream"; or "shared_memory", raw, on the server's machine as its user.
-            held_batches_max: Shared batches that arrays may refer to between steps. 0: 2.
+            transport: "shared_memory" (raw, on the server's machine, as its user), "stream", or
+                "auto", which chooses: see Pool.transport and Pool.transport_reason.
+            copy, held_batches_max: False: with shared memory observations are read-only views, and
+                arrays may refer to so many batches between steps (0: 2).
             **options: Those of Procgen 0.10.7, see procgen_client.options.EnvironmentOptions.
 
         Raises:
-            InvalidArgumentError: A value is out of range, or a game does not have that mode.
-            NotFoundError, AlreadyExistsError: No such game; `pool_id` is taken.
-            ResourceExhaustedError: A limit of the server (``catalog().limits``).
+            InvalidArgumentError, NotFoundError: A value out of range or not of the game; no game.
+            AlreadyExistsError, ResourceExhaustedError: `pool_id` is taken; ``catalog().limits``.
             UnimplementedError: The server or this installation does not support an option.
         """
+        shape = _options.observation_format(screen_size, grayscale_obs, layout, frame_stack)
         spec = _options.pool_spec(
             games,
             env_count,
@@ -232,9 +244,7 @@ class Client:
             autoreset_mode=autoreset_mode,
             first_env=first_env,
             total_env_count=total_env_count,
-            observation_format=_options.observation_format(
-                screen_size, grayscale_obs, layout, frame_stack
-            ),
+            observation_format=shape,
             encoding=encoding,
             lease_duration=lease_duration,
             level_sampler=level_sampler,
@@ -246,6 +256,7 @@ class Client:
             requests_in_flight_max=requests_in_flight_max,
             chunk_count=chunk_count,
             held_batches_max=held_batches_max,
+            copy=copy,
         )
 
     def create_pool_from_spec(
@@ -256,22 +267,40 @@ class Client:
         requests_in_flight_max: int = 2,
         chunk_count: int | None = None,
         held_batches_max: int = 0,
+        copy: bool = True,
     ) -> Pool:
         """Creates a pool from a spec: another pool's (``Pool.spec``), or one with other fields.
 
-        Errors as :meth:`create_pool`.
+        A spec without a transport is "auto". Arguments and errors as :meth:`create_pool`.
         """
         _check_chunk_count(chunk_count)
         request = pools_pb2.CreatePoolRequest(pool_id=pool_id, spec=spec)
-        message = self._call("CreatePool", request, pools_pb2.Pool)
-        return Pool(
-            self,
-            message,
-            deletes_on_close=True,
-            requests_in_flight_max=requests_in_flight_max,
-            chunk_count=chunk_count,
-            held_batches_max=held_batches_max,
-        )
+
+        def create(transport: pools_pb2.Transport, reason: str) -> Pool:
+            request.spec.transport = transport
+            pool = Pool(
+                self,
+                self._call("CreatePool", request, pools_pb2.Pool),
+                deletes_on_close=True,
+                requests_in_flight_max=requests_in_flight_max,
+                chunk_count=chunk_count,
+                held_batches_max=held_batches_max,
+                copy=copy,
+            )
+            pool.transport_reason = reason
+            return pool
+
+        if spec.transport != pools_pb2.TRANSPORT_UNSPECIFIED:
+            return create(spec.transport, "the caller chose it")
+        reason = why_streamed(self.address, spec.encoding, self._catalog)
+        if not reason:
+            pool = create(
+                pools_pb2.TRANSPORT_SHARED_MEMORY, "this process maps the server's memory"
+            )
+            reason = why_not_mapped(pool)
+            if not reason:
+                return pool
+        return create(pools_pb2.TRANSPORT_STREAM, reason)
 
     def get_pool(
         self,
@@ -280,12 +309,13 @@ class Client:
         requests_in_flight_max: int = 2,
         chunk_count: int | None = None,
         held_batches_max: int = 0,
+        copy: bool = True,
     ) -> Pool:
         """Returns an existing pool; closing it does not delete it.
 
         Args:
             name: The pool's name.
-            requests_in_flight_max, chunk_count, held_batches_max: As for create_pool.
+            requests_in_flight_max, chunk_count, held_batches_max, copy: As for create_pool.
 
         Raises:
             InvalidArgumentError: `name` is not of the form ``pools/{pool_id}``, or `chunk_count` is
@@ -301,6 +331,7 @@ class Client:
             requests_in_flight_max=requests_in_flight_max,
             chunk_count=chunk_count,
             held_batches_max=held_batches_max,
+            copy=copy,
         )
 
     def list_pools(self) -> list[pools_pb2.Pool]:

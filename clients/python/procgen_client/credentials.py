@@ -52,12 +52,17 @@ class Credentials:
         """Validates the credentials for `address`.
 
         Raises:
-            InvalidArgumentError: A certificate without its key or without `ca`, or a token that
-                would be sent to another machine in plain text.
+            InvalidArgumentError: A certificate without its key or without `ca`; or a token with
+                white space, or that would be sent to another machine in plain text.
         """
         if (self.certificate is None) != (self.key is None):
             raise InvalidArgumentError(
                 "a client certificate or its key is given alone; give both or none"
+            )
+        if self.token and len(self.token.split()) != 1:
+            raise InvalidArgumentError(
+                "the token contains white space; of a line 'OWNER TOKEN' of the server's file it "
+                "is the second word"
             )
         if self.ca is not None:
             return

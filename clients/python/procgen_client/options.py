@@ -35,7 +35,7 @@ GAMES = (
 DISTRIBUTION_MODES = ("easy", "hard", "extreme", "memory", "exploration")
 AUTORESET_MODES = ("same_step", "next_step", "disabled")
 LAYOUTS = ("hwc", "chw")
-TRANSPORTS = ("stream", "shared_memory")
+TRANSPORTS = ("auto", "stream", "shared_memory")
 ENCODINGS = ("raw", "delta_zstd")
 # Bounds of an observation's side, in pixels, and of its number of frames.
 SCREEN_SIZE_MIN = 16
@@ -51,7 +51,7 @@ class EnvironmentOptions(TypedDict, total=False):
 
     distribution_mode: str  # One of DISTRIBUTION_MODES; each game has some. "hard"
     num_levels: int  # Number of different levels; 0: unlimited. 0
-    start_level: int  # First level seed; not used while num_levels is 0. 0
+    start_level: int  # First level seed; ignored if num_levels is 0. 0
     rand_seed: int | None  # Seeds the choice of levels. None: the server draws one. None
     use_sequential_levels: bool  # A completed level continues with the next one. False
     center_agent: bool  # The camera follows the agent; some games override it. True
@@ -60,7 +60,7 @@ class EnvironmentOptions(TypedDict, total=False):
     use_monochrome_assets: bool  # Flat rectangles instead of art. False
     restrict_themes: bool  # One theme for each kind of object. False
     paint_vel_info: bool  # Two grey squares in the observation show the velocity. False
-    debug_mode: int  # Bits that only coinrun reads. 0
+    debug_mode: int  # Bit mask that only coinrun reads. 0
 
 
 def environment_options(
@@ -186,7 +186,7 @@ def pool_spec(
     encoding: str = "raw",
     lease_duration: float | None = None,
     level_sampler: LevelSampler | None = None,
-    transport: str = "stream",
+    transport: str = "auto",
 ) -> pools_pb2.PoolSpec:
     """Returns the spec of a pool as a message.
 
@@ -202,14 +202,16 @@ def pool_spec(
         lease_duration: Lifetime without a stream, in seconds. None: the server's default (10
             minutes). 0: until it is deleted.
         level_sampler: Chooses the levels. None: the options do.
-        transport: Way of the batches to the learner, one of TRANSPORTS.
+        transport: Way of the batches to the learner, one of TRANSPORTS. "auto": unset.
 
     Raises:
         InvalidArgumentError: `autoreset_mode`, `encoding` or `transport` is not one of the values
             above, or a number does not fit its field.
     """
     mode = _enum_value("autoreset_mode", autoreset_mode, AUTORESET_MODES, pools_pb2.AutoresetMode)
-    how = _enum_value("transport", transport, TRANSPORTS, pools_pb2.Transport)
+    how = pools_pb2.TRANSPORT_UNSPECIFIED
+    if transport != "auto":
+        how = _enum_value("transport", transport, TRANSPORTS, pools_pb2.Transport)
     code = _enum_value("encoding", encoding, ENCODINGS, pools_pb2.Encoding)
     try:
         return pools_pb2.PoolSpec(

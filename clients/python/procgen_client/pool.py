@@ -3,18 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
 
+from procgen_client._out import copied_into, writable_view
 from procgen_client._proto import pools_pb2, step_pb2
 from procgen_client._requests import (
     Reset,
     in_range,
     observation,
+    optional_step_fields,
     reset_messages,
-    step_exceptions,
 )
 from procgen_client.batch import Batch, batch_of
 from procgen_client.errors import (
@@ -65,8 +66,9 @@ class Pool(PoolResource):
     Attributes, in addition to those of PoolResource:
         requests_in_flight_max: Number of requests that may be unanswered.
         chunk_count: Number of chunks of a whole-pool step with observations.
-        held_batches_max: With transport "shared_memory": number of batches that arrays may refer
-            to, in addition to those of unanswered requests. 0: 2.
+        transport_reason: Why the pool has its transport.
+        held_batches_max: With transport "shared_memory" and `copy` False: number of batches that
+            arrays may refer to, in addition to those of unanswered requests. 0: 2.
     """
 
     def __init__(
@@ -78,14 +80,18 @@ class Pool(PoolResource):
         requests_in_flight_max: int = 2,
         chunk_count: int | None = None,
         held_batches_max: int = 0,
+        copy: bool = True,
     ) -> None:
         """For :class:`Client`; use its create_pool or get_pool."""
         super().__init__(client, message)
         self.requests_in_flight_max = requests_in_flight_max
         self.chunk_count = self._default_chunk_count() if chunk_count is None else chunk_count
         self.held_batches_max = held_batches_max
+        self.transport_reason = "the pool was created with it"
+        self._owns_arrays = copy and self.transport == "shared_memory"
         self._deletes_on_close = deletes_on_close
         self._closed = False
+        self._has_attached = False
         self._stream: _native.Stream | None = None
         self._held_batches: _native.HeldBatches | None = None  # Of the last stream.
 
@@ -100,6 +106,12 @@ class Pool(PoolResource):
     def __exit__(self, *exception: object) -> None:
         """Closes the pool."""
         self.close()
+
+    @property
+    def transport(self) -> str:
+        """Way of the batches to the learner: "shared_memory" or "stream"."""
+        is_shared = self.spec.transport == pools_pb2.TRANSPORT_SHARED_MEMORY
+        return "shared_memory" if is_shared else "stream"
 
     @property
     def attached(self) -> bool:
@@ -125,6 +137,8 @@ class Pool(PoolResource):
         final_observations: bool = False,
         next_levels: Mapping[int, int] | None = None,
         resets: Iterable[int | Reset] = (),
+        annotations: Mapping[str, npt.ArrayLike] | None = None,
+        out: Any = None,  # noqa: ANN401 - an array or tensor
     ) -> Batch:
         """Steps each environment of a slice, and waits for the answer.
 
@@ -140,6 +154,10 @@ class Pool(PoolResource):
             next_levels: Level seeds by environment (index in the pool), for the next episodes.
             resets: Environments (indices in the pool, or Resets) that start a new episode instead
                 of a step; their actions are ignored.
+            annotations: Values by name, [n] or [n, k], shown to viewers of the pool in a
+                browser: ``{"value": values, "action_probabilities": probabilities}``. At most 16
+                names of 64 bytes, and 64 values for each environment.
+            out: Array or tensor for the observations; see :meth:`receive`.
 
         Raises:
             InvalidArgumentError: An argument has a wrong length or is out of range. Nothing was
@@ -149,6 +167,9 @@ class Pool(PoolResource):
             ProcgenError: Any other error of the server.
         """
         self._require_nothing_in_flight()
+        if out is not None:
+            actions = np.asarray(actions)
+            self._check_out(out, actions.size, observe)
         self.send_step(
             actions,
             first_env=first_env,
@@ -157,8 +178,9 @@ class Pool(PoolResource):
             final_observations=final_observations,
             next_levels=next_levels,
             resets=resets,
+            annotations=annotations,
         )
-        return self.receive()
+        return self.receive(out=out)
 
     def observe(
         self,
@@ -166,19 +188,22 @@ class Pool(PoolResource):
         first_env: int = 0,
         env_count: int | None = None,
         observe: bool = True,
+        out: Any = None,  # noqa: ANN401 - an array or tensor
     ) -> Batch:
         """Returns the current state of a slice (default: the whole pool) without stepping.
 
         A learner gets the first observations this way. Rewards and ends repeat those of the last
-        step: do not add them up. Errors as :meth:`step`.
+        step: do not add them up. `out` and errors as :meth:`step`.
         """
         self._require_nothing_in_flight()
+        if out is not None:
+            self._check_out(out, self._slice(first_env, env_count).env_count, observe)
         self.send_observe(
             first_env=first_env,
             env_count=env_count,
             observe=observe,
         )
-        return self.receive()
+        return self.receive(out=out)
 
     def reset(
         self,
@@ -187,6 +212,7 @@ class Pool(PoolResource):
         first_env: int = 0,
         env_count: int | None = None,
         observe: bool = True,
+        out: Any = None,  # noqa: ANN401 - an array or tensor
     ) -> Batch:
         """Starts new episodes in some environments of a slice and returns the slice's state.
 
@@ -196,17 +222,20 @@ class Pool(PoolResource):
             first_env: Index of the slice's first environment.
             env_count: Number of environments of the slice. None: up to the pool's last.
             observe: False: no observations.
+            out: Array or tensor for the observations; see :meth:`receive`.
 
         Errors as :meth:`step`.
         """
         self._require_nothing_in_flight()
+        if out is not None:
+            self._check_out(out, self._slice(first_env, env_count).env_count, observe)
         self.send_reset(
             resets,
             first_env=first_env,
             env_count=env_count,
             observe=observe,
         )
-        return self.receive()
+        return self.receive(out=out)
 
     def set_level_sampler(self, level_sampler: LevelSampler) -> None:
         """Replaces the level sampler; takes effect at each environment's next episode.
@@ -230,6 +259,7 @@ class Pool(PoolResource):
         final_observations: bool = False,
         next_levels: Mapping[int, int] | None = None,
         resets: Iterable[int | Reset] = (),
+        annotations: Mapping[str, npt.ArrayLike] | None = None,
     ) -> int:
         """Sends the request of :meth:`step`, and returns its sequence number.
 
@@ -245,6 +275,9 @@ class Pool(PoolResource):
         is_whole = array.size == self.env_count
         if first_env or not is_whole:
             self._check_slice(first_env, array.size, "actions")
+        more = b""
+        if next_levels or resets != () or annotations:
+            more = optional_step_fields(next_levels, resets, annotations, array.size)
         return self._ready_stream().send_step(
             array,
             first_env,
@@ -252,7 +285,7 @@ class Pool(PoolResource):
             bool(observe),
             bool(final_observations),
             self.chunk_count if observe and is_whole else 0,
-            step_exceptions(next_levels, resets) if next_levels or resets != () else b"",
+            more,
         )
 
     def send_observe(
@@ -284,10 +317,18 @@ class Pool(PoolResource):
         )
         return self._send(step_pb2.StepPoolRequest(reset=request))
 
-    def receive(self) -> Batch:
+    def receive(self, *, out: Any = None) -> Batch:  # noqa: ANN401 - an array or tensor
         """Waits for the answer to the oldest unanswered request.
 
+        Args:
+            out: Array or tensor into which the observations are copied, and which becomes
+                Batch.observations: writable, C-contiguous, uint8 [n, *F]. A numpy array, a torch
+                tensor on the CPU (also in pinned memory), or a buffer. None: a view of the memory
+                that the answer is received into.
+
         Raises:
+            InvalidArgumentError: `out` is of another kind; nothing was received. Or its number of
+                rows is not that of the answer, which is lost.
             FailedPreconditionError: No request is unanswered.
             ProcgenError: The server rejected the request or is unreachable. The stream has ended,
                 and the answers to later requests are lost.
@@ -296,11 +337,13 @@ class Pool(PoolResource):
         stream = self._stream
         if stream is None or not stream.in_flight:
             raise FailedPreconditionError(f"no request to {self.name} is unanswered: send first")
+        view = self._view_of(out)
         try:
-            return batch_of(stream.receive())
+            batch = self._batch_of(stream.receive(), is_copied=view is not None)
         except BaseException:
             self._drop()
             raise
+        return copied_into(batch, out, view)
 
     # Start and end of the stream.
 
@@ -330,9 +373,18 @@ class Pool(PoolResource):
             held_batches_max=self.held_batches_max,
         )
         self._client.check_open()
-        self._stream = self._client._connection.attach(
-            attach.SerializeToString(), self._client.reconnect_timeout, self._held_batches
-        )
+        try:
+            self._stream = self._client._connection.attach(
+                attach.SerializeToString(), self._client.reconnect_timeout, self._held_batches
+            )
+        except NotFoundError as error:
+            if not self._has_attached:
+                raise
+            raise NotFoundError(
+                f"{error.message}: the server was restarted since this pool was attached, or the "
+                "pool's lease ran out; create a pool and restore the states of a checkpoint"
+            ) from None
+        self._has_attached = True
         self._held_batches = self._stream.held_batches
         self.requests_in_flight_max = self._stream.requests_in_flight_max
 
@@ -342,7 +394,7 @@ class Pool(PoolResource):
         The server executes the requests in flight; their answers are lost.
         """
         stream, self._stream = self._stream, None
-        if stream is not None and not self._client._is_abandoned:
+        if stream is not None and not self._client.closed and not self._client._is_abandoned:
             stream.close()
 
     def close(self) -> None:
@@ -360,14 +412,14 @@ class Pool(PoolResource):
     # Internals.
 
     def _default_chunk_count(self) -> int:
-        if self.spec.transport == pools_pb2.TRANSPORT_SHARED_MEMORY:
+        if self.transport == "shared_memory":
             return 1  # Nothing is sent.
         pool_bytes = self.env_count * int(np.prod(self.observation_shape))
         return min(max(pool_bytes // _CHUNK_BYTES_MIN, 1), _DEFAULT_CHUNK_COUNT_MAX)
 
     def _response_bytes_max(self) -> int:
         """Returns 0, the server's default, or more where that has no room for one environment."""
-        if self.spec.transport == pools_pb2.TRANSPORT_SHARED_MEMORY:
+        if self.transport == "shared_memory":
             return 0  # Responses contain no values.
         observation_bytes = int(np.prod(self.observation_shape))
         # Encoding adds at most half; final observations are never encoded.
@@ -377,6 +429,9 @@ class Pool(PoolResource):
         if row <= RESPONSE_BYTES_DEFAULT:
             return 0
         return min(row, self._client.catalog().limits.response_bytes_max)
+
+    def _batch_of(self, received: _native.Batch, *, is_copied: bool = False) -> Batch:
+        return batch_of(received, owned=self._owns_arrays and not is_copied)
 
     def _send(self, request: step_pb2.StepPoolRequest) -> int:
         return self._ready_stream().send(request.SerializeToString())
@@ -406,6 +461,16 @@ class Pool(PoolResource):
             raise FailedPreconditionError(
                 f"{self.in_flight} requests to {self.name} are unanswered: receive them first"
             )
+
+    def _view_of(self, out: object) -> np.ndarray | None:
+        """Returns a view of `out`, with room for any number of rows."""
+        return None if out is None else writable_view(out, (None, *self.observation_shape))
+
+    def _check_out(self, out: object, row_count: int, observe: bool) -> None:
+        """Raises InvalidArgumentError unless `out` has room for the rows of an answer."""
+        if not observe:
+            raise InvalidArgumentError("out is given, but observe is False: nothing is observed")
+        writable_view(out, (row_count, *self.observation_shape))
 
     def _slice(self, first_env: int, env_count: int | None) -> step_pb2.Slice:
         if env_count is None:

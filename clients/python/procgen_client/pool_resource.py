@@ -12,7 +12,7 @@ from google.protobuf import empty_pb2
 
 from procgen_client._proto import pools_pb2, render_pb2, states_pb2
 from procgen_client._requests import clone_pair_messages, in_range, message_of, state_messages
-from procgen_client.errors import InvalidArgumentError
+from procgen_client.errors import DataLossError, InvalidArgumentError
 from procgen_client.options import duration
 
 if TYPE_CHECKING:
@@ -198,13 +198,18 @@ class PoolResource(abc.ABC):
     # Frames.
 
     def render(
-        self, environments: Sequence[int] | None = None, *, size_px: int = 512
+        self,
+        environments: Sequence[int] | None = None,
+        *,
+        size_px: int = 512,
+        whole_level: bool = False,
     ) -> list[np.ndarray]:
         """Renders environments for people; the environments do not change.
 
         Args:
             environments: Indices in the pool, in any order. None: all.
             size_px: Side of the square frames in pixels, in [16, 2048].
+            whole_level: Whether to show the whole level instead of the agent's surroundings.
 
         Returns:
             uint8 arrays [size_px, size_px, 3] (RGB, top row first), read-only, in the order of
@@ -214,6 +219,7 @@ class PoolResource(abc.ABC):
             InvalidArgumentError: An environment or the size is out of range.
             UnimplementedError: The server has no rendering (catalog().features.render).
         """
+        view = render_pb2.FRAME_VIEW_LEVEL if whole_level else render_pb2.FRAME_VIEW_HUMAN
         wanted = list(range(self.env_count)) if environments is None else list(environments)
         frame_bytes = _frame_bytes(size_px)
         limit = min(RESPONSE_BYTES_DEFAULT, self._client.catalog().limits.response_bytes_max)
@@ -221,7 +227,10 @@ class PoolResource(abc.ABC):
         frames: list[np.ndarray] = []
         for begin in range(0, len(wanted), at_a_time):
             request = self._frames_request(
-                render_pb2.RenderEnvironmentsRequest, wanted[begin : begin + at_a_time], size_px
+                render_pb2.RenderEnvironmentsRequest,
+                wanted[begin : begin + at_a_time],
+                size_px,
+                view=view,
             )
             rendered = self._client._call(
                 "RenderEnvironments", request, render_pb2.RenderEnvironmentsResponse
@@ -238,8 +247,9 @@ class PoolResource(abc.ABC):
     ) -> Iterator[list[np.ndarray]]:
         """Yields frames of environments while the pool is stepped, without slowing it down.
 
-        The first frames are the current ones, the next follow after changes, at a bounded rate. A
-        slow reader skips intermediate frames. The iteration ends with an error or when it is
+        The first frames are the current ones, the next follow after changes, at a bounded rate. The
+        last state of an episode is shown once, before the start of the next. A slow reader skips
+        intermediate frames. The iteration ends with an error or when it is
         closed; breaking out of a loop closes it.
 
         Args:
@@ -300,4 +310,7 @@ def _frame_bytes(size_px: int) -> int:
 
 def _pixels_of(frame: render_pb2.Frame) -> np.ndarray:
     pixels = np.frombuffer(frame.image, np.uint8)
-    return pixels.reshape(frame.size_px, frame.size_px, 3)
+    try:
+        return pixels.reshape(frame.size_px, frame.size_px, 3)
+    except ValueError as error:
+        raise DataLossError(f"a frame of {frame.size_px} pixels: {error}") from None

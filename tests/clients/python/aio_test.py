@@ -99,6 +99,26 @@ def test_pools_are_stepped_concurrently(server: ServerProcess) -> None:
     _run(server, play)
 
 
+def test_observations_are_copied_into_out(server: ServerProcess) -> None:
+    async def play(client: aio.AsyncClient) -> None:
+        options = {"rand_seed": 3}  # where possible in shared memory
+        async with await client.create_pool("bigfish", 4, **options) as pool:
+            async with await client.create_pool("bigfish", 4, **options) as twin:
+                out = np.zeros((4, 64, 64, 3), np.uint8)
+                for call, arguments in (("observe", ()), ("step", ([7] * 4,)), ("reset", ())):
+                    batch = await getattr(pool, call)(*arguments, out=out)
+                    assert batch.observations is out
+                    expected = await getattr(twin, call)(*arguments)
+                    np.testing.assert_array_equal(out, expected.observations)
+                with pytest.raises(errors.InvalidArgumentError, match=r"out has shape \[3, 64"):
+                    await pool.step([7] * 4, out=out[:3])
+                with pytest.raises(errors.InvalidArgumentError, match="observe is False"):
+                    await pool.step([7] * 4, observe=False, out=out)
+                assert pool.in_flight == 0
+
+    _run(server, play)
+
+
 def test_states_are_saved_restored_and_cloned(server: ServerProcess) -> None:
     async def play(client: aio.AsyncClient) -> None:
         async with await client.create_pool("miner", _N, **_OPTIONS) as pool:
@@ -189,7 +209,9 @@ def test_faulty_network_loses_nothing(server: ServerProcess, encoding: str) -> N
         async with await client.create_pool(games, 12, **_OPTIONS) as pool:
             expected = await trace(pool)
         proxy = Proxy(server.address, 11, 120_000 if encoding == "raw" else 20_000)
-        async with await client.create_pool(games, 12, encoding=encoding, **_OPTIONS) as pool:
+        async with await client.create_pool(
+            games, 12, encoding=encoding, transport="stream", **_OPTIONS
+        ) as pool:
             learner = None
             while learner is None:
                 try:

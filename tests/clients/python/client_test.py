@@ -207,3 +207,12 @@ def test_failed_server_start_is_reported() -> None:
 def test_missing_server_binary_is_not_found() -> None:
     with pytest.raises(FileNotFoundError, match="no-such-server"):
         ServerProcess("no-such-server")
+
+
+def test_pool_may_be_closed_after_its_client(server: ServerProcess) -> None:
+    client = connect(server.address)
+    pool = client.create_pool("maze", 2, lease_duration=1)
+    pool.observe()
+    client.close()
+    pool.close()
+    assert not pool.attached

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import subprocess
+import time
 from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import pytest
@@ -37,6 +39,9 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A folder with certificates of an authority, a server and a client, and a token file."""
     made = tmp_path_factory.mktemp("credentials")
     _make_certificate(made, "server", "/CN=server", "DNS:localhost,IP:127.0.0.1")
+    _make_certificate(made, "elsewhere", "/CN=elsewhere", "DNS:elsewhere.example")
+    (made / "other").mkdir()
+    _make_certificate(made / "other", "server", "/CN=server", "DNS:localhost,IP:127.0.0.1")
     _make_certificate(made, "alice", "/CN=alice", "URI:spiffe://lab/alice")
     (made / "tokens").write_text(f"alice {_TOKEN}\nbob bob-{_TOKEN}\n")
     return made
@@ -82,6 +87,52 @@ def test_missing_or_unknown_token_is_unauthenticated(plain: ServerProcess) -> No
         assert token is None or token not in str(raised.value)
 
 
+def test_token_errors_say_what_to_set(plain: ServerProcess) -> None:
+    with pytest.raises(errors.UnauthenticatedError, match="has no token.*set PROCGEN_SERVER_TOKEN"):
+        connect(plain.address, credentials=Credentials())
+    with pytest.raises(errors.InvalidArgumentError, match="it is the second word"):
+        connect(plain.address, credentials=Credentials(token=f"alice {_TOKEN}"))
+
+
+def _tls_flags(folder: Path, name: str) -> list[str]:
+    return [
+        "--workers=1",
+        f"--tls_certificate={folder}/{name}.pem",
+        f"--tls_key={folder}/{name}.key",
+    ]
+
+
+@pytest.mark.parametrize(
+    ("certificate", "ca", "message"),
+    [
+        ("server", None, "the server requires TLS: give its CA certificates"),
+        (None, "authority.pem", "the server does not use TLS: give no CA certificates"),
+        ("server", "other/authority.pem", "certificate is not signed by the given CA"),
+        ("elsewhere", "authority.pem", "certificate is for other names: connect by a name"),
+    ],
+)
+def test_wrong_tls_is_explained_within_a_second(
+    folder: Path, certificate: str | None, ca: str | None, message: str
+) -> None:
+    flags = [] if certificate is None else _tls_flags(folder, certificate)
+    with ServerProcess(server_binary(), flags) as server:
+        credentials = Credentials(ca=None if ca is None else folder / ca)
+        begun = time.monotonic()
+        with pytest.raises(errors.UnavailableError, match=f"cannot connect to .*{message}"):
+            connect(server.address, timeout=30, credentials=credentials)
+        assert time.monotonic() - begun < 1
+
+
+def test_client_that_starts_before_its_server_waits_for_it(folder: Path, tmp_path: Path) -> None:
+    address = f"unix:{tmp_path}/socket"
+    with ThreadPoolExecutor(1) as threads:
+        waiting = threads.submit(connect, address, credentials=Credentials(), timeout=30)
+        with pytest.raises(TimeoutError):
+            waiting.result(0.5)
+        with ServerProcess(server_binary(), ["--workers=1"], address=address):
+            waiting.result(30).close()
+
+
 def test_token_is_read_from_the_environment_variable(
     plain: ServerProcess, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -115,7 +166,7 @@ def test_connect_without_the_certificate_is_unavailable(
     secure: ServerProcess, folder: Path
 ) -> None:
     for credentials in (Credentials(), Credentials(ca=folder / "authority.pem")):
-        with pytest.raises(errors.UnavailableError):
+        with pytest.raises(errors.UnavailableError, match="requires? .*(TLS|client certificate)"):
             connect(secure.address, timeout=0.5, credentials=credentials)
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import json
+import os
 import re
 import shutil
 import subprocess
@@ -33,6 +35,33 @@ def test_branching_improves_on_the_first_round(server: ServerProcess) -> None:
     assert returns == sorted(returns), "returns never decrease"
     assert returns[-1] > returns[0]
     assert said.endswith(f"return {returns[-1]:.1f} in level 7 of bigfish\n")
+
+
+def test_torch_policy_is_evaluated_with_its_weights(server: ServerProcess, tmp_path: Path) -> None:
+    torch = pytest.importorskip("torch")
+    command = [
+        *(sys.executable, "-W", "error", "-m", "procgen_client.tools.evaluate", "bigfish"),
+        *("--policy", "torch_policy:make_policy", "--option", "grayscale_obs=true"),
+        *("--mode", "easy", "--episodes", "4", "--environments", "2"),
+        *("--server", server.address, "--json", str(tmp_path / "scores.json")),
+    ]
+    environment = os.environ | {"PYTHONPATH": f"{os.environ['PYTHONPATH']}:{_EXAMPLES}"}
+
+    def lengths() -> list[int]:
+        subprocess.run(command, env=environment, check=True, capture_output=True)
+        written = json.loads((tmp_path / "scores.json").read_text())
+        return [episode["length"] for episode in written["episodes"]]
+
+    first = lengths()
+    assert len(first) == 8
+    assert lengths() == first
+    sys.path.insert(0, str(_EXAMPLES))
+    from torch_policy import RecurrentNetwork
+
+    network = RecurrentNetwork()
+    torch.save(network.state_dict(), tmp_path / "weights.pt")
+    environment["POLICY_WEIGHTS"] = str(tmp_path / "weights.pt")
+    assert lengths() != first
 
 
 @pytest.mark.skipif(shutil.which("ffmpeg") is None, reason="ffmpeg is missing")

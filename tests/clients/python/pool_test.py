@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import signal
 from collections.abc import Iterator
 
@@ -160,7 +161,8 @@ def test_chunked_steps_equal_whole_ones(
 
 
 def test_only_large_pools_are_chunked_by_default(client: Client) -> None:
-    with client.create_pool("maze", 16) as small, client.create_pool("maze", 400) as large:
+    stream = functools.partial(client.create_pool, "maze", transport="stream")
+    with stream(16) as small, stream(400) as large:
         assert small.chunk_count == 1
         assert large.chunk_count > 1
         assert client.get_pool(small.name, chunk_count=2).chunk_count == 2
@@ -353,6 +355,10 @@ def test_render_draws_at_any_size_and_changes_nothing(client: Client, pool: Pool
     frames = pool.render(size_px=512)  # Six frames take several messages.
     assert [frame.shape for frame in frames] == [(512, 512, 3)] * 6
     assert [frame.shape for frame in pool.render([5, 0], size_px=100)] == [(100, 100, 3)] * 2
+    with client.create_pool(
+        "coinrun", 1, distribution_mode="easy", rand_seed=3, center_agent=False
+    ) as whole:
+        np.testing.assert_array_equal(pool.render([0], whole_level=True), whole.render([0]))
     assert_same(before, pool.observe())
     with pytest.raises(errors.InvalidArgumentError, match="size_px is 4; it is in \\[16, 2048\\]"):
         pool.render(size_px=4)

@@ -1,25 +1,125 @@
-"""The examples of clients/python/README.md run; only the server's address is replaced."""
+"""The examples of clients/python/README.md and of the guides run; only addresses are replaced."""
 
 from __future__ import annotations
 
+import os
 import re
+import signal
+import subprocess
+import sys
+import textwrap
 from pathlib import Path
 
 import pytest
+from conftest import native_only, server_binary
 
-from procgen_client import ServerProcess
+import procgen_client
+from procgen_client import Client, ServerProcess, errors
 
-_README = Path(__file__).resolve().parents[3] / "clients/python/README.md"
-_EXAMPLES = re.findall(r"^```python\n(.*?)^```$", _README.read_text(), re.DOTALL | re.MULTILINE)
+_PYTHON = Path(__file__).resolve().parents[3] / "clients/python"
 
 
-def test_readme_has_examples() -> None:
+def _examples_in(path: Path) -> list[str]:
+    return re.findall(r"^```python\n(.*?)^```$", path.read_text(), re.DOTALL | re.MULTILINE)
+
+
+_EXAMPLES = _examples_in(_PYTHON / "README.md")
+_GUIDES = [
+    pytest.param(example, id=f"{path.stem}-{i}")
+    for path in sorted((_PYTHON / "guides").glob("*.md"))
+    for i, example in enumerate(_examples_in(path))
+]
+
+
+def test_documents_have_examples() -> None:
     assert len(_EXAMPLES) >= 5
+    assert len(_GUIDES) >= 5
 
 
-@pytest.mark.parametrize("example", _EXAMPLES, ids=range(len(_EXAMPLES)))
-def test_example_runs(server: ServerProcess, example: str) -> None:
+def test_module_docstring_names_every_public_class_and_runs(server: ServerProcess) -> None:
+    manual = procgen_client.__doc__
+    assert manual is not None
+    described = {"ACTION_COUNT", "ACTION_MIN", "AutoresetMode", "ENV_NAMES", "Episode", "connect"}
+    for name in set(procgen_client.__all__) - described:
+        assert f"`{name}`" in manual, name
+    blocks = re.findall(r"::\n\n((?:    .*\n|\n)+)", manual)
+    assert len(blocks) == 2
+    names: dict[str, object] = {"__name__": "example", "connect": procgen_client.connect}
+    for block in blocks:
+        source = textwrap.dedent(block).replace('"localhost:50051"', repr(server.address))
+        exec(compile(source, "procgen_client", "exec"), names)
+
+
+@pytest.mark.parametrize("example", [*_EXAMPLES, *_GUIDES])
+def test_example_runs(
+    server: ServerProcess, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, example: str
+) -> None:
+    if "import torch" in example:
+        pytest.importorskip("torch")
+    monkeypatch.chdir(tmp_path)
     # Examples without a server address start a server.
-    source = example.replace('"localhost:50051"', repr(server.address))
+    source = example.replace("localhost:50051", server.address).replace(":8080", ":0")
     assert "localhost" not in source
-    exec(compile(source, str(_README), "exec"), {"__name__": "example"})
+    for _ in range(2 if "checkpoint" in example else 1):  # The second run resumes the first.
+        exec(compile(source, "example", "exec"), {"__name__": "example"})
+
+
+def test_resumed_training_equals_an_uninterrupted_one(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (example,) = _examples_in(_PYTHON / "guides/checkpoint-and-resume.md")
+
+    def output_of(folder: str, source: str, runs: int) -> str:
+        (tmp_path / folder).mkdir()
+        monkeypatch.chdir(tmp_path / folder)
+        capsys.readouterr()
+        for _ in range(runs):
+            exec(compile(source, "example", "exec"), {"__name__": "example"})
+        return capsys.readouterr().out
+
+    whole = output_of("whole", example.replace("update + 6", "update + 11"), 1)
+    assert len(whole.splitlines()) == 10
+    assert output_of("resumed", example, 2) == whole
+
+
+@native_only
+def test_restart_example_survives_a_restart(tmp_path: Path) -> None:
+    (example,) = (each for each in _EXAMPLES if "NotFoundError" in each)
+    address = f"unix:{tmp_path}/socket"
+    source = example.replace("localhost:50051", address)
+    with (
+        ServerProcess(server_binary(), ["--workers=1"], address=address) as lost,
+        subprocess.Popen(
+            [sys.executable, "-c", source],
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            text=True,
+        ) as learner,
+    ):
+        assert learner.stdout is not None
+        assert learner.stdout.readline() == "1 updates\n"
+        os.kill(lost.process_id, signal.SIGKILL)
+        (tmp_path / "socket").unlink(missing_ok=True)
+        with ServerProcess(server_binary(), ["--workers=1"], address=address):
+            output, error = learner.communicate()
+        assert learner.returncode == 0, error
+        assert output == "".join(f"{update} updates\n" for update in range(2, 21))
+
+
+@native_only
+@pytest.mark.parametrize("transport", ["shared_memory", "stream"])
+def test_error_of_a_restarted_server_says_what_to_do(tmp_path: Path, transport: str) -> None:
+    address = f"unix:{tmp_path}/socket"
+    with ServerProcess(server_binary(), address=address) as lost, Client(address) as client:
+        pool = client.create_pool("maze", 2, transport=transport)
+        pool.step([4, 4])
+        os.kill(lost.process_id, signal.SIGKILL)
+        (tmp_path / "socket").unlink(missing_ok=True)
+        with ServerProcess(server_binary(), address=address):
+            with pytest.raises(
+                errors.NotFoundError, match="no pool pools/1: the server was restarted .* restore"
+            ):
+                while True:
+                    pool.step([4, 4])
+            with pytest.raises(errors.NotFoundError, match="the server was restarted .* restore"):
+                pool.step([4, 4])

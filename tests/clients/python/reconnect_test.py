@@ -18,7 +18,7 @@ from procgen_client import Batch, Client, Pool, ServerProcess, errors
 
 _ENV_COUNT = 12
 _HALF = _ENV_COUNT // 2
-_OPTIONS = {"distribution_mode": "easy", "rand_seed": 5}
+_OPTIONS = {"distribution_mode": "easy", "rand_seed": 5, "transport": "stream"}
 
 
 def _attach(pool: Pool) -> None:

@@ -45,7 +45,12 @@ def server(folder: Path) -> Iterator[ServerProcess]:
 
 def _create(client: Client, *, env_count: int = _ENV_COUNT, **arguments: object) -> Pool:
     return client.create_pool(
-        ["maze", "bigfish"], env_count, transport="shared_memory", **_OPTIONS, **arguments
+        ["maze", "bigfish"],
+        env_count,
+        transport="shared_memory",
+        copy=False,
+        **_OPTIONS,
+        **arguments,
     )
 
 
@@ -290,7 +295,7 @@ def test_killed_learner_holds_no_batches_and_leaves_no_files(
     learner = f"""
 import procgen_client
 client = procgen_client.connect("{server.address}")
-pool = client.get_pool("pools/of-the-killed")
+pool = client.get_pool("pools/of-the-killed", copy=False)
 held = [pool.observe().observations for _ in range(4)]
 print("holds", flush=True)
 import time

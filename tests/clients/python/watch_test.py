@@ -7,6 +7,7 @@ import pytest
 from conftest import native_only, server_binary
 
 from procgen_client import Client, ServerProcess, connect
+from procgen_client._proto import render_pb2
 from procgen_client.errors import (
     FailedPreconditionError,
     InvalidArgumentError,
@@ -42,10 +43,42 @@ def test_slow_watcher_skips_frame_sets(client: Client) -> None:
         assert frame_sets < 10, f"{frame_sets} frame sets of 20 were queued"
 
 
+def test_annotations_reach_watchers(client: Client) -> None:
+    with client.create_pool("maze", 3, rand_seed=1) as pool:
+        request = render_pb2.WatchPoolRequest(
+            pool=pool.name, environments=[1], size_px=64, with_steps=True
+        )
+        responses = client._watch("WatchPool", request, render_pb2.WatchPoolResponse)
+        next(responses)
+        values = np.array([0.5, -1.5, 2])
+        probabilities = np.arange(45, dtype=np.float32).reshape(3, 15)
+        pool.step(
+            [7, 4, 5], annotations={"value": values, "action_probabilities": probabilities}
+        )
+        (frame,) = next(responses).frames
+        shown = {each.name: list(each.values) for each in frame.step.annotations}
+        assert shown == {"value": [-1.5], "action_probabilities": probabilities[1].tolist()}
+        pool.step([7, 4, 5])
+        assert not next(responses).frames[0].step.annotations
+
+
+def test_invalid_annotations_are_rejected_and_change_nothing(client: Client) -> None:
+    with client.create_pool("maze", 3, rand_seed=1) as pool:
+        for values in ([1, 2], [[[1]] * 3], ["a", "b", "c"], 1.0):
+            with pytest.raises(InvalidArgumentError, match="one number, or one row of numbers"):
+                pool.step([7, 4, 5], annotations={"value": values})
+        with pytest.raises(InvalidArgumentError, match="is no array"):
+            pool.step([7, 4, 5], annotations={"value": [[1], [2, 3], [4]]})
+        assert pool.step([7, 4, 5]).episode_lengths.tolist() == [1, 1, 1]
+        with pytest.raises(InvalidArgumentError, match=r"annotations\[0\].name is '' of 0 bytes"):
+            pool.step([7, 4, 5], annotations={"": [1, 2, 3]})
+        assert pool.step([7, 4, 5]).episode_lengths.tolist() == [2, 2, 2]
+
+
 def test_frame_sizes_are_limited_by_the_server() -> None:
     flags = ["--workers=1", "--response_bytes_max=1048576"]
     with ServerProcess(server_binary(), flags) as server, connect(server.address) as client:
-        with client.create_pool("maze", 7) as pool:
+        with client.create_pool("maze", 7, rand_seed=1) as pool:
             assert len(pool.render(size_px=256)) == 7
             assert len(next(pool.watch([0, 1, 2, 3]))) == 4
             with pytest.raises(ResourceExhaustedError, match="room for 5 frames of 256 x 256"):
@@ -53,12 +86,12 @@ def test_frame_sizes_are_limited_by_the_server() -> None:
 
 
 def test_frames_beyond_the_default_message_size_are_received(client: Client) -> None:
-    with client.create_pool("maze", 16) as pool:
+    with client.create_pool("maze", 16, rand_seed=1) as pool:
         assert len(next(pool.watch(size_px=512))) == 16
 
 
 def test_watch_ends_with_an_error(client: Client) -> None:
-    with client.create_pool("maze", 1) as pool:
+    with client.create_pool("maze", 1, rand_seed=1) as pool:
         with pytest.raises(InvalidArgumentError, match="environments"):
             next(pool.watch([1]))
         with pytest.raises(InvalidArgumentError, match="frames_per_second_max"):
@@ -88,7 +121,7 @@ def test_episode_is_replayed(client: Client) -> None:
 
 
 def test_pools_report_statistics(client: Client) -> None:
-    with client.create_pool("maze", 2) as pool:
+    with client.create_pool("maze", 2, rand_seed=1) as pool:
         pool.step([7, -1])
         message = next(each for each in client.list_pools() if each.name == pool.name)
         assert message.episode_count == 1

@@ -57,7 +57,7 @@ def _native() -> ModuleType | None:
     except ImportError as error:
         if os.environ.get(TRANSPORT_VARIABLE) == "native":
             raise
-        if error.path is not None:  # The module exists, but one of its libraries is missing.
+        if error.name == "_native":  # The module exists, but one of its libraries is missing.
             warnings.warn(f"grpcio is used because of: {error}", RuntimeWarning, stacklevel=2)
         return None
     _module = module

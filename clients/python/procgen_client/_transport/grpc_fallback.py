@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import os
 import queue
+import time
 from collections import deque
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any, cast
@@ -15,10 +16,12 @@ from typing import TYPE_CHECKING, Any, cast
 import grpc
 import numpy as np
 from google.protobuf.descriptor import FieldDescriptor
+from google.protobuf.message import DecodeError
 
 from procgen_client import errors
 from procgen_client._proto import catalog_pb2, cluster_pb2, pools_pb2, render_pb2, states_pb2
 from procgen_client._proto import step_pb2
+from procgen_client._transport import connect_error
 from procgen_client._requests import checked_actions, observation
 from procgen_client.credentials import is_this_machine
 
@@ -45,6 +48,9 @@ _CHANNEL_OPTIONS: list[tuple[str, int]] = [
     ("grpc.min_reconnect_backoff_ms", 100),
     ("grpc.max_reconnect_backoff_ms", 1000),
 ]
+# Connecting: time between two attempts, and the least time of one, in seconds.
+_ATTEMPT_INTERVAL = 0.05
+_ATTEMPT_TIMEOUT_MIN = 0.05
 _STATE_OVERHEAD_BYTES = 8  # Tag and length of a snapshot in a request.
 _connected_process = 0  # Id of the process that has connections: this one, or its parent.
 
@@ -81,11 +87,10 @@ class Connection:
         else:
             self.channel = grpc.insecure_channel(address, options)
         try:
-            catalog = self._unary("GetCatalog", b"", timeout, waits=True)
-        except errors.DeadlineExceededError:
-            raise errors.UnavailableError(
-                f"no server answers at {address} within {timeout:g} s: {self._reason()}"
-            ) from None
+            catalog = self._first_answer(address, timeout, uses_tls=bool(others["ca"]))
+        except BaseException:
+            self.channel.close()
+            raise
         self._limits = catalog_pb2.Catalog.FromString(catalog).limits
 
     def call(self, method: str, request: bytes) -> bytes:
@@ -137,26 +142,32 @@ class Connection:
             part.states.append(state)
         return self._unary("RestoreStates", part.SerializeToString())
 
-    def _unary(
-        self, method: str, request: bytes, timeout: float | None = None, *, waits: bool = False
-    ) -> bytes:
+    def _unary(self, method: str, request: bytes, timeout: float | None = None) -> bytes:
         timeout = self._call_timeout if timeout is None else timeout
         call = self.channel.unary_unary(_PATHS[method])
         try:
-            return cast(
-                bytes,
-                call(request, timeout=timeout, metadata=self.metadata, wait_for_ready=waits),
-            )
+            return cast(bytes, call(request, timeout=timeout, metadata=self.metadata))
         except grpc.RpcError as error:
             raise _of_rpc_error(error) from None
 
-    def _reason(self) -> str:
-        try:
-            self._unary("GetLoad", b"", 1.0)
-        except errors.ProcgenError as error:
-            if not isinstance(error, errors.DeadlineExceededError):
-                return error.message
-        return "it has not answered in time"
+    def _first_answer(self, address: str, timeout: float, *, uses_tls: bool) -> bytes:
+        """Returns the catalog; repeats the call while the server may still be starting."""
+        deadline = time.monotonic() + timeout
+        while True:
+            left = deadline - time.monotonic()
+            try:
+                return self._unary("GetCatalog", b"", max(left, _ATTEMPT_TIMEOUT_MIN))
+            except (errors.UnavailableError, errors.DeadlineExceededError) as error:
+                reason = error.message
+            explanation = connect_error.explain(address, reason, uses_tls=uses_tls)
+            if explanation:
+                raise errors.UnavailableError(f"cannot connect to {address}: {explanation}")
+            if time.monotonic() + _ATTEMPT_INTERVAL >= deadline:
+                cause = connect_error.likely_cause(reason, uses_tls=uses_tls)
+                raise errors.UnavailableError(
+                    f"no server answers at {address} within {timeout:g} s: {reason}{cause}"
+                )
+            time.sleep(_ATTEMPT_INTERVAL)
 
 
 class Batch:
@@ -174,12 +185,14 @@ class Batch:
         values = [getattr(part, name) for part in self._parts]
         dtype = _TYPES.get(step_pb2.Batch.DESCRIPTOR.fields_by_name[name].cpp_type)
         if dtype is not None:
-            parts = [np.array(each, dtype) for each in values]
-            numbers: np.ndarray = np.concatenate(parts)
+            numbers: np.ndarray = np.concatenate([np.array(each, dtype) for each in values])
             # Fingerprints are signed in the message, unsigned in the API.
             return np.array(numbers, "u8") if dtype == "i8" else numbers
         joined: np.ndarray = np.frombuffer(bytearray().join(values), np.uint8)
-        joined = joined.reshape(-1, *self._shape)
+        try:
+            joined = joined.reshape(-1, *self._shape)
+        except ValueError as error:
+            raise errors.DataLossError(f"{name}: {error}") from None
         return joined if len(joined) or name == "final_observations" else None
 
 
@@ -269,9 +282,10 @@ class Stream:
             raise _of_rpc_error(error) from None
         if message is None:
             raise errors.UnavailableError(f"the server ended the stream of {self._pool}")
-        response = step_pb2.StepPoolResponse()
-        response.ParseFromString(message)
-        return response
+        try:
+            return cast(step_pb2.StepPoolResponse, step_pb2.StepPoolResponse.FromString(message))
+        except DecodeError as error:
+            raise errors.DataLossError(f"a response of {self._pool}: {error}") from None
 
 
 def _require_plain(spec: pools_pb2.PoolSpec) -> None:

@@ -46,6 +46,12 @@ class Box(Space):
         super().__init__(shape, dtype)
         self.low = np.full(shape, low, dtype)
         self.high = np.full(shape, high, dtype)
+        self._bounds = (low, high)
+
+    def __repr__(self) -> str:
+        """Returns e.g. ``Box(0, 255, (64, 64, 3), uint8)``."""
+        low, high = self._bounds
+        return f"Box({low}, {high}, {self.shape}, {self.dtype})"
 
     def contains(self, value: object) -> bool:
         """Whether value is an element."""
@@ -65,6 +71,10 @@ class Discrete(Space):
         super().__init__((), np.int64)
         self.n = n
 
+    def __repr__(self) -> str:
+        """Returns e.g. ``Discrete(15)``."""
+        return f"Discrete({self.n})"
+
     def contains(self, value: object) -> bool:
         """Whether value is an element."""
         return self._fits(value) and 0 <= int(np.asarray(value)) < self.n
@@ -81,6 +91,10 @@ class MultiDiscrete(Space):
         """Takes the exclusive bound of each element."""
         self.nvec = np.asarray(nvec, np.int64)
         super().__init__(self.nvec.shape, np.int64)
+
+    def __repr__(self) -> str:
+        """Returns e.g. ``MultiDiscrete([15 15])``."""
+        return f"MultiDiscrete({self.nvec})"
 
     def contains(self, value: object) -> bool:
         """Whether value is an element."""
@@ -99,6 +113,10 @@ class Dict(Space):
         """Takes the spaces by name."""
         super().__init__((), object)
         self.spaces = dict(spaces)
+
+    def __repr__(self) -> str:
+        """Returns e.g. ``Dict('rgb': Box(0, 255, (64, 64, 3), uint8))``."""
+        return f"Dict({', '.join(f'{name!r}: {space}' for name, space in self.spaces.items())})"
 
     def __getitem__(self, name: str) -> Space:
         """Returns the space with that name."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from typing import Any, SupportsFloat
 
 import numpy as np
@@ -11,6 +12,8 @@ from procgen_client.client import Client
 from procgen_client.envs._gymnasium import AutoresetMode, Env, single_spaces
 from procgen_client.envs.vector_env import ProcgenVectorEnv
 from procgen_client.errors import FailedPreconditionError, InvalidArgumentError
+from procgen_client.tools.art import Art
+from procgen_client.tools.server_process import ServerProcess
 
 
 class _VectorEnvOfOne(ProcgenVectorEnv):
@@ -26,7 +29,8 @@ class ProcgenGymEnv(Env):
     Observations are uint8 [64, 64, 3], or of the format in the options; actions are integers in
     [0, 15). The time limit truncates an episode, every other end terminates it; reset must follow.
     Infos are numbers: ``level_seed``, ``prev_level_seed``, ``prev_level_complete``; at the end of
-    an episode also ``episode_return`` and ``episode_length``.
+    an episode also ``episode_return`` and ``episode_length``; with record_episode_statistics
+    ``episode``, a dict of numbers.
 
     Threads: one at a time.
 
@@ -40,7 +44,8 @@ class ProcgenGymEnv(Env):
         self,
         games: str,
         *,
-        server: str | Client | None = None,
+        server: str | Client | ServerProcess | None = None,
+        art: Art | None = None,
         render_mode: str | None = None,
         **options: Any,
     ) -> None:
@@ -48,7 +53,7 @@ class ProcgenGymEnv(Env):
 
         Args:
             games: The game's name.
-            server, render_mode, options: As for ProcgenVectorEnv.
+            server, art, render_mode, options: As for ProcgenVectorEnv.
 
         Errors as ProcgenVectorEnv.
         """
@@ -58,6 +63,7 @@ class ProcgenGymEnv(Env):
             games,
             1,
             server=server,
+            art=art,
             autoreset_mode=AutoresetMode.DISABLED,
             render_mode=render_mode,
             **options,
@@ -121,6 +127,19 @@ class ProcgenGymEnv(Env):
         self._is_over = bool(self.vector_env.episodes_over[0])
         return observations[0], _of_one(infos)
 
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Writes a checkpoint; as ProcgenVectorEnv.save."""
+        self.vector_env.save(path)
+
+    def load(self, path: str | os.PathLike[str]) -> tuple[np.ndarray, dict[str, Any]]:
+        """Restores a checkpoint and returns observation and info, as reset does.
+
+        Errors as ProcgenVectorEnv.load.
+        """
+        observations, infos = self.vector_env.load(path)
+        self._is_over = bool(self.vector_env.episodes_over[0])
+        return observations[0], _of_one(infos)
+
     def render(self) -> np.ndarray | None:
         """Renders for people: uint8 [side, side, 3]. None if render_mode is None."""
         frames = self.vector_env.render()
@@ -136,6 +155,8 @@ def _of_one(infos: dict[str, Any]) -> dict[str, Any]:
     """Returns the infos of the first environment of a vector environment."""
     return {
         name: values[0].item()
+        if isinstance(values, np.ndarray)
+        else {key: array[0].item() for key, array in values.items()}
         for name, values in infos.items()
         if not name.startswith("_") and infos[f"_{name}"][0]
     }

@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from procgen_client import _checkpoint
 from procgen_client._requests import ACTION_COUNT
 from procgen_client.batch import Batch
 from procgen_client.client import Client
@@ -24,7 +25,9 @@ from procgen_client.envs._gym3 import Gym3Env, action_type, observation_type
 from procgen_client.errors import InvalidArgumentError, UpstreamAssertionError
 from procgen_client.options import GAMES, EnvironmentOptions
 from procgen_client.pool import Pool
-from procgen_client.tools.local_server import is_local, open_client
+from procgen_client.tools.art import Art
+from procgen_client.tools.local_server import open_client
+from procgen_client.tools.server_process import ServerProcess
 
 # The games, by upstream's name for the list.
 ENV_NAMES = list(GAMES)
@@ -68,21 +71,21 @@ class ProcgenGym3Env(Gym3Env):
         render_mode: str | None = None,
         *,
         debug: bool = False,
-        resource_root: str | os.PathLike[str] | None = None,
-        server: str | Client | None = None,
+        resource_root: Art | None = None,
+        art: Art | None = None,
+        server: str | Client | ServerProcess | None = None,
+        transport: str = "auto",
     ) -> None:
         """Creates the environments.
 
         Args:
             num, env_name: Number of environments, and their game. Or n games, separated by commas:
                 environment i plays game i % n, and num is a multiple of n.
-            center_agent, ..., rand_seed: Upstream's options; see
-                procgen_client.options.EnvironmentOptions.
-            num_threads: Ignored: the server has worker threads.
+            center_agent, ..., rand_seed: As options.EnvironmentOptions.
             render_mode: "rgb_array": infos contain a frame for people, "rgb". Or None.
-            debug: Must be False, since nothing is compiled.
-            resource_root: Folder with upstream's art, for a local server. None: built-in art.
-            server: As for ProcgenVectorEnv.
+            num_threads, debug: Ignored, the server has threads; False, nothing is compiled.
+            resource_root: Upstream's name of `art`.
+            art, server, transport: As for ProcgenVectorEnv.
 
         Raises:
             UpstreamAssertionError: An option is out of range.
@@ -105,9 +108,9 @@ class ProcgenGym3Env(Gym3Env):
             paint_vel_info=bool(paint_vel_info),
             debug_mode=debug_mode,
         )
-        client = open_client(server, resource_root)
+        client = open_client(server, resource_root if art is None else art)
         owned = None if client is server else client
-        self.pool = _create_pool(client, owned, env_name, num, options)
+        self.pool = _create_pool(client, owned, env_name, num, transport, options)
         super().__init__(
             ob_space=observation_type(self.pool.observation_shape),
             ac_space=action_type(ACTION_COUNT),
@@ -199,6 +202,20 @@ class ProcgenGym3Env(Gym3Env):
         )
         self._receive()
         self.pool.restore_states(states)
+        self._batch = None
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Writes a checkpoint, from which :meth:`load` continues bit for bit.
+
+        A failure leaves the file as it was. Errors as ProcgenVectorEnv.save.
+        """
+        self._receive()
+        _checkpoint.save(path, self.pool, _checkpoint.WrapperState(np.zeros(self.num, np.bool_)))
+
+    def load(self, path: str | os.PathLike[str]) -> None:
+        """Restores a checkpoint, whose state observe returns; errors as ProcgenVectorEnv.load."""
+        self._receive()
+        _checkpoint.load(path, self.pool)
         self._batch = None
 
     def get_combos(self) -> list[tuple[str, ...]]:
@@ -336,6 +353,16 @@ class ProcgenEnv:
             return observation
         return self.env.pool.render([0], size_px=_RENDER_SIZE_PX)[0]
 
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Writes a checkpoint; as ProcgenGym3Env.save."""
+        self.env.save(path)
+
+    def load(self, path: str | os.PathLike[str]) -> dict[str, np.ndarray]:
+        """Restores a checkpoint and returns the observations. Errors as ProcgenVectorEnv.load."""
+        self.env.load(path)
+        observations: dict[str, np.ndarray] = self.env.observe()[1]
+        return observations
+
     def get_images(self) -> list[np.ndarray]:
         """Renders all environments for people: N frames, uint8 [512, 512, 3]."""
         return self.env.pool.render(size_px=_RENDER_SIZE_PX)
@@ -346,7 +373,12 @@ class ProcgenEnv:
 
 
 def _create_pool(
-    client: Client, owned: Client | None, env_name: str, num: int, options: EnvironmentOptions
+    client: Client,
+    owned: Client | None,
+    env_name: str,
+    num: int,
+    transport: str,
+    options: EnvironmentOptions,
 ) -> Pool:
     """Creates the pool; closes `owned` on failure."""
     games = env_name.split(",")
@@ -355,8 +387,7 @@ def _create_pool(
             num % len(games) == 0,
             f"num is {num}; it is a multiple of {len(games)}, the number of games in {env_name!r}",
         )
-        transport = "shared_memory" if is_local(client) else "stream"
-        return client.create_pool(games, num, transport=transport, **options)
+        return client.create_pool(games, num, transport=transport, copy=False, **options)
     except BaseException as error:
         if owned is not None:
             owned.close()

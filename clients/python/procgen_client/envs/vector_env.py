@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import weakref
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
@@ -9,6 +10,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from procgen_client import _checkpoint
+from procgen_client._out import writable_view
 from procgen_client._requests import ACTION_COUNT, Reset, in_range
 from procgen_client.batch import Batch
 from procgen_client.client import Client
@@ -18,14 +21,22 @@ from procgen_client.envs._gymnasium import (
     vector_spaces,
     warn_of_old_gymnasium,
 )
-from procgen_client.envs._infos import episode_infos, level_infos, reset_infos
+from procgen_client.envs._infos import (
+    EpisodeRecorder,
+    episode_infos,
+    level_infos,
+    reset_infos,
+)
+from procgen_client.envs._reset_arguments import level_seeds_of, reset_mask_of, seeds_of
 from procgen_client.errors import (
     FailedPreconditionError,
     InvalidArgumentError,
     UnimplementedError,
 )
 from procgen_client.pool import Pool
-from procgen_client.tools.local_server import is_local, open_client
+from procgen_client.tools.art import Art
+from procgen_client.tools.local_server import open_client
+from procgen_client.tools.server_process import ServerProcess
 
 _AUTORESET_MODES = {
     AutoresetMode.NEXT_STEP: "next_step",
@@ -58,7 +69,8 @@ class ProcgenVectorEnv(VectorEnv):
     - ``prev_level_seed`` int32 [N]: level that was stepped; ``prev_level_complete`` bool [N]: this
       step completed it;
     - ``episode_return`` float32 [N], ``episode_length`` int32 [N]: of episodes that ended in this
-      step (not called ``episode``, a key that Gymnasium's RecordEpisodeStatistics writes);
+      step; with record_episode_statistics also ``episode``, as Gymnasium's wrapper
+      RecordEpisodeStatistics writes it: a dict with arrays ``r``, ``l`` and ``t`` (seconds);
     - with SAME_STEP, where an episode ended: ``final_obs`` (array of objects: its last observation,
       or None) and ``final_info`` (dict: its last ``level_seed``, ``prev_level_seed``,
       ``prev_level_complete``, and ``episode_return``, ``episode_length``, with masks).
@@ -84,36 +96,40 @@ class ProcgenVectorEnv(VectorEnv):
         games: str | Sequence[str],
         num_envs: int = 64,
         *,
-        server: str | Client | None = None,
+        server: str | Client | ServerProcess | None = None,
+        art: Art | None = None,
         autoreset_mode: AutoresetMode | str = AutoresetMode.NEXT_STEP,
         render_mode: str | None = None,
         render_size_px: int = 512,
         copy: bool = True,
         frame_skip: int = 1,
+        record_episode_statistics: bool = False,
         **options: Any,
     ) -> None:
         """Creates the pool.
 
         Args:
             games, num_envs: A game, or several, which alternate; number of environments, N.
-            server: Address of a server, or a Client (which close() leaves open). None: the address
-                in the variable PROCGEN_SERVER, else a local server with shared memory.
+            server: Address of a server, a ServerProcess, or a Client (which close() leaves open).
+                None: the address in the variable PROCGEN_SERVER, else a local server.
+            art: Art of the local server, as for ServerProcess. None: the variable
+                PROCGEN_SERVER_ART, else this project's own.
             autoreset_mode: A member of AutoresetMode or its value.
             render_mode: "rgb_array" for render(), or None.
             render_size_px: Side of render's square frames, in pixels.
-            copy: True: observations belong to the caller. False: with transport "shared_memory"
-                they are read-only views of memory that the server renders into, and arrays may
-                refer to held_batches_max batches (2 by default) in addition to the current one.
-                Saves copying 12 kB per environment. Other transports never copy.
-            frame_skip: Number of times that each action is repeated, in [1, 1000]. Only the last
-                observation is rendered, rewards are summed, and an environment stops when its
-                episode ends.
+            copy: True: observations belong to the caller. False: with shared memory they are
+                read-only views of what the server renders, without a copy of 12 kB per environment;
+                arrays may refer to held_batches_max batches (2) in addition to the current one.
+            frame_skip: How often each action is repeated, in [1, 1000]. Only the last observation
+                is rendered, rewards are summed, and the end of an episode stops its environment.
+            record_episode_statistics: Add the info ``episode``, in place of the wrapper.
             **options: As for Client.create_pool: options of Procgen 0.10.7 (distribution_mode,
                 num_levels, start_level, rand_seed, use_sequential_levels, ...), observation format
                 (screen_size, grayscale_obs, layout, frame_stack), transport, encoding and others.
 
         Raises:
-            InvalidArgumentError: An argument is out of range.
+            InvalidArgumentError: An argument is out of range, or `art` with a server.
+            NotFoundError: There is no such art.
             UnimplementedError: render_mode is "rgb_array", and the server has no rendering.
             ProcgenError: As Client and Client.create_pool.
         """
@@ -123,7 +139,7 @@ class ProcgenVectorEnv(VectorEnv):
         if render_mode not in (None, *self.metadata["render_modes"]):
             raise InvalidArgumentError(f"render_mode is {render_mode!r}; it is None or 'rgb_array'")
         in_range("frame_skip", frame_skip, 1, 1000)
-        client = open_client(server)
+        client = open_client(server, art)
         is_drawn = render_mode is not None
         try:
             self.pool = _create_pool(client, games, num_envs, mode, options, is_drawn=is_drawn)
@@ -135,13 +151,13 @@ class ProcgenVectorEnv(VectorEnv):
         self.render_mode = render_mode
         self.metadata = self.metadata | {"autoreset_mode": mode}
         self.__dict__ |= vector_spaces(self.pool.observation_shape, ACTION_COUNT, num_envs)
-        self._mode = mode
-        self._frame_skip = frame_skip
+        self._mode, self._frame_skip = mode, frame_skip
         self._next_levels: dict[int, int] = {}  # Sent with the next step.
         self._copy = copy
         self._render_size_px = render_size_px
         self._untouched = True  # Neither reset nor stepped yet.
         self._everywhere = np.ones(num_envs, np.bool_)
+        self._recorder = EpisodeRecorder(num_envs) if record_episode_statistics else None
         self._ended = np.zeros(num_envs, np.bool_)  # Episode over; with DISABLED to be reset.
         owned = None if client is server else client
         self._close_once = weakref.finalize(self, _close, self.pool, owned)
@@ -159,6 +175,7 @@ class ProcgenVectorEnv(VectorEnv):
         *,
         seed: int | Sequence[int | None] | None = None,
         options: dict[str, Any] | None = None,
+        out: Any = None,  # noqa: ANN401 - an array or tensor
     ) -> tuple[np.ndarray, dict[str, Any]]:
         """Starts new episodes and returns the first observations.
 
@@ -169,47 +186,58 @@ class ProcgenVectorEnv(VectorEnv):
             options: ``reset_mask``, bool [N] with at least one True: only these environments are
                 reset. ``level_seeds``, int [N]: the levels to play. The dict is not modified, since
                 wrappers read it afterwards.
+            out: As step.
 
         Returns:
             Observations and infos. ``_level_seed`` is the reset_mask; no environment has stepped a
             level, so the masks of ``prev_level_seed`` and ``prev_level_complete`` are false.
 
         Raises:
-            InvalidArgumentError: `seed` has a wrong length, or an option is malformed.
+            InvalidArgumentError: `seed` has a wrong length, or an option or `out` is malformed.
         """
         options = {} if options is None else options
-        mask = _reset_mask(options.get("reset_mask"), self.num_envs)
-        seeds = _seeds(seed, self.num_envs)
-        levels = _level_seeds(options.get("level_seeds"), self.num_envs)
+        mask = reset_mask_of(options.get("reset_mask"), self.num_envs)
+        seeds = seeds_of(seed, self.num_envs)
+        levels = level_seeds_of(options.get("level_seeds"), self.num_envs)
         if self._untouched and mask.all() and seed is None and options.get("level_seeds") is None:
-            batch = self.pool.observe()
+            batch = self.pool.observe(out=out)
         else:
             batch = self.pool.reset(
-                [Reset(int(i), levels[i], seeds[i]) for i in np.flatnonzero(mask)]
+                [Reset(int(i), levels[i], seeds[i]) for i in np.flatnonzero(mask)], out=out
             )
         self._untouched = False
         self._ended[mask] = False
+        if self._recorder is not None:
+            self._recorder.begin(mask)
         return self._observations(batch), reset_infos(batch, mask)
 
     def step(
-        self, actions: npt.ArrayLike
+        self,
+        actions: npt.ArrayLike,
+        *,
+        out: Any = None,  # noqa: ANN401 - an array or tensor
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, dict[str, Any]]:
         """Steps all environments.
 
         Args:
             actions: int [N], each in [0, 15), or -1.
+            out: A writable, C-contiguous array or tensor, uint8 [N, *pool.observation_shape], into
+                which the observations are copied, and which is returned in their place: a numpy
+                array, a torch tensor on the CPU (also in pinned memory) or a buffer.
 
         Returns:
             Observations, rewards, terminations, truncations, infos.
 
         Raises:
-            InvalidArgumentError: `actions` has a wrong length or a value out of range. Nothing was
-                stepped.
+            InvalidArgumentError: `actions` has a wrong length or a value out of range, or `out` is
+                malformed. Nothing was stepped.
             FailedPreconditionError: With DISABLED, an environment's episode is over: reset it. Or
                 step_async was called without step_wait. Nothing was stepped.
         """
+        if out is not None:
+            self._check_out(out)
         self.step_async(actions)
-        return self.step_wait()
+        return self.step_wait(out=out)
 
     def step_async(self, actions: npt.ArrayLike) -> None:
         """Sends a step of all environments; step_wait returns its results.
@@ -239,21 +267,31 @@ class ProcgenVectorEnv(VectorEnv):
 
     def step_wait(
         self,
+        *,
+        out: Any = None,  # noqa: ANN401 - an array or tensor
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, dict[str, Any]]:
         """Waits for the step that step_async sent, and returns the values of step.
 
+        Args:
+            out: As step.
+
         Raises:
+            InvalidArgumentError: `out` is malformed. Nothing was received.
             FailedPreconditionError: step_async was not called.
             ProcgenError: Any error of the server.
         """
         if not self.pool.in_flight:
             raise FailedPreconditionError("step_async was not called: call it first")
-        batch = self.pool.receive()
+        if out is not None:
+            self._check_out(out)
+        batch = self.pool.receive(out=out)
         self._untouched = False
         self._ended = batch.ended
         infos = level_infos(batch, self._everywhere)
         if np.count_nonzero(self._ended):  # Five times as fast as any().
             infos |= episode_infos(batch, self._ended, self._mode is AutoresetMode.SAME_STEP)
+        if self._recorder is not None:
+            infos |= self._recorder.infos(batch, self._ended)
         return (
             self._observations(batch),
             batch.rewards.astype(np.float64),
@@ -324,6 +362,36 @@ class ProcgenVectorEnv(VectorEnv):
         self.pool.clone_states(pairs, source_pool=source_pool, source_server=source_server)
         return self._observe()
 
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Writes a checkpoint of all environments, from which :meth:`load` continues bit for bit.
+
+        As of restore_states, two things are not part of it: frame stacks, which start with copies
+        of one frame, and the list of a level sampler. A failure leaves the file as it was.
+
+        Raises:
+            OSError: The file cannot be written.
+            ProcgenError: As Pool.save_states.
+        """
+        state = _checkpoint.WrapperState(self._ended, self._untouched, self._next_levels)
+        _checkpoint.save(path, self.pool, state)
+
+    def load(self, path: str | os.PathLike[str]) -> tuple[np.ndarray, dict[str, Any]]:
+        """Restores a checkpoint of :meth:`save` and returns observations and infos, as reset.
+
+        Options of the game and the choice of levels come from the checkpoint. If it was saved with
+        a level sampler, this environment has the same.
+
+        Raises:
+            OSError: The file cannot be read.
+            DataLossError: The file is damaged, truncated, or of another version.
+            InvalidArgumentError: It is of other games, another number of environments or another
+                autoreset mode. Nothing was restored.
+        """
+        state = _checkpoint.load(path, self.pool)
+        observed = self._observe()
+        self._ended, self._untouched, self._next_levels = state
+        return observed
+
     def render(self) -> tuple[np.ndarray, ...] | None:
         """Renders all environments for people: N frames, uint8 [side, side, 3].
 
@@ -340,16 +408,22 @@ class ProcgenVectorEnv(VectorEnv):
 
     def _observe(self) -> tuple[np.ndarray, dict[str, Any]]:
         batch = self.pool.observe()
+        if self._recorder is not None:
+            self._recorder.begin(self._everywhere)
         self._untouched = False
         # `first`: saved in a pool with "same_step", where the next episode has already started.
         self._ended = batch.ended & ~batch.first
         return self._observations(batch), level_infos(batch, self._everywhere)
 
+    def _check_out(self, out: object) -> None:
+        writable_view(out, (self.num_envs, *self.pool.observation_shape))
+
     def _observations(self, batch: Batch) -> np.ndarray:
         observations = batch.observations
         assert observations is not None
-        # A received array belongs to the caller already; a view of shared memory is read-only.
-        if not self._copy or observations.flags.writeable:
+        # A received array and `out` belong to the caller; a view of shared memory is read-only.
+        is_own = not isinstance(observations, np.ndarray) or observations.flags.writeable
+        if is_own or not self._copy:
             return observations
         return observations.copy()
 
@@ -367,9 +441,10 @@ def _create_pool(
         raise UnimplementedError(
             f"the server at {client.address} has no rendering; use render_mode None"
         )
-    if is_local(client) and options.get("encoding", "raw") == "raw":
-        options = {"transport": "shared_memory"} | options
-    return client.create_pool(games, num_envs, autoreset_mode=_AUTORESET_MODES[mode], **options)
+    # Views: `copy` of the environment decides whether observations are copied.
+    return client.create_pool(
+        games, num_envs, autoreset_mode=_AUTORESET_MODES[mode], copy=False, **options
+    )
 
 
 def _close(pool: Pool, client: Client | None) -> None:
@@ -386,35 +461,3 @@ def _autoreset_mode(given: AutoresetMode | str) -> AutoresetMode:
         raise InvalidArgumentError(
             f"autoreset_mode is {given!r}; it is a member of AutoresetMode or one of {values}"
         ) from None
-
-
-def _reset_mask(given: object, num_envs: int) -> np.ndarray:
-    if given is None:
-        return np.ones(num_envs, np.bool_)
-    if not isinstance(given, np.ndarray) or given.dtype != np.bool_ or given.shape != (num_envs,):
-        raise InvalidArgumentError(f"reset_mask is not a bool array of shape [{num_envs}]")
-    if not given.any():
-        raise InvalidArgumentError("reset_mask has no True; it has at least one")
-    return given
-
-
-def _seeds(seed: int | Sequence[int | None] | None, num_envs: int) -> list[int | None]:
-    if seed is None:
-        return [None] * num_envs
-    if isinstance(seed, int | np.integer):
-        return [int(seed) + i for i in range(num_envs)]
-    if len(seed) != num_envs:
-        raise InvalidArgumentError(
-            f"seed has {len(seed)} entries; there are {num_envs} environments"
-        )
-    return [None if value is None else int(value) for value in seed]
-
-
-def _level_seeds(given: Sequence[int] | None, num_envs: int) -> list[int | None]:
-    if given is None:
-        return [None] * num_envs
-    if len(given) != num_envs:
-        raise InvalidArgumentError(
-            f"level_seeds has {len(given)} entries; there are {num_envs} environments"
-        )
-    return [int(value) for value in given]

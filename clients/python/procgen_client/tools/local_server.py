@@ -3,15 +3,21 @@
 from __future__ import annotations
 
 import atexit
+import fcntl
+import hashlib
 import os
 import shutil
+import socket
+import stat
 import tempfile
 import threading
+from pathlib import Path
+from typing import IO
 
-from procgen_client._transport import is_native
 from procgen_client.client import Client
 from procgen_client.credentials import Credentials
-from procgen_client.errors import InvalidArgumentError
+from procgen_client.errors import FailedPreconditionError, InvalidArgumentError
+from procgen_client.tools.art import ART_VARIABLE, Art, art_dir
 from procgen_client.tools.server_process import ServerProcess
 
 # Address of the default server. If unset, a local server is started.
@@ -19,19 +25,13 @@ SERVER_VARIABLE = "PROCGEN_SERVER"
 
 
 class _LocalServer:
-    """A server on a unix socket in a temporary folder."""
+    """A server on a unix socket in a temporary folder, for one program."""
 
-    def __init__(self, art_dir: str) -> None:
+    def __init__(self, art: str) -> None:
         self._process_id = os.getpid()
-        self._folder = tempfile.mkdtemp(prefix="procgen-server-")
+        self._folder = Path(tempfile.mkdtemp(prefix="procgen-server-"))
         try:
-            self._process = ServerProcess(
-                # No drain time: its only client is this program.
-                flags=["--drain_timeout=0s", *([f"--art_dir={art_dir}"] if art_dir else [])],
-                address=f"unix:{self._folder}/socket",
-                log_path=os.path.join(self._folder, "log"),
-                tied=True,
-            )
+            self._process = _start(self._folder, art)
         except BaseException:
             shutil.rmtree(self._folder, ignore_errors=True)
             raise
@@ -44,64 +44,145 @@ class _LocalServer:
             shutil.rmtree(self._folder, ignore_errors=True)
 
 
+class _JobServer:
+    """The server that the ranks of a job on this host share. The first rank starts it.
+
+    The ranks agree on a folder. Each holds a shared lock on its file ``ranks``, which ends with the
+    rank. A shell waits for an exclusive lock, stops the server and removes the folder. So a rank
+    that joins during that waits, finds that its files are gone, and begins again.
+    """
+
+    def __init__(self, job: str, art: str) -> None:
+        name = hashlib.sha256(f"{job}\n{art}".encode()).hexdigest()[:16]
+        folder = Path(tempfile.gettempdir()) / f"procgen-server-{os.getuid()}-{name}"
+        self.address = f"unix:{folder}/socket"
+        while True:
+            _make_private(folder)
+            start = _locked(folder / "start", fcntl.LOCK_EX)  # One rank at a time looks and starts.
+            ranks = _locked(folder / "ranks", fcntl.LOCK_SH)
+            if start is not None and ranks is not None:
+                break
+        self._ranks = ranks
+        with start:
+            if not _is_served(folder / "socket"):
+                self._process = _start(folder, art, ranks=folder)
+
+    def stop(self) -> None:
+        """Ends this rank's use of the server."""
+        self._ranks.close()
+
+
+def _start(folder: Path, art: str, ranks: Path | None = None) -> ServerProcess:
+    return ServerProcess(
+        flags=["--drain_timeout=0s"],  # Its only clients are the programs that it ends with.
+        art=art or None,
+        address=f"unix:{folder}/socket",
+        log_path=folder / "log",
+        tied=ranks is None,
+        ranks=ranks,
+    )
+
+
+def _make_private(folder: Path) -> None:
+    """Makes the folder; an existing one must be this user's alone."""
+    folder.mkdir(mode=0o700, exist_ok=True)
+    facts = folder.lstat()
+    if not stat.S_ISDIR(facts.st_mode) or facts.st_uid != os.getuid() or facts.st_mode & 0o077:
+        raise FailedPreconditionError(
+            f"{folder} belongs to another user or is open to others: remove it, or set TMPDIR"
+        )
+
+
+def _locked(path: Path, operation: int) -> IO[bytes] | None:
+    """Opens and locks a file; None: it was removed meanwhile."""
+    try:
+        file = open(path, "ab")
+        fcntl.flock(file, operation)
+        if os.path.samestat(os.fstat(file.fileno()), os.stat(path)):
+            return file
+    except FileNotFoundError:
+        pass
+    return None
+
+
+def _is_served(path: Path) -> bool:
+    with socket.socket(socket.AF_UNIX) as line:
+        return line.connect_ex(str(path)) == 0
+
+
+def _job() -> str:
+    """What the ranks of a job on this host have in common; empty: this program is no rank."""
+    variables = os.environ
+    if shutil.which("flock") is None:
+        return ""
+    if "LOCAL_WORLD_SIZE" in variables and "TORCHELASTIC_RUN_ID" in variables:
+        return f"torchrun {os.getppid()}"
+    if "SLURM_JOB_ID" in variables and "SLURM_STEP_ID" in variables:
+        return f"slurm {variables['SLURM_JOB_ID']}.{variables['SLURM_STEP_ID']}"
+    return ""
+
+
 _lock = threading.Lock()
-_servers: dict[str, _LocalServer] = {}  # By their art_dir.
+_servers: dict[str, _LocalServer | _JobServer] = {}  # By their folder of art.
 
 
-def local_address(art_dir: str = "") -> str:
+def local_address(art: Art | None = None) -> str:
     """Starts the program's local server if it is not running, and returns its address.
 
-    A program has one local server, and one more for each folder of art. A forked child has separate
-    ones. The server listens on a unix socket that only this user can reach, and stops with the
-    program, even after SIGKILL.
+    A program has one local server, and one more for each folder of art. Programs that torchrun or a
+    SLURM job step started on one host share them. A forked child has separate ones. The server
+    listens on a unix socket that only this user can reach, and stops with the (last) program, even
+    after SIGKILL.
 
     Args:
-        art_dir: Folder of the art to render with. Empty: the built-in art.
+        art: The art to draw with, as for ServerProcess. None: that of the variable
+            PROCGEN_SERVER_ART, else the built-in art.
 
     Raises:
+        NotFoundError: There is no such art.
         ServerNotFoundError: ServerProcess finds no procgen-server.
         UnavailableError: The server ended at once.
     """
+    art = art or os.environ.get(ART_VARIABLE)
+    folder = "" if not art else art_dir(art)
     with _lock:
-        if art_dir not in _servers:
-            _servers[art_dir] = _LocalServer(art_dir)
-            atexit.register(_servers[art_dir].stop)
-        return _servers[art_dir].address
+        if folder not in _servers:
+            job = _job()
+            _servers[folder] = _JobServer(job, folder) if job else _LocalServer(folder)
+            atexit.register(_servers[folder].stop)
+        return _servers[folder].address
 
 
-def open_client(
-    server: str | Client | None, art_dir: str | os.PathLike[str] | None = None
-) -> Client:
+def open_client(server: str | Client | ServerProcess | None, art: Art | None = None) -> Client:
     """Returns a client of a server.
 
     Args:
-        server: An address; a client, which is returned; or None: the address in the variable
-            PROCGEN_SERVER, else the local server.
-        art_dir: Folder of the local server's art. None: the built-in art.
+        server: An address or a ServerProcess; a client, which is returned; or None: the address in
+            the variable PROCGEN_SERVER, else the local server.
+        art: The local server's art, as for local_address.
 
     Raises:
-        InvalidArgumentError: `art_dir` is given, and the server is not a local server.
+        InvalidArgumentError: `art` is given, and the server is not a local server.
         ProcgenError: As Client and local_address.
     """
-    address = None if isinstance(server, Client) else server or os.environ.get(SERVER_VARIABLE)
-    if art_dir is not None and (isinstance(server, Client) or address):
-        where = server.address if isinstance(server, Client) else address
+    given = os.environ.get(SERVER_VARIABLE) if server is None else server
+    address = given.address if isinstance(given, Client | ServerProcess) else given
+    if art is not None and address:
         raise InvalidArgumentError(
-            f"the art is {os.fspath(art_dir)}, but the server at {where} chooses its art "
-            "by its flag --art_dir"
+            f"art is {os.fspath(art)}, but the server at {address} chooses its art by its flag "
+            "--art_dir: give no server, or ServerProcess(art=...)"
         )
     if isinstance(server, Client):
         return server
     if address:
         return Client(address)
     # A local server requires no credentials, so those of the environment are not used.
-    folder = "" if art_dir is None else os.path.abspath(os.fspath(art_dir))
-    return Client(local_address(folder), credentials=Credentials())
+    return Client(local_address(art), credentials=Credentials())
 
 
 def is_local(client: Client) -> bool:
-    """Whether a client is connected to a local server and can share memory with it."""
-    return is_native() and any(client.address == server.address for server in _servers.values())
+    """Whether a client is connected to a local server."""
+    return any(client.address == server.address for server in _servers.values())
 
 
 def _forget() -> None:

@@ -15,6 +15,7 @@ from typing import IO
 
 from procgen_client import _fork
 from procgen_client.errors import ServerNotFoundError, UnavailableError
+from procgen_client.tools.art import Art, art_dir
 from procgen_client.tools.programs import FOLDER
 
 # Path of the program. If unset, ServerProcess searches the places that its docstring lists.
@@ -27,6 +28,13 @@ _CHECKOUT_BINARY = Path(_CHECKOUT) / "build/release/bin/procgen-server"
 # pipe that the parent process holds. The program's standard input is empty, and standard output
 # closes when the program ends.
 _UNTIL_INPUT_ENDS = '"$@" </dev/null & exec >&-; read _; kill $! 2>/dev/null; wait $!'
+
+# The same for a server that several programs use: it ends when none of them has locked the file
+# `ranks` of the folder in the first argument, which is then removed.
+_UNTIL_RANKS_END = (
+    'folder=$1; shift; "$@" </dev/null & exec >&- 9<"$folder/ranks"; '
+    'flock 9; kill $! 2>/dev/null; wait $!; rm -r "$folder"'
+)
 
 # The server writes only its bound address to standard output.
 _ADDRESS = re.compile(r"(unix:\S+|(?:[\w.-]+|\[[0-9a-fA-F:]+\]):\d+)\s*$")
@@ -49,8 +57,12 @@ class ServerProcess:
         binary: str | os.PathLike[str] | None = None,
         flags: Sequence[str] = (),
         *,
+        workers: int | None = None,
+        art: Art | None = None,
+        web_address: str | None = None,
         address: str = "127.0.0.1:0",
         tied: bool = False,
+        ranks: Path | None = None,
         log_path: str | os.PathLike[str] | None = None,
         start_timeout: float = 30.0,
     ) -> None:
@@ -60,20 +72,35 @@ class ServerProcess:
             binary: Path of the program. None: the first of the environment variable
                 PROCGEN_SERVER_BINARY, the wheel's program, a release build of the checkout, and
                 procgen-server in PATH.
-            flags: More flags, e.g. ["--workers=2"]; see ``procgen-server --help``.
+            flags: More flags, e.g. ["--cluster=lab"]; see ``procgen-server --help``.
+            workers: Threads that step environments. None: one for each core it may use.
+            art: Folder of art to draw with, in the layout of Procgen 0.10.7; "procgen": that of the
+                installed package `procgen`. None: the built-in art.
+            web_address: HOST:PORT of its pages for browsers. None: no pages.
             address: HOST:PORT (port 0: the system chooses) or unix:PATH.
             tied: Stop it when this program ends, even after SIGKILL.
+            ranks: For local_server: the folder of a server that several programs use.
             log_path: File for its log. None: the log is discarded.
             start_timeout: Time to wait for it, in seconds.
 
         Raises:
             ServerNotFoundError: There is no such program.
+            NotFoundError: There is no such art.
             UnavailableError: It ended, or did not listen in time. The message has the end of its
                 log.
         """
         program = _find(binary)
         self._log_path = None if log_path is None else Path(log_path)
-        command = [program, f"--address={address}", *flags]
+        named = {
+            "address": address,
+            "workers": workers,
+            "art_dir": None if art is None else art_dir(art),
+            "web_address": web_address,
+        }
+        given = [f"--{name}={value}" for name, value in named.items() if value is not None]
+        command = [program, *given, *flags]
+        if ranks is not None:
+            command = ["/bin/sh", "-c", _UNTIL_RANKS_END, "procgen-server", str(ranks), *command]
         if tied:
             command = ["/bin/sh", "-c", _UNTIL_INPUT_ENDS, "procgen-server", *command]
         with open(log_path or os.devnull, "wb") as log:
@@ -124,10 +151,10 @@ class ServerProcess:
                 end.close()
 
     def _ask_to_end(self) -> None:
-        if self._process.stdin is None:
-            self._process.terminate()
-        else:
+        if self._process.stdin is not None:
             self._process.stdin.close()
+        elif self._process.poll() is None:
+            os.killpg(self.process_id, signal.SIGTERM)  # The session, including a shell.
 
     def _wait_for_address(self, output: IO[bytes], timeout: float) -> str:
         deadline = time.monotonic() + timeout

@@ -66,7 +66,9 @@ def test_arguments_are_those_of_upstream() -> None:
         "render_mode": None,
         "debug": False,
         "resource_root": None,
+        "art": None,
         "server": None,
+        "transport": "auto",
     }
 
 

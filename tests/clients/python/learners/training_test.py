@@ -1,4 +1,4 @@
-"""PPO training increases the return. A run takes about 70 seconds on two cores.
+"""PPO training increases the return. A run takes 30 to 70 seconds on two cores.
 
 With seeds 0 to 19 the last returns were at least twice the first ones.
 """

@@ -3,18 +3,22 @@
 from __future__ import annotations
 
 import os
+import re
 import shutil
 import signal
 import socket
 import subprocess
 import sys
+import time
+import urllib.request
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
-from conftest import server_binary
+from conftest import native_only, server_binary
 
 import procgen_client
-from procgen_client import Client, ServerProcess, errors
+from procgen_client import Client, ProcgenVectorEnv, ServerProcess, errors
 from procgen_client.tools.local_server import SERVER_VARIABLE
 
 _BEGIN = """
@@ -59,6 +63,7 @@ def _socket(address: str) -> Path:
     return Path(address.removeprefix("unix:"))
 
 
+@native_only
 def test_environments_share_one_server_that_ends_with_the_program() -> None:
     run = subprocess.run(
         [sys.executable, "-c", _TWO_OF_ONE_SERVER],
@@ -137,40 +142,104 @@ def test_program_of_a_wheel_is_found(tmp_path: Path) -> None:
     assert run.returncode == 0, run.stderr
 
 
-_OTHER_ART = """
-import sys
-import numpy as np
-from procgen_client import ProcgenEnv, errors
-options = {"num_envs": 2, "env_name": "maze", "rand_seed": 3}
-one = ProcgenEnv(**options)
-other = ProcgenEnv(**options, resource_root=sys.argv[1] + "/")
-for env in (other, ProcgenEnv(**options, resource_root=sys.argv[1])):
-    assert env.env.pool._client.address == other.env.pool._client.address
-    assert not np.array_equal(one.reset()["rgb"], env.reset()["rgb"])
-assert one.env.pool._client.address != other.env.pool._client.address
+_RANK = _BEGIN + """
+print(env.env.pool._client.address, flush=True)
+while sys.stdin.readline():
+    env.step(np.full(3, 7))
+    print("stepped", flush=True)
 """
 
 
-def _run_with_art(folder: str) -> subprocess.CompletedProcess[str]:
-    return subprocess.run(
-        [sys.executable, "-c", _OTHER_ART, folder],
-        env=_environment(),
+def _start_rank(launcher: dict[str, str]) -> subprocess.Popen[str]:
+    return subprocess.Popen(
+        [sys.executable, "-c", _RANK],
+        env=_environment(**launcher),
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        text=True,
+    )
+
+
+def _end(rank: subprocess.Popen[str]) -> None:
+    rank.stdin.close()
+    assert rank.wait() == 0
+    rank.stdout.close()
+
+
+def _await(condition: Callable[[], bool]) -> None:
+    while not condition():
+        time.sleep(0.01)
+
+
+@pytest.mark.parametrize(
+    "launcher",
+    [
+        {"LOCAL_WORLD_SIZE": "2", "TORCHELASTIC_RUN_ID": "none"},
+        {"SLURM_JOB_ID": "7", "SLURM_STEP_ID": "0"},
+    ],
+    ids=["torchrun", "slurm"],
+)
+@pytest.mark.parametrize("is_killed", [False, True])
+def test_ranks_of_one_host_share_a_server_until_the_last_ends(
+    launcher: dict[str, str], *, is_killed: bool, tmp_path: Path
+) -> None:
+    launcher = launcher | {"TMPDIR": str(tmp_path)}
+    ranks = [_start_rank(launcher) for _ in range(3)]
+    addresses = {rank.stdout.readline().strip() for rank in ranks}
+    (address,) = addresses
+    with Client(address) as client:
+        assert len(client.list_pools()) == 3
+    for rank in ranks[:2]:  # One of them may be the one that started the server.
+        if is_killed:
+            rank.kill()
+            rank.wait()
+        _end_pipes(rank) if is_killed else _end(rank)
+    ranks[2].stdin.write("step\n")
+    ranks[2].stdin.flush()
+    assert ranks[2].stdout.readline() == "stepped\n"
+    late = _start_rank(launcher)
+    assert late.stdout.readline().strip() == address
+    _end(ranks[2])
+    _end(late)
+    _await(lambda: not _is_served(address))
+    next_job = _start_rank(launcher)  # Perhaps while the folder is removed.
+    assert next_job.stdout.readline().strip() == address
+    _end(next_job)
+    _await(lambda: not _socket(address).parent.exists())
+
+
+def _end_pipes(rank: subprocess.Popen[str]) -> None:
+    rank.stdin.close()
+    rank.stdout.close()
+
+
+def test_ranks_refuse_a_folder_that_is_open_to_others(tmp_path: Path) -> None:
+    launcher = {"SLURM_JOB_ID": "7", "SLURM_STEP_ID": "0", "TMPDIR": str(tmp_path)}
+    first = _start_rank(launcher)
+    folder = _socket(first.stdout.readline().strip()).parent
+    _end(first)
+    _await(lambda: not folder.exists())
+    folder.mkdir(mode=0o755)
+    run = subprocess.run(
+        [sys.executable, "-c", _BEGIN],
+        env=_environment(**launcher),
         capture_output=True,
         text=True,
         check=False,
     )
+    assert f"{folder} belongs to another user or is open to others" in run.stderr
 
 
-def test_each_art_dir_has_its_own_server() -> None:
-    art = os.environ.get("PROCGEN_PAINTED_ART_DIR")
-    if art is None:
-        pytest.skip("PROCGEN_PAINTED_ART_DIR is not set; CTest sets it")
-    run = _run_with_art(os.path.dirname(art))
-    assert run.returncode == 0, run.stderr
-
-
-def test_folder_without_art_is_rejected(tmp_path: Path) -> None:
-    assert f"art folder '{tmp_path}'" in _run_with_art(str(tmp_path)).stderr
+def test_server_process_takes_workers_and_web_address(tmp_path: Path) -> None:
+    log = tmp_path / "log"
+    with ServerProcess(
+        server_binary(), workers=3, web_address="127.0.0.1:0", log_path=log
+    ) as server:
+        assert "workers=3" in log.read_text()
+        (url,) = re.findall(r"web=(http://127.0.0.1:\d+)", log.read_text())
+        assert urllib.request.urlopen(url).status == 200
+        with ProcgenVectorEnv("maze", 2, server=server) as env:
+            assert env.reset()[0].shape == (2, 64, 64, 3)
 
 
 def test_tied_server_stops_like_any_other(tmp_path: Path) -> None:

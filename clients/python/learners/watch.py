@@ -1,0 +1,62 @@
+"""Plays the policy of a finished PPO run at the pace of a viewer.
+
+    python3 -m learners.watch runs/coinrun --server 127.0.0.1:50051
+
+The server's pages show the environments, enlarged also with the policy's value and probabilities.
+"""
+
+from __future__ import annotations
+
+import argparse
+import time
+from collections.abc import Sequence
+from pathlib import Path
+
+import torch
+import torch.nn.functional as F  # noqa: N812
+
+import procgen_client
+from learners import cpu
+from learners.policy import load_agent
+from procgen_client import ACTION_COUNT
+
+
+def main(argv: Sequence[str] | None = None) -> None:
+    """Steps a pool until it is interrupted."""
+    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
+    parser.add_argument("run", type=Path, help="the run's folder")
+    parser.add_argument("--server", required=True, help="address of a server with --web_address")
+    parser.add_argument("--environments", type=int, default=16, help="default: %(default)s")
+    parser.add_argument(
+        "--rate", type=float, default=15, help="steps per second; default: %(default)s"
+    )
+    arguments = parser.parse_args(argv)
+    cpu.use_one_thread()
+    try:
+        agent, options = load_agent(arguments.run)
+    except procgen_client.ProcgenError as error:
+        parser.error(error.message)
+    random = torch.Generator().manual_seed(0)
+    with procgen_client.connect(arguments.server) as client, client.create_pool(
+        options["game"], arguments.environments, distribution_mode=options["mode"]
+    ) as pool:
+        print(f"playing {options['game']} as {pool.name}; Ctrl-C ends it")
+        observations = pool.observe().observations
+        due = time.monotonic()
+        try:
+            while True:
+                with torch.no_grad():
+                    logits, values = agent(torch.from_numpy(observations))
+                probabilities = F.softmax(logits, -1)
+                noise = torch.empty(len(logits), ACTION_COUNT).exponential_(generator=random)
+                actions = (probabilities / noise).argmax(-1)  # a sample of the probabilities
+                annotations = {"value": values, "action_probabilities": probabilities}
+                observations = pool.step(actions, annotations=annotations).observations
+                due = max(due + 1 / arguments.rate, time.monotonic() - 1)
+                time.sleep(max(0.0, due - time.monotonic()))
+        except KeyboardInterrupt:
+            pass
+
+
+if __name__ == "__main__":
+    main()

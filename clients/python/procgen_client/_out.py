@@ -1,0 +1,76 @@
+"""Arrays and tensors of callers, into which observations are copied."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from procgen_client.batch import Batch
+from procgen_client.errors import InvalidArgumentError
+
+
+def writable_view(out: object, shape: tuple[int | None, ...]) -> np.ndarray:
+    """Returns a view of `out`; writes to the view change `out`.
+
+    Args:
+        out: A numpy array; or an object that numpy views without a copy: a torch tensor on the
+            CPU, also in pinned memory, or a buffer.
+        shape: Its shape. None: any length.
+
+    Raises:
+        InvalidArgumentError: `out` is another object, has another shape or element type, or is
+            read-only or not C-contiguous.
+    """
+    view = out if isinstance(out, np.ndarray) else _view_of(out)
+    wrong = ""
+    if view.dtype != np.uint8:
+        wrong = f"has type {view.dtype}"
+    elif len(view.shape) != len(shape) or any(
+        length not in (None, given) for length, given in zip(shape, view.shape, strict=True)
+    ):
+        wrong = f"has shape {list(view.shape)}"
+    elif not view.flags.c_contiguous:
+        wrong = "is not C-contiguous"
+    elif not view.flags.writeable:
+        wrong = "is read-only"
+    if wrong:
+        allowed = ", ".join("n" if length is None else str(length) for length in shape)
+        raise InvalidArgumentError(
+            f"out {wrong}; it is a writable, C-contiguous uint8 array of shape [{allowed}]"
+        )
+    return view
+
+
+def copied_into(batch: Batch, out: Any, view: np.ndarray | None) -> Batch:  # noqa: ANN401
+    """Copies the observations into `out`, which becomes Batch.observations; returns the batch.
+
+    Args:
+        batch: Any batch.
+        out: None: nothing is copied.
+        view: What writable_view returned for `out`.
+
+    Raises:
+        InvalidArgumentError: As writable_view, or the batch has no observations.
+    """
+    if view is None:
+        return batch
+    if batch.observations is None:
+        raise InvalidArgumentError("out is given, but observe is False: there are no observations")
+    np.copyto(writable_view(view, batch.observations.shape), batch.observations)
+    batch.observations = out
+    return batch
+
+
+def _view_of(out: object) -> np.ndarray:
+    try:
+        view, again = np.asarray(out), np.asarray(out)
+    except (TypeError, ValueError, RuntimeError):
+        pass
+    else:
+        # Views of the same memory; two copies would have two addresses.
+        if view.nbytes and view.ctypes.data == again.ctypes.data:
+            return view
+    raise InvalidArgumentError(
+        f"out is {type(out).__name__}; it is a numpy array, a tensor on the CPU or a buffer"
+    )

@@ -1,0 +1,140 @@
+"""Double-buffered sampling: the server steps half of a pool while the policy acts on the other."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from procgen_client._out import writable_view
+from procgen_client.batch import Batch
+from procgen_client.errors import FailedPreconditionError, InvalidArgumentError, ProcgenError
+from procgen_client.pool import Pool
+
+
+class DoubleBufferedSampler:
+    """Steps a pool in two halves, alternately, so that neither server nor policy waits.
+
+    As rlpyt's AlternatingSampler and Sample Factory's double-buffered sampling. Each environment
+    gets the batches that it gets from steps of the whole pool::
+
+        sampler = DoubleBufferedSampler(pool)
+        for t, rows, batch in sampler.rollout(256):
+            if t < 256:
+                sampler.send(policy(batch.observations))
+
+    Threads: one at a time.
+
+    Attributes:
+        pool: The pool.
+        halves: The environments of each half, as slices.
+    """
+
+    def __init__(self, pool: Pool) -> None:
+        """Takes a pool; sends nothing.
+
+        Raises:
+            InvalidArgumentError: The pool has one environment, or requests_in_flight_max is 1.
+        """
+        if pool.env_count < 2:
+            raise InvalidArgumentError(
+                f"{pool.name} has 1 environment; a pool in two halves has at least 2"
+            )
+        if pool.requests_in_flight_max < 2:
+            raise InvalidArgumentError(
+                f"{pool.name}: requests_in_flight_max is {pool.requests_in_flight_max}; it is at "
+                "least 2, one for each half"
+            )
+        middle = pool.env_count // 2
+        self.pool = pool
+        self.halves = (slice(0, middle), slice(middle, pool.env_count))
+        self._waiting: slice | None = None  # The half that was yielded and not sent.
+
+    def rollout(
+        self,
+        step_count: int | None = None,
+        *,
+        out: Any = None,  # noqa: ANN401 - an array or tensor
+    ) -> Iterator[tuple[int, slice, Batch]]:
+        """Yields (t, rows, batch) of the first half, then of the second, for t = 0, 1, 2, ...
+
+        The batch of t = 0 is the current state, without a step; its rewards and ends repeat those
+        of the last step. Call :meth:`send` with the actions of each yielded half, except for
+        t = step_count, the last: then no request is in flight, and the pool can be saved.
+
+        Leaving the loop early discards the answers in flight; their steps were taken.
+
+        Args:
+            step_count: Steps of each environment, T. None: endless.
+            out: Receives the observations, as Pool.receive's. [T + 1, N, *F]: a rollout buffer; or
+                [N, *F]: the latest observations.
+
+        Raises:
+            InvalidArgumentError: An argument is out of range. Nothing was sent.
+            FailedPreconditionError: On iteration: send was not called; or requests of the pool are
+                unanswered.
+            ProcgenError: On iteration, any error of the server.
+        """
+        if step_count is not None and step_count < 0:
+            raise InvalidArgumentError(f"step_count is {step_count}; it is at least 0")
+        shape = (self.pool.env_count, *self.pool.observation_shape)
+        is_buffer = step_count is not None and np.ndim(out) == len(shape) + 1
+        if out is not None:
+            writable_view(out, ((step_count or 0) + 1, *shape) if is_buffer else shape)
+        return self._rollout(step_count, out, is_buffer)
+
+    def send(self, actions: npt.ArrayLike) -> None:
+        """Sends a step of the half that was yielded last.
+
+        Args:
+            actions: int [rows of the half], each in [-1, 15).
+
+        Raises:
+            InvalidArgumentError: A wrong length, or a value out of range. Nothing was sent.
+            FailedPreconditionError: No half waits for actions.
+        """
+        rows = self._waiting
+        if rows is None:
+            raise FailedPreconditionError("no half waits for actions: take one from a rollout")
+        actions = np.asarray(actions)
+        if actions.size != rows.stop - rows.start:
+            raise InvalidArgumentError(
+                f"actions has {actions.size} entries; the half has {rows.stop - rows.start} "
+                "environments"
+            )
+        self.pool.send_step(actions, first_env=rows.start)
+        self._waiting = None
+
+    def _rollout(
+        self, step_count: int | None, out: Any, is_buffer: bool  # noqa: ANN401
+    ) -> Iterator[tuple[int, slice, Batch]]:
+        self.pool._require_nothing_in_flight()
+        try:
+            for rows in self.halves:
+                self.pool.send_observe(first_env=rows.start, env_count=rows.stop - rows.start)
+            for t in itertools.count() if step_count is None else range(step_count + 1):
+                for rows in self.halves:
+                    part = None
+                    if out is not None:
+                        part = out[t, rows] if is_buffer else out[rows]
+                    batch = self.pool.receive(out=part)
+                    self._waiting = None if t == step_count else rows
+                    yield t, rows, batch
+                    if self._waiting is not None:
+                        raise FailedPreconditionError(
+                            f"the actions of environments {rows.start} ... {rows.stop - 1} were "
+                            "not sent: call send before the next half"
+                        )
+        finally:
+            self._waiting = None
+            self._discard()
+
+    def _discard(self) -> None:
+        try:
+            while self.pool.in_flight:
+                self.pool.receive()
+        except ProcgenError:
+            pass  # The stream has ended.

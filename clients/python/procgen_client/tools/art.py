@@ -1,0 +1,53 @@
+"""Folders of art that a server draws with."""
+
+from __future__ import annotations
+
+import importlib.util
+import os
+from pathlib import Path
+
+from procgen_client.errors import InvalidArgumentError, NotFoundError
+
+# Default art of local servers: a folder, or INSTALLED.
+ART_VARIABLE = "PROCGEN_SERVER_ART"
+# The art of the installed package `procgen` (Procgen 0.10.7, "upstream").
+INSTALLED = "procgen"
+
+Art = str | os.PathLike[str]
+
+
+def art_dir(art: Art) -> str:
+    """Returns the path of a folder of art, for the server's flag ``--art_dir``.
+
+    Args:
+        art: A folder in upstream's layout, or "procgen": the folder ``data/assets`` of the
+            installed package `procgen`, which is not imported. A folder named procgen is
+            "./procgen".
+
+    Raises:
+        InvalidArgumentError: `art` is empty.
+        NotFoundError: There is no such folder or package.
+    """
+    if not os.fspath(art):
+        raise InvalidArgumentError('art is empty; it is a folder, or "procgen"')
+    folders = _installed() if art == INSTALLED else [Path(art)]
+    for folder in folders:
+        if folder.is_dir():
+            return os.path.abspath(folder)
+    if art == INSTALLED:
+        where = f"has no folder {folders[0]}" if folders else "is not installed"
+        raise NotFoundError(
+            f"art is 'procgen', but the package procgen {where}: pip install procgen, or give a "
+            "folder with its data/assets"
+        )
+    raise NotFoundError(
+        f"art is {os.fspath(art)}, which is no folder; it is a folder with the data/assets of the "
+        "package procgen, or 'procgen' where that is installed"
+    )
+
+
+def _installed() -> list[Path]:
+    """Where the installed package has its art; empty: it is not installed."""
+    spec = importlib.util.find_spec("procgen")
+    found = [] if spec is None else spec.submodule_search_locations or []
+    return [Path(folder) / "data/assets" for folder in found]

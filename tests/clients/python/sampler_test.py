@@ -1,0 +1,116 @@
+"""A double-buffered sampler gives the batches of whole-pool steps, in halves."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+import pytest
+
+from procgen_client import Client, DoubleBufferedSampler, Pool, errors
+
+_N = 5  # Halves of two and three environments.
+_STEPS = 40
+
+
+@pytest.fixture
+def pool(client: Client) -> Iterator[Pool]:
+    """A pool whose episodes depend on nothing but the actions."""
+    with client.create_pool("bigfish", _N, distribution_mode="easy", rand_seed=3) as made:
+        yield made
+
+
+def _actions(t: int) -> np.ndarray:
+    return np.where(np.arange(_N) == t % 11, -1, (t // 3 * 2 + np.arange(_N)) % 9)
+
+
+def test_rollouts_equal_whole_pool_steps(client: Client, pool: Pool) -> None:
+    sampler = DoubleBufferedSampler(pool)
+    assert sampler.halves == (slice(0, 2), slice(2, 5))
+    with client.create_pool("bigfish", _N, distribution_mode="easy", rand_seed=3) as twin:
+        for _ in range(2):
+            whole = [twin.observe(), *(twin.step(_actions(t)) for t in range(_STEPS))]
+            seen = []
+            for t, rows, batch in sampler.rollout(_STEPS):
+                seen.append((t, rows))
+                np.testing.assert_array_equal(batch.observations, whole[t].observations[rows])
+                if t > 0:
+                    np.testing.assert_array_equal(batch.rewards, whole[t].rewards[rows])
+                    np.testing.assert_array_equal(batch.ended, whole[t].ended[rows])
+                if t < _STEPS:
+                    sampler.send(_actions(t)[rows])
+            assert seen == [(t, half) for t in range(_STEPS + 1) for half in sampler.halves]
+            assert any(batch.ended.any() for batch in whole)
+            assert pool.in_flight == 0
+            assert pool.save_states() == twin.save_states()
+
+
+def test_server_steps_a_half_while_the_other_is_processed(pool: Pool) -> None:
+    sampler = DoubleBufferedSampler(pool)
+    for t, rows, _ in sampler.rollout(3):
+        if t < 3:
+            sampler.send(_actions(t)[rows])
+            assert pool.in_flight == 2, "that of the other half, too"
+
+
+def test_observations_are_received_in_a_rollout_buffer(pool: Pool) -> None:
+    sampler = DoubleBufferedSampler(pool)
+    before = pool.save_states()
+    buffer = np.zeros((_STEPS + 1, _N, 64, 64, 3), np.uint8)
+    for t, rows, batch in sampler.rollout(_STEPS, out=buffer):
+        assert np.shares_memory(batch.observations, buffer[t, rows])
+        if t < _STEPS:
+            sampler.send(_actions(t)[rows])
+    pool.restore_states(before)
+    latest = np.zeros((_N, 64, 64, 3), np.uint8)
+    for t, rows, _ in sampler.rollout(_STEPS, out=latest):
+        np.testing.assert_array_equal(latest[rows], buffer[t, rows])
+        if t < _STEPS:
+            sampler.send(_actions(t)[rows])
+    for wrong in (buffer[1:], latest[1:], buffer[..., :1], buffer.astype(np.float32)):
+        with pytest.raises(errors.InvalidArgumentError, match="out "):
+            sampler.rollout(_STEPS, out=wrong)
+    with pytest.raises(errors.InvalidArgumentError, match=r"of shape \[5, 64, 64, 3\]"):
+        sampler.rollout(out=buffer)
+
+
+def test_endless_rollout_may_be_left(pool: Pool) -> None:
+    sampler = DoubleBufferedSampler(pool)
+    for t, rows, _ in sampler.rollout():
+        sampler.send(_actions(t)[rows])
+        if t == 2 * _STEPS:
+            break
+    assert pool.in_flight == 0, "the answers in flight were discarded"
+    (_, rows, _), *_ = sampler.rollout(0)
+    assert rows == slice(0, 2)
+
+
+def test_every_half_is_sent_once(pool: Pool) -> None:
+    sampler = DoubleBufferedSampler(pool)
+    with pytest.raises(errors.FailedPreconditionError, match="no half waits for actions"):
+        sampler.send([1, 1])
+    rollout = sampler.rollout(1)
+    next(rollout)
+    with pytest.raises(errors.FailedPreconditionError, match="requests to .* are unanswered"):
+        next(sampler.rollout(1))
+    with pytest.raises(errors.InvalidArgumentError, match="3 entries; the half has 2"):
+        sampler.send([1, 1, 1])
+    sampler.send([1, 1])
+    with pytest.raises(errors.FailedPreconditionError, match="no half waits for actions"):
+        sampler.send([1, 1])
+    next(rollout)
+    with pytest.raises(errors.FailedPreconditionError, match="environments 2 ... 4 were not sent"):
+        next(rollout)
+    assert pool.in_flight == 0
+
+
+def test_pools_without_two_halves_are_rejected(client: Client) -> None:
+    with client.create_pool("maze", 1) as pool:
+        with pytest.raises(errors.InvalidArgumentError, match="1 environment; .* at least 2"):
+            DoubleBufferedSampler(pool)
+    with client.create_pool("maze", 2, requests_in_flight_max=1) as pool:
+        with pytest.raises(errors.InvalidArgumentError, match="requests_in_flight_max is 1"):
+            DoubleBufferedSampler(pool)
+    with client.create_pool("maze", 2) as pool:
+        with pytest.raises(errors.InvalidArgumentError, match="step_count is -1"):
+            DoubleBufferedSampler(pool).rollout(-1)
