@@ -89,7 +89,7 @@ plot_packages=(
   python3-matplotlib
 )
 
-# Packages for tests with the label slow: building and running images, checking Prometheus rules.
+# Packages for tests with the label slow: building and running images, checking Prometheus rules, a second browser.
 slow_packages=(
   mmdebstrap              # creates a Debian root without an image registry
   buildah                 # builds images
@@ -97,6 +97,7 @@ slow_packages=(
   runc                    # its runtime, which also supports cgroup v1
   prometheus              # promtool
   nginx                   # the front of deploy/front
+  firefox-esr             # another browser for tests of the web pages
 )
 
 usage() {

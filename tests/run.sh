@@ -82,5 +82,6 @@ echo "== Testing"
 results="$root/build/$preset/test-results.xml"
 rm -f "$results"
 ctest_status=0
-ctest --preset "$preset" --parallel 2 --output-junit "$results" "${filter[@]}" || ctest_status=$?
+# One more than there are cores, because many tests wait for processes.
+ctest --preset "$preset" --parallel "$(($(nproc) + 1))" --output-junit "$results" "${filter[@]}" || ctest_status=$?
 python3 "$root/tests/count_results.py" "$results" --ctest-status "$ctest_status"

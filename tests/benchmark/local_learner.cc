@@ -39,7 +39,7 @@ LocalLearner::LocalLearner(std::unique_ptr<Pool> pool, const LocalCase& local_ca
   const size_t bytes = static_cast<size_t>(pool_->env_count()) * kObservationBytes;
   for (Answer& answer : answers_) {
     answer.observations.resize(local_case.drawn ? bytes : 0);
-    answer.numbers.LendTo({}, pool_->env_count());
+    answer.numbers.ReplaceEmptyArrays({}, pool_->env_count());
   }
 }
 
@@ -47,7 +47,7 @@ Batch LocalLearner::BatchIn(Answer* answer) const {
   Batch batch;
   batch.observations = absl::MakeSpan(answer->observations);
   if (answers_all_) {
-    return answer->numbers.LendTo(batch, pool_->env_count());
+    return answer->numbers.ReplaceEmptyArrays(batch, pool_->env_count());
   }
   batch.rewards = absl::MakeSpan(answer->numbers.rewards);
   batch.first = absl::MakeSpan(answer->numbers.first);

@@ -55,8 +55,8 @@ class Comparison(NamedTuple):
 # How batches reach the learner, and what pools are made with for that.
 _TRANSPORTS: dict[str, dict[str, Any]] = {
     "shared memory": {"transport": "shared_memory"},
-    "TCP": {},
-    "TLS": {},
+    "TCP": {"transport": "stream"},
+    "TLS": {"transport": "stream"},
     "compressed": {"encoding": "delta_zstd"},
 }
 _CPP_ARGUMENTS = {"shared memory": ["shared_memory"], "compressed": ["compressed"]}
@@ -176,7 +176,7 @@ def made_pool(stack: ExitStack, client: Client, case: Case, transport: str) -> P
     """Creates a pool, which `stack` closes."""
     return stack.enter_context(
         client.create_pool(
-            case.game, case.env_count, **_OPTIONS, **_TRANSPORTS[transport]
+            case.game, case.env_count, copy=False, **_OPTIONS, **_TRANSPORTS[transport]
         )
     )
 

@@ -65,7 +65,7 @@ def client_rate(server: Path, transport: str, case: Case, seconds: float) -> flo
         ServerProcess(server, flags=[f"--workers={cores}"]) as process,
         Client(process.address) as client,
         client.create_pool(
-            game, _ENV_COUNT, distribution_mode=mode, rand_seed=0, transport=transport
+            game, _ENV_COUNT, distribution_mode=mode, rand_seed=0, transport=transport, copy=False
         ) as pool,
     ):
         halves = (0, _ENV_COUNT // 2)

@@ -10,6 +10,4 @@ EXCEPTIONS = (
     ("check_readmes", "proto/*", "proto/README.md is the guide to the contract, for all versions"),
     ("check_readmes", "clients/cpp/procgen_client/README.md",
      "the library's guide is clients/cpp/README.md, one folder up"),
-    ("check_readmes", "clients/python/procgen_client/README.md",
-     "the package's guide is clients/python/README.md, one folder up"),
 )

@@ -39,8 +39,8 @@ for _folder in ("step", "watch", "dm_env_rpc", "services"):
     _RPC[f"server/rpc/{_folder}"] = (*_BELOW_RPC, "server/dm_env_rpc", *_RPC)
 _RPC["server/rpc"] = (*_BELOW_RPC, *_RPC)
 # Down from a connection to what is played; each knows those above it.
-_BELOW_WEB = ("envcore/pool", "envcore/trace", "envcore/games", *_BELOW_FRONTS, "server/net",
-              "clients/cpp")
+_BELOW_WEB = ("envcore/pool", "envcore/environment", "envcore/trace", "envcore/games",
+              *_BELOW_FRONTS, "server/encoding", "server/net", "clients/cpp")
 _WEB = {"server/web/json": _BELOW_WEB}
 for _folder in ("/play", "/session", "/http", ""):
     _WEB[f"server/web{_folder}"] = (*_BELOW_WEB, *_WEB)
