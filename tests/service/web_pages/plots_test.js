@@ -130,7 +130,7 @@ test("pools are compared, with a line for each, and saved as CSV", async () => {
   await waitForText(page.locator("#plots .number").first(), /pools\/one \S+pools\/two \S+/);
   assert(await page.getByLabel("Compare pools/one").isDisabled());
   await page.selectOption("#x", "step_count");
-  await page.waitForFunction((first) => / over steps, /.test(document.querySelector(first).ariaLabel), "#plots .drawing");
+  await page.waitForFunction((first) => / over steps, /.test(document.querySelector(first).getAttribute("aria-label")), "#plots .drawing");
   // The pools have done different numbers of steps.
   await waitForText(page.locator(`${RETURNS} .number`), /pools\/one [\d.]+pools\/two [\d.]+/);
   const download = page.waitForEvent("download");
