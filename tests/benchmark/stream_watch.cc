@@ -79,7 +79,7 @@ class WatchContest {
   void Report(int32_t env_count, benchmark::State& state) const {
     state.counters["watched_ratio"] = MedianOf(ratios_);
     state.counters["watched_ratio_least"] = *std::min_element(ratios_.begin(), ratios_.end());
-    state.counters["moments_per_second"] =
+    state.counters["frame_sets_per_second"] =
         static_cast<double>(moment_count_) /
         (absl::ToDoubleSeconds(share_) * static_cast<double>(ratios_.size()));
     state.counters["items_per_second"] = MedianOf(rates_) * env_count;

@@ -91,8 +91,8 @@ int main(int argc, char** argv) {
   if (argc != 3 || !absl::SimpleAtoi(argv[2], &size_px)) {
     std::cerr << "Usage: procgen-benchmark-viewer SERVER SIZE_PX\n"
                  "Begins to watch 16 environments of the server's first pool with a line of "
-                 "standard input, and ends\nwith the next; prints how many moments came after the "
-                 "first.\n";
+                 "standard input, and ends\nwith the next; prints how many frame sets came "
+                 "after the first.\n";
     return 2;
   }
   const absl::Status status = procgen::WatchAsTold(argv[1], size_px);
