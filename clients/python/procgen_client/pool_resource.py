@@ -67,7 +67,7 @@ class PoolResource(abc.ABC):
             environments: Indices in the pool, in any order, each at most once. None: all.
 
         Returns:
-            A snapshot of each, of 1 to 12 kB, in the order of `environments`.
+            A snapshot of each, of 1 to 26 kB, in the order of `environments`.
 
         Raises:
             InvalidArgumentError: An environment is out of range or given twice.
