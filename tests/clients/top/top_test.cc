@@ -62,6 +62,9 @@ class Learner {
     auto stream = client->Attach(pool->name());
     EXPECT_THAT(stream, IsOk());
     stream_ = *std::move(stream);
+    // The first step loads the game's art, which takes longer than the others.
+    procgen_client::Batch first;
+    EXPECT_THAT(stream_->Step({4, 4, 4, 4}, &first), IsOk());
     thread_ = std::thread([this] {
       procgen_client::Batch batch;
       while (!stops_ && stream_->Step({4, 4, 4, 4}, &batch).ok()) {
