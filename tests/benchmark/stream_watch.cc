@@ -80,7 +80,7 @@ class WatchContest {
     state.counters["watched_ratio"] = MedianOf(ratios_);
     state.counters["watched_ratio_least"] = *std::min_element(ratios_.begin(), ratios_.end());
     state.counters["frame_sets_per_second"] =
-        static_cast<double>(moment_count_) /
+        static_cast<double>(frame_set_count_) /
         (absl::ToDoubleSeconds(share_) * static_cast<double>(ratios_.size()));
     state.counters["items_per_second"] = MedianOf(rates_) * env_count;
   }
@@ -107,11 +107,11 @@ class WatchContest {
     }
     const auto begun = viewer_->Toggle();
     absl::StatusOr<double> rate = begun.ok() ? RateOf(learner_.get(), share_) : begun.status();
-    const auto moment_count = rate.ok() ? viewer_->Toggle() : begun;
-    if (!moment_count.ok()) {
-      return moment_count.status();
+    const auto frame_set_count = rate.ok() ? viewer_->Toggle() : begun;
+    if (!frame_set_count.ok()) {
+      return frame_set_count.status();
     }
-    moment_count_ += *moment_count;
+    frame_set_count_ += *frame_set_count;
     return rate;
   }
 
@@ -121,7 +121,7 @@ class WatchContest {
   std::unique_ptr<ViewerProcess> viewer_;
   std::vector<double> ratios_;
   std::vector<double> rates_;  // with the subscriber
-  int64_t moment_count_ = 0;
+  int64_t frame_set_count_ = 0;
 };
 
 void RunWatch(int32_t env_count, const Rounds& rounds, benchmark::State& state) {

@@ -34,7 +34,7 @@ class Viewer {
   Viewer(const Viewer&) = delete;
   Viewer& operator=(const Viewer&) = delete;
 
-  int64_t moment_count() const { return moment_count_; }
+  int64_t frame_set_count() const { return frame_set_count_; }
 
  private:
   void Watch() {
@@ -42,11 +42,11 @@ class Viewer {
     begun_.Notify();
     while (goes_on) {
       goes_on = watch_->Next().ok();
-      moment_count_ += goes_on ? 1 : 0;
+      frame_set_count_ += goes_on ? 1 : 0;
     }
   }
 
-  std::atomic<int64_t> moment_count_ = 0;
+  std::atomic<int64_t> frame_set_count_ = 0;
   absl::Notification begun_;
   const std::unique_ptr<procgen_client::PoolWatch> watch_;
   std::thread thread_;
@@ -76,7 +76,7 @@ absl::Status WatchAsTold(const std::string& address, int32_t size_px) {
       viewer = std::make_unique<Viewer>(client->get(), request);
       std::cout << 0 << std::endl;
     } else {
-      std::cout << viewer->moment_count() << std::endl;
+      std::cout << viewer->frame_set_count() << std::endl;
       viewer.reset();
     }
   }

@@ -51,12 +51,12 @@ ViewerProcess::~ViewerProcess() {
 }
 
 absl::StatusOr<int64_t> ViewerProcess::Toggle() {
-  int64_t moment_count = 0;
+  int64_t frame_set_count = 0;
   if (process_ < 0 || fputs("\n", input_) == EOF || fflush(input_) != 0 ||
-      fscanf(output_, "%" SCNd64, &moment_count) != 1) {
+      fscanf(output_, "%" SCNd64, &frame_set_count) != 1) {
     return absl::UnknownError("procgen-benchmark-viewer has ended");
   }
-  return moment_count;
+  return frame_set_count;
 }
 
 }  // namespace procgen
