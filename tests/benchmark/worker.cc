@@ -5,7 +5,11 @@
 #include <memory>
 #include <string>
 #include <utility>
+#include <vector>
 
+#include "absl/flags/flag.h"
+#include "absl/flags/parse.h"
+#include "absl/flags/usage.h"
 #include "absl/functional/function_ref.h"
 #include "absl/status/status.h"
 #include "absl/strings/numbers.h"
@@ -15,6 +19,8 @@
 #include "tests/benchmark/local_learner.h"
 #include "tests/benchmark/remote_learner.h"
 #include "tests/benchmark/stream_cases.h"
+
+ABSL_FLAG(int32_t, workers, procgen::kStreamWorkerCount, "threads of a pool in this process");
 
 namespace procgen {
 namespace {
@@ -36,7 +42,7 @@ absl::Status TakeTurns(absl::FunctionRef<absl::Status(Cost*)> turn) {
 absl::Status CompeteInProcess(const std::string& game, int32_t env_count) {
   // All arrays and two batches in turn, as in stream/shm/...
   auto learner = LocalLearner::Start({.game = game,
-                                      .worker_count = kStreamWorkerCount,
+                                      .worker_count = absl::GetFlag(FLAGS_workers),
                                       .batch_count = kRequestsInFlight,
                                       .answers_all = true},
                                      env_count);
@@ -60,27 +66,30 @@ absl::Status CompeteOverStream(const std::string& address, const RemoteCase& rem
 }  // namespace procgen
 
 int main(int argc, char** argv) {
+  absl::SetProgramUsageMessage(
+      "[--workers=N] GAME ENVIRONMENTS [SERVER [shared_memory|compressed]]\n"
+      "Steps a pool in easy mode, in this process or on a server, for a while for each line of "
+      "standard input;\nprints the duration of a step, in microseconds.");
+  const std::vector<char*> arguments = absl::ParseCommandLine(argc, argv);
+  const size_t count = arguments.size();
   int32_t env_count = 0;
-  const absl::string_view how = argc == 5 ? argv[4] : "";
+  const absl::string_view how = count == 5 ? arguments[4] : "";
   const bool shares_memory = how == "shared_memory";
   const bool is_compressed = how == "compressed";
-  if (argc < 3 || argc > 5 || (argc == 5 && !shares_memory && !is_compressed) ||
-      !absl::SimpleAtoi(argv[2], &env_count) || env_count < 1) {
-    std::cerr
-        << "Usage: procgen-benchmark-worker GAME ENVIRONMENTS [SERVER "
-           "[shared_memory|compressed]]\n"
-           "Steps a pool in easy mode, of its own or on a server, for a while for each line of "
-           "standard input;\nprints what a step took, in microseconds.\n";
+  if (count < 3 || count > 5 || (count == 5 && !shares_memory && !is_compressed) ||
+      !absl::SimpleAtoi(arguments[2], &env_count) || env_count < 1 ||
+      absl::GetFlag(FLAGS_workers) < 1) {
+    std::cerr << "procgen-benchmark-worker: invalid arguments; --help describes them\n";
     return 2;
   }
   const absl::Status status =
-      argc == 3
-          ? procgen::CompeteInProcess(argv[1], env_count)
-          : procgen::CompeteOverStream(argv[3], {.game = argv[1],
-                                                 .env_count = env_count,
-                                                 .requests_in_flight = procgen::kRequestsInFlight,
-                                                 .shares_memory = shares_memory,
-                                                 .is_compressed = is_compressed});
+      count == 3 ? procgen::CompeteInProcess(arguments[1], env_count)
+                 : procgen::CompeteOverStream(arguments[3],
+                                              {.game = arguments[1],
+                                               .env_count = env_count,
+                                               .requests_in_flight = procgen::kRequestsInFlight,
+                                               .shares_memory = shares_memory,
+                                               .is_compressed = is_compressed});
   if (!status.ok()) {
     std::cerr << "procgen-benchmark-worker: " << status << "\n";
     return 1;
