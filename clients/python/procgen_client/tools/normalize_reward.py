@@ -69,13 +69,13 @@ class NormalizeReward:
         """Returns a copy of the state, for a checkpoint.
 
         Returns:
-            ``returns``, float64 [N]: discounted returns of the running episodes. ``mean``,
-            ``variance``, ``count``: of all returns.
+            ``returns``: discounted returns of the running episodes, a list. ``mean``, ``variance``,
+            ``count``: of all returns.
         """
         return {
-            "returns": self._returns.copy(),
-            "mean": self._mean,
-            "variance": self._variance,
+            "returns": self._returns.tolist(),
+            "mean": float(self._mean),
+            "variance": float(self._variance),
             "count": self._count,
         }
 

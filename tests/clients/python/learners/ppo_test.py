@@ -7,6 +7,7 @@ import signal
 import socket
 import subprocess
 import sys
+import zipfile
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -48,6 +49,15 @@ def test_equal_seeds_give_equal_runs(
     assert train(tmp_path / "same", server.address, threads=1) == uninterrupted
     other = train(tmp_path / "other", server.address, seed=1)
     assert other["learning"] != uninterrupted["learning"]
+
+
+def test_checkpoint_can_be_read_with_another_version_of_numpy(
+    server: ServerProcess, tmp_path: Path
+) -> None:
+    train(tmp_path, server.address, time_limit=0)
+    with zipfile.ZipFile(tmp_path / "checkpoint.pt") as archive:
+        (name,) = (name for name in archive.namelist() if name.endswith("/data.pkl"))
+        assert b"numpy" not in archive.read(name)
 
 
 def test_run_stopped_after_each_update_equals_an_uninterrupted_run(
