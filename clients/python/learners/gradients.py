@@ -44,4 +44,8 @@ class ChunkedGradients:
         gradients = list(results[0][0])
         for others, _ in results[1:]:
             torch._foreach_add_(gradients, list(others))
+        # Fused optimisers require the layout of the parameter, which backward need not keep.
+        for i, parameter in enumerate(self._parameters):
+            if gradients[i].stride() != parameter.stride():
+                gradients[i] = torch.empty_like(parameter).copy_(gradients[i])
         return gradients, [others for _, others in results]

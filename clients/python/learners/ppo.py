@@ -122,9 +122,9 @@ class Ppo:
         self.optimizer = torch.optim.Adam(
             self.parameters, options.learning_rate, eps=1e-5, fused=on_gpu
         )
-        self.evaluate: Callable[..., Any] = self.agent
         if on_gpu and options.compile:
-            self.evaluate = torch.compile(self.agent)
+            # Compiled twice: for the rows of a half and for those of a minibatch.
+            self.agent.compile(dynamic=False)
         self.normalize = NormalizeReward(options.num_envs, gamma=options.gamma)
         # The device's generator is for actions, the host's for minibatches.
         seed = options.seed + 1_000_003 * ranks.rank
@@ -244,7 +244,7 @@ class Ppo:
     ) -> tuple[torch.Tensor, torch.Tensor]:
         """Returns the loss and metric_names, summed over a part of the rollout."""
         clip = self.options.clip
-        logits, values = self.evaluate(rollout.observations[part])
+        logits, values = self.agent(rollout.observations[part])
         log_softmax = F.log_softmax(logits, -1)
         log_probabilities = log_softmax.gather(-1, rollout.actions[part, None]).squeeze(-1)
         log_ratio = log_probabilities - rollout.log_probabilities[part]

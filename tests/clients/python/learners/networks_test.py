@@ -1,0 +1,60 @@
+"""The layers for GPUs compute what PyTorch's layers compute, and so do their gradients."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import pytest
+import torch
+from torch.nn import functional as F  # noqa: N812 - the usual name
+
+from learners.gradients import ChunkedGradients
+from learners.networks import Convolution, MaxPool
+
+Function = Callable[[torch.Tensor], torch.Tensor]
+
+
+def _assert_equal(
+    expected: Function, actual: Function, x: torch.Tensor, *parameters: torch.Tensor
+) -> None:
+    x = x.double().to(memory_format=torch.channels_last).requires_grad_()
+    results = expected(x), actual(x)
+    torch.testing.assert_close(results[1], results[0])
+    assert results[1].is_contiguous(memory_format=torch.channels_last)
+    weights = torch.randn_like(results[0])
+    gradients = [torch.autograd.grad(y, [x, *parameters], weights) for y in results]
+    torch.testing.assert_close(gradients[1], gradients[0])
+
+
+@pytest.mark.parametrize(
+    ("in_channels", "out_channels", "columns"),
+    [(3, 16, 4), (3, 64, 4), (16, 16, 2), (16, 32, 2), (32, 32, 1)],
+)
+def test_merged_columns_give_the_same_convolution(
+    in_channels: int, out_channels: int, columns: int
+) -> None:
+    torch.manual_seed(0)
+    layer = Convolution(in_channels, out_channels).double()
+    assert layer.columns == columns
+    _assert_equal(
+        layer, layer.merged, torch.randn(2, in_channels, 16, 8), layer.weight, layer.bias
+    )
+
+
+def test_selected_maxima_are_those_of_max_pool() -> None:
+    torch.manual_seed(0)
+    pixels = torch.randint(0, 3, (4, 5, 16, 8))  # Nearly every window has several maxima.
+    _assert_equal(lambda x: F.max_pool2d(x, 3, 2, 1), MaxPool.selected, pixels)
+
+
+def test_gradients_have_the_layout_of_their_parameter() -> None:
+    parameter = torch.randn(4, 3, 3, 3).to(memory_format=torch.channels_last).requires_grad_()
+
+    def loss(x: torch.Tensor) -> tuple[torch.Tensor, torch.Tensor]:
+        total = (parameter.contiguous() * x).sum()
+        return total, total.detach()
+
+    x = torch.randn(6, 4, 3, 3, 3)
+    (gradient,), _ = ChunkedGradients([parameter], 2, 1)(loss, x)
+    assert gradient.stride() == parameter.stride()
+    torch.testing.assert_close(gradient, x.mean(0))
