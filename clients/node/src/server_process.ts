@@ -2,6 +2,7 @@
 
 import { spawn, type ChildProcess } from "node:child_process";
 import { once } from "node:events";
+import { closeSync, openSync } from "node:fs";
 import { createInterface } from "node:readline";
 import { UnavailableError } from "./errors.js";
 import { startTimeoutDefaultMs, stopTimeoutDefaultMs } from "./timing.js";
@@ -11,12 +12,14 @@ export interface ServerProcessOptions {
   binary?: string;
   // More flags, e.g. ["--workers=2"]; `procgen-server --help` lists them.
   flags?: readonly string[];
+  // File for its log. Default: the log is discarded.
+  logPath?: string;
   // Time that it has until it listens, in milliseconds. Default: 30 000.
   startTimeoutMs?: number;
 }
 
 // A procgen-server process. It listens on a free port of 127.0.0.1 unless a flag sets another
-// address. Its log lines are discarded.
+// address.
 export class ServerProcess {
   private constructor(
     // Its address, for connect.
@@ -26,9 +29,14 @@ export class ServerProcess {
 
   // Starts a server and waits until it listens. Throws UnavailableError: it cannot be started, or
   // has ended.
-  static async start({ binary, flags = [], startTimeoutMs = startTimeoutDefaultMs }: ServerProcessOptions = {}): Promise<ServerProcess> {
+  static async start(options: ServerProcessOptions = {}): Promise<ServerProcess> {
+    const { binary, flags = [], logPath, startTimeoutMs = startTimeoutDefaultMs } = options;
     const program = binary ?? (process.env["PROCGEN_SERVER_BINARY"] || "procgen-server");
-    const child = spawn(program, ["--address=127.0.0.1:0", ...flags], { stdio: ["ignore", "pipe", "ignore"] });
+    const log = logPath === undefined ? "ignore" : openSync(logPath, "w");
+    const child = spawn(program, ["--address=127.0.0.1:0", ...flags], { stdio: ["ignore", "pipe", log] });
+    if (typeof log === "number") {
+      closeSync(log);
+    }
     const timer = setTimeout(() => child.kill("SIGKILL"), startTimeoutMs);
     try {
       return new ServerProcess(await addressOf(child, program), child);

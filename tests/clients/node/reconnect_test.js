@@ -49,13 +49,14 @@ for (const [name, encoding, stepCount, bytesBetweenFaults, leastBreakCount] of [
   ["raw", Encoding.RAW, 100, 120_000, 15],
   ["zstd", Encoding.DELTA_ZSTD, 150, 20_000, 5],
 ]) {
-  test(`a faulty network loses nothing: ${name}`, { skip: !process.env.PROCGEN_FAULT_PROXY }, async () => {
+  test(`a faulty network loses nothing: ${name}`, { skip: !process.env.PROCGEN_FAULT_PROXY }, async (t) => {
     const referencePool = await it.client.createPool(easy(["maze", "bigfish"], envCount));
     const expected = await traceOf(referencePool, stepCount);
     await referencePool.close();
-    const network = await FaultProxy.start(it.server.address, 11, bytesBetweenFaults);
+    const network = await FaultProxy.start(t, it.server.address, 11, bytesBetweenFaults);
     const { name } = await it.client.createPool(easy(["maze", "bigfish"], envCount, { encoding }));
     const learner = await persistently(() => connect(network.address));
+    t.after(() => learner.close());
     const pool = await persistently(() => learner.getPool(name, { requestsInFlightMax: 3 }));
     assert.deepEqual(await traceOf(pool, stepCount), expected);
     learner.close();

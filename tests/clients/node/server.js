@@ -2,6 +2,9 @@
 
 import { spawn } from "node:child_process";
 import { once } from "node:events";
+import { mkdtempSync, readFileSync, rmSync } from "node:fs";
+import { tmpdir } from "node:os";
+import { join } from "node:path";
 import { createInterface } from "node:readline";
 import assert from "node:assert/strict";
 import { after, before } from "node:test";
@@ -10,13 +13,18 @@ import { connect, DistributionMode, ServerProcess } from "../../../clients/node/
 // A server that stops after the last test and must exit with status 0; `it.client` is connected to it.
 export function withServer(...flags) {
   const it = {};
+  const folder = mkdtempSync(join(tmpdir(), "procgen-node-"));
+  const logPath = join(folder, "log");
   before(async () => {
-    it.server = await ServerProcess.start({ flags: ["--workers=2", ...flags] });
+    it.server = await ServerProcess.start({ flags: ["--workers=2", ...flags], logPath });
     it.client = await connect(it.server.address);
   });
   after(async () => {
     it.client.close();
-    assert.equal(await it.server.stop(), 0);
+    const status = await it.server.stop();
+    const log = readFileSync(logPath, "utf8");
+    rmSync(folder, { recursive: true });
+    assert.equal(status, 0, `the server ended with ${status ?? it.server.process.signalCode}; its log:\n${log}`);
   });
   return it;
 }
@@ -31,10 +39,12 @@ export function actionsOf(step, count) {
   return Int32Array.from({ length: count }, (_, i) => ((step * 31 + i * 17) % 16) - 1);
 }
 
-// The program fault-proxy: a faulty network (tests/service/robustness/fault_proxy.h).
+// The program fault-proxy: a faulty network (tests/service/robustness/fault_proxy.h). It ends with
+// the test `t`, at the latest.
 export class FaultProxy {
-  static async start(target, seed, bytesBetweenFaults) {
+  static async start(t, target, seed, bytesBetweenFaults) {
     const process_ = spawn(process.env.PROCGEN_FAULT_PROXY, [target, `${seed}`, `${bytesBetweenFaults}`]);
+    t.after(() => process_.kill());
     const lines = createInterface(process_.stdout);
     const [line] = await once(lines, "line");
     return Object.assign(new FaultProxy(), { process: process_, lines, address: line.replace("listening on ", "") });
