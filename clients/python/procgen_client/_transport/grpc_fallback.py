@@ -16,12 +16,11 @@ from typing import TYPE_CHECKING, Any, cast
 import grpc
 import numpy as np
 from google.protobuf.descriptor import FieldDescriptor
-from google.protobuf.message import DecodeError
 
 from procgen_client import errors
 from procgen_client._proto import catalog_pb2, cluster_pb2, pools_pb2, render_pb2, states_pb2
 from procgen_client._proto import step_pb2
-from procgen_client._transport import connect_error
+from procgen_client._transport import connect_error, validation
 from procgen_client._requests import checked_actions, observation
 from procgen_client.credentials import is_this_machine
 
@@ -101,7 +100,7 @@ class Connection:
             return self._restore(states_pb2.RestoreStatesRequest.FromString(request))
         if method in ("ListPools", "SaveStates"):
             return self._pages(method, request)
-        return self._unary(method, request)
+        return validation.checked(method, request, self._unary(method, request))
 
     def watch(self, method: str, request: bytes) -> Iterator[bytes]:
         """Calls "WatchNodes" or "WatchPool" and yields the messages."""
@@ -125,12 +124,16 @@ class Connection:
         module: Any = pools_pb2 if method == "ListPools" else states_pb2
         request = getattr(module, f"{method}Request").FromString(serialised)
         whole = getattr(module, f"{method}Response")()
-        while True:
-            whole.ClearField("next_page_token")
-            whole.MergeFromString(self._unary(method, request.SerializeToString()))
-            request.page_token = whole.next_page_token
+        for _ in range(validation.PAGES_MAX):
+            response = self._unary(method, request.SerializeToString())
+            page = validation.parse(type(whole), response, method)
+            if method == "SaveStates":
+                validation.check_states(page, request, len(whole.states))
+            whole.MergeFrom(page)
+            request.page_token = page.next_page_token
             if not request.page_token:
                 return cast(bytes, whole.SerializeToString())
+        raise errors.InternalError(f"{method}: more than {validation.PAGES_MAX} pages")
 
     def _restore(self, request: states_pb2.RestoreStatesRequest) -> bytes:
         part = states_pb2.RestoreStatesRequest(pool=request.pool)
@@ -188,11 +191,7 @@ class Batch:
             numbers: np.ndarray = np.concatenate([np.array(each, dtype) for each in values])
             # Fingerprints are signed in the message, unsigned in the API.
             return np.array(numbers, "u8") if dtype == "i8" else numbers
-        joined: np.ndarray = np.frombuffer(bytearray().join(values), np.uint8)
-        try:
-            joined = joined.reshape(-1, *self._shape)
-        except ValueError as error:
-            raise errors.DataLossError(f"{name}: {error}") from None
+        joined = np.frombuffer(bytearray().join(values), np.uint8).reshape(-1, *self._shape)
         return joined if len(joined) or name == "final_observations" else None
 
 
@@ -204,16 +203,17 @@ class Stream:
     def __init__(self, connection: Connection, attach: step_pb2.Attach) -> None:
         """Attaches."""
         self._pool = attach.pool
-        self._unanswered: deque[int] = deque()  # Sequence numbers, oldest first.
+        self._unanswered: deque[step_pb2.StepPoolRequest] = deque()  # Oldest first.
         self._requests: queue.SimpleQueue[bytes | None] = queue.SimpleQueue()
         self._requests.put(step_pb2.StepPoolRequest(attach=attach).SerializeToString())
         method = connection.channel.stream_stream(_PATHS["StepPool"])
         self._call = method(iter(self._requests.get, None), metadata=connection.metadata)
         attached = self._read().attached
+        validation.check_attached(attached, attach.pool)
         _require_plain(attached.pool.spec)
         self.requests_in_flight_max = attached.requests_in_flight_max
         self._next_number = attached.next_sequence_number
-        self._shape = tuple(attached.pool.observation_shape)
+        self._attached_pool = attached.pool
 
     @property
     def in_flight(self) -> int:
@@ -225,7 +225,7 @@ class Stream:
         message = step_pb2.StepPoolRequest.FromString(request)
         message.sequence_number = self._next_number
         self._next_number += 1
-        self._unanswered.append(message.sequence_number)
+        self._unanswered.append(message)
         self._requests.put(message.SerializeToString())
         return message.sequence_number
 
@@ -245,19 +245,21 @@ class Stream:
 
     def receive(self) -> Batch:
         """Waits for the answer to the oldest unanswered request."""
-        number = self._unanswered[0]
+        request = self._unanswered[0]
         parts: list[step_pb2.StepPoolResponse] = []
-        while not parts or not (parts[-1].batch.last or parts[-1].HasField("ack")):
+        notices = env_count = 0
+        while notices <= validation.NOTICES_MAX:
             part = self._read()
             if part.WhichOneof("response") is None and not part.sequence_number:
-                continue  # A message of a later version; it is not an answer.
-            if part.sequence_number != number:
-                raise errors.InternalError(
-                    f"{self._pool} answered request {part.sequence_number}, expected: {number}"
-                )
+                notices += 1  # A message of a later version; it is not an answer.
+                continue
+            validation.check_part(part, request, env_count, self._attached_pool)
             parts.append(part)
-        self._unanswered.popleft()
-        return Batch(parts, self._shape)
+            env_count += part.batch.env_count
+            if part.batch.last or part.HasField("ack"):
+                self._unanswered.popleft()
+                return Batch(parts, tuple(self._attached_pool.observation_shape))
+        raise errors.InternalError(f"{self._pool} sends more than {notices - 1} unknown responses")
 
     def close(self) -> None:
         """Ends the stream and waits for the server to end it."""
@@ -282,10 +284,7 @@ class Stream:
             raise _of_rpc_error(error) from None
         if message is None:
             raise errors.UnavailableError(f"the server ended the stream of {self._pool}")
-        try:
-            return cast(step_pb2.StepPoolResponse, step_pb2.StepPoolResponse.FromString(message))
-        except DecodeError as error:
-            raise errors.DataLossError(f"a response of {self._pool}: {error}") from None
+        return validation.parse(step_pb2.StepPoolResponse, message, self._pool)
 
 
 def _require_plain(spec: pools_pb2.PoolSpec) -> None:
