@@ -35,6 +35,7 @@ std::vector<web::GameReturn> GameReturnsOf(const PoolSession& pool) {
     return returns;
   }
   const RecentEpisodes::List list = pool.recent_episodes().ReadList(0);
+  // NOLINTNEXTLINE(modernize-loop-convert): clang 14 cannot compile libstdc++'s reversed views
   for (auto episode = list.episodes.rbegin(); episode != list.episodes.rend(); ++episode) {
     Sum& sum = sums[GameOf(pool.options(), episode->environment)];
     if (sum.count < RecentEpisodes::kRecentCount) {

@@ -137,7 +137,7 @@ class Pool::StepJob final : public ParallelJob {
   // Captures the scene if the batch asks for it.
   void CaptureFinalScene(const View& view) const {
     const auto number = static_cast<int32_t>(view.index);
-    const auto wanted = std::lower_bound(
+    auto* const wanted = std::lower_bound(
         batch_.final_scenes.begin(), batch_.final_scenes.end(), number,
         [](const FinalScene& each, int32_t environment) { return each.environment < environment; });
     if (wanted != batch_.final_scenes.end() && wanted->environment == number) {

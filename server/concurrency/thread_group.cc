@@ -25,10 +25,11 @@ absl::Status ThreadGroup::Start(std::function<void()> work) {
     work = nullptr;  // destroys its captures on this thread, too
     *has_ended = true;
   });
-  if (thread.ok()) {
-    entries_.push_back({*std::move(thread), has_ended});
+  if (!thread.ok()) {
+    return thread.status();
   }
-  return thread.status();
+  entries_.push_back({*std::move(thread), has_ended});
+  return absl::OkStatus();
 }
 
 void ThreadGroup::Reap() {

@@ -33,6 +33,7 @@ class CallCompletions {
   grpc::CompletionQueue* queue() { return &queue_; }
   // The tag of an operation.
   static void* TagOf(CallOperation operation) {
+    // NOLINTNEXTLINE(performance-no-int-to-ptr): never dereferenced
     return reinterpret_cast<void*>(static_cast<uintptr_t>(operation));
   }
   // Waits for an operation that was started. Returns gRPC's `ok` of its completion.

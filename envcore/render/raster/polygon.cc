@@ -53,8 +53,7 @@ class Polygon {
  public:
   explicit Polygon(int size_px) : size_px_(size_px), rows_(static_cast<size_t>(size_px)) {}
 
-  void AddCurve(const Curve& curve,
-                int halvings) {  // NOLINT(misc-no-recursion): at most kHalvingsMax deep
+  void AddCurve(const Curve& curve, int halvings) {  // NOLINT(misc-no-recursion)
     if (halvings == 0 || IsFlat(curve)) {
       AddEdge(ToCorner(curve.p[0]), ToCorner(curve.p[3]));
       return;
