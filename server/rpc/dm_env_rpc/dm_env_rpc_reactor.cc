@@ -3,6 +3,7 @@
 #include <utility>
 
 #include "server/rpc/call/drain_trailer.h"
+#include "server/rpc/call/drive_guard.h"
 #include "server/rpc/grpc/method_name.h"
 #include "server/rpc/grpc/parse_message.h"
 
@@ -36,7 +37,12 @@ DmEnvRpcReactor::DmEnvRpcReactor(PoolSupervisor* supervisor, const CallAccountin
       context_(context),
       caller_(std::move(caller)) {}
 
+// NOLINTBEGIN(misc-no-recursion): a nested call of Drive returns immediately.
 void DmEnvRpcReactor::Drive() {
+  const DriveGuard guard(this);
+  if (guard.is_nested()) {
+    return;
+  }
   const std::shared_ptr<DmEnvRpcReactor> self = shared_from_this();
   Action action = Action::kWait;
   do {
@@ -66,9 +72,10 @@ DmEnvRpcReactor::Action DmEnvRpcReactor::NextAction() {
   }
   if (!reading_ && !has_request_ && !reading_ended_) {
     reading_ = true;
+    ++starting_read_count_;
     return Action::kRead;
   }
-  if (reading_ended_ && !has_request_ && !busy) {
+  if (reading_ended_ && !has_request_ && !busy && starting_read_count_ == 0) {
     finished_ = true;
     return Action::kFinish;
   }
@@ -79,9 +86,12 @@ void DmEnvRpcReactor::Act(Action action) {
   switch (action) {
     case Action::kWait:
       return;
-    case Action::kRead:
+    case Action::kRead: {
       StartRead(&read_bytes_);
+      absl::MutexLock lock(&mutex_);
+      --starting_read_count_;
       return;
+    }
     case Action::kAnswer:
       Answer();
       return;
@@ -129,6 +139,8 @@ void DmEnvRpcReactor::OnAnswered(const absl::Status& status) {
   }
   Drive();
 }
+
+// NOLINTEND(misc-no-recursion)
 
 void DmEnvRpcReactor::Write() {
   written_bytes_.Clear();

@@ -75,6 +75,9 @@ class DmEnvRpcReactor final : public grpc::ServerBidiReactor<grpc::ByteBuffer, g
 
   absl::Mutex mutex_;
   bool reading_ ABSL_GUARDED_BY(mutex_) = false;
+  // Reads that threads are about to start. Until they have, the stream must not end, because gRPC
+  // frees a call that has ended.
+  int starting_read_count_ ABSL_GUARDED_BY(mutex_) = 0;
   bool has_request_ ABSL_GUARDED_BY(mutex_) = false;  // in read_bytes_
   bool reading_ended_ ABSL_GUARDED_BY(mutex_) = false;
   bool answering_ ABSL_GUARDED_BY(mutex_) = false;

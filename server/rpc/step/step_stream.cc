@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <utility>
 
-#include "absl/cleanup/cleanup.h"
 #include "absl/strings/str_cat.h"
 #include "server/concurrency/deadline_timer.h"
 #include "server/logging/event_log.h"
+#include "server/rpc/call/drive_guard.h"
 #include "server/rpc/grpc/grpc_deadline.h"
 #include "server/wire/convert_pool.h"
 #include "server/wire/convert_shared.h"
@@ -30,14 +30,10 @@ void StepStream::Start() {
 
 // NOLINTBEGIN(misc-no-recursion): a nested call of Drive returns immediately.
 void StepStream::Drive() {
-  // Events that occur within Act are handled by the running loop. A nested loop would deepen the
-  // stack with each request.
-  thread_local const StepStream* driven = nullptr;
-  if (driven == this) {
+  const DriveGuard guard(this);
+  if (guard.is_nested()) {
     return;
   }
-  const StepStream* const outer = std::exchange(driven, this);
-  const absl::Cleanup restore = [outer] { driven = outer; };
   const std::shared_ptr<StepStream> self = shared_from_this();
   while (true) {
     Action action = Action::kWait;
@@ -80,6 +76,7 @@ StepStream::Action StepStream::NextAction() {
   }
   if (!grpc_reads_ && (pipes_ != nullptr || requests_.CanRead())) {
     grpc_reads_ = true;
+    ++starting_read_count_;
     if (pipes_ == nullptr) {
       requests_.BeginRead();
     }
@@ -94,7 +91,7 @@ StepStream::Action StepStream::NextAction() {
     phase_ = Phase::kDetaching;
     return Action::kDetach;
   }
-  if (is_idle && phase_ != Phase::kDetaching && responses_.empty()) {
+  if (is_idle && phase_ != Phase::kDetaching && responses_.empty() && starting_read_count_ == 0) {
     phase_ = Phase::kEnded;
     return Action::kEnd;
   }
@@ -129,9 +126,12 @@ void StepStream::Act(Action action) {
     case Action::kAwait:
       pipes_->Await();
       return;
-    case Action::kReadStream:
+    case Action::kReadStream: {
       context_.transport->Read();
+      absl::MutexLock lock(&mutex_);
+      --starting_read_count_;
       return;
+    }
     case Action::kDetach:
       Detach();
       return;

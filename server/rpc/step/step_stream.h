@@ -158,6 +158,9 @@ class StepStream final : public ResponseSink,
   bool read_waits_ ABSL_GUARDED_BY(mutex_) = false;  // a read from the pipes waits for kAwait
   // A read of the gRPC stream is in progress, or was the last one because pipes are open.
   bool grpc_reads_ ABSL_GUARDED_BY(mutex_) = false;
+  // Reads of the gRPC stream that threads are about to start. Until they have, the stream must not
+  // end, because gRPC frees a call that has ended.
+  int starting_read_count_ ABSL_GUARDED_BY(mutex_) = 0;
 };
 
 }  // namespace procgen
