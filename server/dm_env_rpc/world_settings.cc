@@ -242,6 +242,35 @@ absl::Status CheckWorldOptions(const Settings& settings, const WorldOptions& opt
   return absl::OkStatus();
 }
 
+// Reads the levels of all environments. A scalar is the level of each.
+absl::Status ReadLevelSeeds(absl::string_view name, const dm::Tensor& tensor, TensorShape given,
+                            std::vector<std::optional<int32_t>>* level_seeds) {
+  const absl::StatusOr<std::vector<int32_t>> levels = ReadIntegersAsInt32s(name, tensor, given);
+  if (!levels.ok()) {
+    return levels.status();
+  }
+  for (size_t i = 0; i < level_seeds->size(); ++i) {
+    (*level_seeds)[i] = (*levels)[levels->size() == 1 ? 0 : i];
+  }
+  return absl::OkStatus();
+}
+
+// Reads the new seeds of all environments. A scalar is the first of successive seeds.
+absl::Status ReadRandSeeds(absl::string_view name, const dm::Tensor& tensor, TensorShape given,
+                           std::vector<std::optional<int64_t>>* rand_seeds) {
+  const absl::StatusOr<std::vector<int64_t>> seeds = ReadIntegers(name, tensor, given);
+  if (!seeds.ok()) {
+    return seeds.status();
+  }
+  for (size_t i = 0; i < rand_seeds->size(); ++i) {
+    const bool is_first = seeds->size() == 1;
+    const auto seed = static_cast<uint64_t>((*seeds)[is_first ? 0 : i]);
+    // May wrap: the engine uses it modulo 2^32.
+    (*rand_seeds)[i] = static_cast<int64_t>(seed + (is_first ? i : 0));
+  }
+  return absl::OkStatus();
+}
+
 }  // namespace
 
 absl::StatusOr<WorldOptions> ReadWorldSettings(const Settings& settings, const Limits& limits) {
@@ -283,27 +312,12 @@ absl::StatusOr<EpisodeSettings> ReadEpisodeSettings(const Settings& settings, Te
     if (!is_level && name != kRandSeed) {
       return UnknownSetting(name, absl::StrCat(kLevelSeed, ", ", kRandSeed));
     }
-    // A scalar applies to all environments: the same level, or successive seeds.
     const bool for_all = shape.is_list && tensor.shape_size() == 0;
     const TensorShape given = for_all ? TensorShape::Scalar() : shape;
-    if (is_level) {
-      const absl::StatusOr<std::vector<int32_t>> levels = ReadIntegersAsInt32s(name, tensor, given);
-      if (!levels.ok()) {
-        return levels.status();
-      }
-      for (size_t i = 0; i < env_count; ++i) {
-        read.level_seeds[i] = (*levels)[for_all ? 0 : i];
-      }
-      continue;
-    }
-    const absl::StatusOr<std::vector<int64_t>> seeds = ReadIntegers(name, tensor, given);
-    if (!seeds.ok()) {
-      return seeds.status();
-    }
-    for (size_t i = 0; i < env_count; ++i) {
-      const auto seed = static_cast<uint64_t>((*seeds)[for_all ? 0 : i]);
-      // May wrap: the engine uses it modulo 2^32.
-      read.rand_seeds[i] = static_cast<int64_t>(seed + (for_all ? i : 0));
+    const absl::Status status = is_level ? ReadLevelSeeds(name, tensor, given, &read.level_seeds)
+                                         : ReadRandSeeds(name, tensor, given, &read.rand_seeds);
+    if (!status.ok()) {
+      return status;
     }
   }
   return read;

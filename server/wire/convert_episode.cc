@@ -51,7 +51,7 @@ EnvironmentOptions OptionsFor(const Episode& episode, const PoolOptions& pool) {
 
 void FillEpisode(const Episode& episode, const PoolOptions& pool, int32_t environment,
                  v1::Episode* message) {
-  const auto number = static_cast<size_t>(pool.first_env + environment);
+  const auto number = static_cast<size_t>(pool.first_env) + static_cast<size_t>(environment);
   message->set_environment(environment);
   message->set_game(pool.games[number % pool.games.size()]);
   *message->mutable_options() = EnvironmentOptionsMessageOf(OptionsFor(episode, pool));

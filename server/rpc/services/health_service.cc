@@ -137,7 +137,7 @@ HealthServiceImpl::HealthServiceImpl(const CallAccounting* accounting,
 }
 
 HealthServiceImpl::Status HealthServiceImpl::StatusOf(const std::string& service) const {
-  if (services_.count(service) == 0) {
+  if (!services_.contains(service)) {
     return HealthCheckResponse::SERVICE_UNKNOWN;
   }
   absl::MutexLock lock(&mutex_);

@@ -42,6 +42,7 @@ ReflectionServiceImpl::ReflectionServiceImpl(const CallAccounting* accounting,
   }
 }
 
+// NOLINTNEXTLINE(misc-no-recursion): imports are a few levels deep
 void ReflectionServiceImpl::AddFile(const google::protobuf::FileDescriptor& file) {
   google::protobuf::FileDescriptorProto copy;
   if (files_.FindFileByName(file.name(), &copy)) {

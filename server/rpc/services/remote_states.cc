@@ -108,7 +108,7 @@ class RemoteStatesFetch final : public std::enable_shared_from_this<RemoteStates
 
   absl::Status ErrorOf(const grpc::Status& answered) const {
     const auto code = static_cast<absl::StatusCode>(answered.error_code());
-    const absl::Status error(
+    absl::Status error(
         code, absl::StrCat("source_server ", source_.server, ": ", answered.error_message()));
     if (IsSourceError(code)) {
       return error;

@@ -75,7 +75,7 @@ class EpisodeLog {
 
   void AddStep(const StepInput& input, const Batch& batch, size_t row);
   // Handles a row where an episode or a level ended or began.
-  void AddBoundary(int32_t environment, const Batch& batch, size_t row);
+  void AddBoundary(int32_t index, const Batch& batch, size_t row);
   // Makes the current episode the last one. REQUIRES: its summary is complete.
   static void EndEpisode(Environment* environment);
   // REQUIRES: EpisodeSummary::prev_level_incomplete is set.

@@ -310,7 +310,7 @@ void FramePublisher::NoteStep(size_t i, size_t row, const Request& request, cons
 void FramePublisher::NoteEnd(size_t i, size_t row, const Batch& batch,
                              const EnvironmentStep* last_step) {
   const int32_t environment = spec_.environments[i];
-  const auto final_scene = std::lower_bound(
+  const auto* const final_scene = std::lower_bound(
       batch.final_scenes.begin(), batch.final_scenes.end(), environment,
       [](const FinalScene& each, int32_t number) { return each.environment < number; });
   if (final_scene == batch.final_scenes.end() || final_scene->environment != environment ||
