@@ -31,7 +31,7 @@ using procgen_client::Client;
 constexpr int kLearnerCount = 24;
 constexpr size_t kTraceMax = 120;  // responses per learner
 // For pools that no learner deletes. Longer than a slow learner's reconnect.
-constexpr int64_t kLeaseSeconds = 8;
+constexpr int64_t kLeaseSeconds = 30;
 // Growth without a leak: the number of pools varies, and each takes several times as much memory
 // under a sanitizer.
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
