@@ -145,7 +145,8 @@ int64_t Database::ChecksumOf(absl::Span<const SqlValue> values) {
       head[1] = *number;
     }
     add(head, sizeof(head));
-    if (const auto* bytes = std::get_if<absl::string_view>(&value); bytes && !bytes->empty()) {
+    if (const auto* bytes = std::get_if<absl::string_view>(&value);
+        bytes != nullptr && !bytes->empty()) {
       add(bytes->data(), bytes->size());
     }
   }

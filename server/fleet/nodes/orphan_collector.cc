@@ -77,11 +77,11 @@ void OrphanCollector::Run() {
           pending_.insert({node, 0});
         }
       }
-      present_ = {nodes.begin(), nodes.end()};
+      std::set<std::string> present = {nodes.begin(), nodes.end()};
       // Nodes that are gone are checked when they return.
-      std::erase_if(pending_, [&present = present_](const auto& node) {
-        return !present.contains(node.first);
-      });
+      std::erase_if(pending_,
+                    [&present](const auto& node) { return !present.contains(node.first); });
+      present_ = std::move(present);
       todo = PendingNodes();
     }
     for (const std::string& node : todo) {

@@ -223,6 +223,7 @@ void FleetPool::ApplyStates(std::vector<v1::State> states, const std::shared_ptr
     return;
   }
   std::vector<int32_t> environments;
+  environments.reserve(states.size());
   for (const v1::State& state : states) {
     environments.push_back(state.environment());
   }

@@ -69,10 +69,11 @@ void Shard::Save(std::vector<int32_t> environments, std::vector<std::string>* sn
   const auto save = [environments = std::move(environments),
                      snapshots](const RemotePool& remote) -> absl::Status {
     absl::StatusOr<std::vector<std::string>> states = remote.SaveStates(environments);
-    if (states.ok()) {
-      *snapshots = *std::move(states);
+    if (!states.ok()) {
+      return states.status();
     }
-    return states.status();
+    *snapshots = *std::move(states);
+    return absl::OkStatus();
   };
   Start({std::nullopt, save, std::move(done)});
 }

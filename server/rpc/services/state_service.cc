@@ -107,6 +107,7 @@ void RestoreTargets(const SharedPool& target, const ClonedEnvironments& environm
          .snapshot = (*snapshots)[static_cast<size_t>(saved - environments.saved.begin())]});
   }
   // `states` points into the snapshots, which moving the vector does not move.
+  // NOLINTNEXTLINE(clang-analyzer-cplusplus.NewDeleteLeaks): the analyser loses a shared pointer
   InTurn(target, call,
          [target, states = std::move(states), owner = *std::move(snapshots), call]() mutable {
            target->RestoreStates(std::move(states),
