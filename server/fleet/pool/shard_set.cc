@@ -103,6 +103,7 @@ std::vector<Shard*> ShardSet::Containing(const std::vector<int32_t>& environment
     indices.insert(IndexOf(environment));
   }
   std::vector<Shard*> shards;
+  shards.reserve(indices.size());
   for (const size_t index : indices) {
     shards.push_back(shards_[index].get());
   }
