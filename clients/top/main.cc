@@ -95,14 +95,14 @@ void ShowOnTerminal(Monitor* monitor, Terminal* terminal) {
   bool has_rates = false;
   while (!terminal->is_ending()) {
     terminal->Wait(next - absl::Now());
-    monitor->Press(terminal->TakeKeys(), terminal->Height());
+    monitor->Press(terminal->TakeKeys(), Terminal::Height());
     if (absl::Now() >= next) {
       monitor->Update().IgnoreError();  // the window shows the error
       next = absl::Now() + interval;
       has_rates = true;
     }
     if (has_rates) {
-      terminal->Show(monitor->Window(terminal->Height()));
+      terminal->Show(monitor->Window(Terminal::Height()));
     }
   }
 }

@@ -137,6 +137,7 @@ std::vector<std::string> PoolTableOf(const Sample& now, const RateHistory& histo
     std::reverse(pools.begin(), pools.end());
   }
   std::vector<std::vector<std::string>> rows;
+  rows.reserve(pools.size());
   for (const v1::Pool* pool : pools) {
     rows.push_back(RowOf(*pool, now, history, options.is_utf8));
   }

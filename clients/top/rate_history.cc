@@ -47,7 +47,8 @@ double RateHistory::RateOf(const std::string& pool) const {
 std::string RateHistory::SparklineOf(const std::string& pool, bool is_utf8) const {
   const auto found = rates_.find(pool);
   if (found == rates_.end()) {
-    return std::string(kLength, ' ');
+    std::string blank(kLength, ' ');
+    return blank;
   }
   const double most = *std::max_element(found->second.begin(), found->second.end());
   std::string line(kLength - found->second.size(), ' ');

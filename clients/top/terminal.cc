@@ -28,8 +28,8 @@ winsize SizeOfWindow() {
   winsize size = {};
   ioctl(STDOUT_FILENO, TIOCGWINSZ, &size);
   // A terminal without a size, as of a serial line, has the traditional one.
-  constexpr unsigned short kRows = 24;
-  constexpr unsigned short kColumns = 80;
+  constexpr decltype(size.ws_row) kRows = 24;
+  constexpr decltype(size.ws_col) kColumns = 80;
   size.ws_row = size.ws_row == 0 ? kRows : size.ws_row;
   size.ws_col = size.ws_col == 0 ? kColumns : size.ws_col;
   return size;
@@ -131,7 +131,7 @@ void Terminal::ReadKeys() {
 
 std::string Terminal::TakeKeys() { return std::exchange(keys_, ""); }
 
-size_t Terminal::Height() const { return SizeOfWindow().ws_row; }
+size_t Terminal::Height() { return SizeOfWindow().ws_row; }
 
 void Terminal::Show(const std::vector<Line>& lines) const {
   const winsize size = SizeOfWindow();

@@ -36,7 +36,7 @@ class Terminal {
   bool is_ending() const { return is_ending_; }
 
   // Rows of the window.
-  size_t Height() const;
+  static size_t Height();
   // Shows lines, cut to the window.
   void Show(const std::vector<Line>& lines) const;
 

@@ -24,6 +24,7 @@ PYBIND11_MODULE(_native, module) {
 
   module.doc() = "The C++ client of Procgen Server; private to procgen_client.";
 
+  // NOLINTBEGIN(bugprone-unused-raii): they register types.
   py::class_<ObservationMemory, std::shared_ptr<ObservationMemory>>(
       module, "ObservationMemory", py::module_local(), "Memory of observation arrays.");
 
@@ -35,6 +36,7 @@ PYBIND11_MODULE(_native, module) {
   py::class_<HeldBatches, std::shared_ptr<HeldBatches>>(
       module, "HeldBatches", py::module_local(),
       "The batches of shared memory that arrays refer to.");
+  // NOLINTEND(bugprone-unused-raii)
 
   py::class_<NativeStream, std::shared_ptr<NativeStream>>(module, "Stream", py::module_local(),
                                                           "The stream of an attached learner.")

@@ -140,7 +140,7 @@ std::shared_ptr<NativeClient> NativeClient::Connect(const std::string& address, 
                                                     double call_timeout,
                                                     procgen_client::Credentials credentials,
                                                     const ChannelArguments& channel_arguments) {
-  const std::shared_ptr<NativeClient> client(new NativeClient());
+  std::shared_ptr<NativeClient> client(new NativeClient());
   procgen_client::ConnectOptions options;
   options.timeout = absl::Seconds(timeout);
   options.call_timeout = absl::Seconds(call_timeout);
@@ -162,7 +162,7 @@ std::shared_ptr<NativeClient> NativeClient::Connect(const std::string& address, 
 
 NativeClient::~NativeClient() {
   if (!owner_.is_this_process()) {
-    new std::shared_ptr<Client>(std::move(client_));
+    Leak(std::move(client_));
   }
 }
 
@@ -176,8 +176,7 @@ std::shared_ptr<Client> NativeClient::client() const {
 py::bytes NativeClient::Call(const std::string& method, const py::bytes& request) {
   const std::string serialised = request;
   const auto client = this->client();
-  return py::bytes(
-      ValueOf(WithoutGil([&] { return Methods().at(method)(client.get(), serialised); })));
+  return ValueOf(WithoutGil([&] { return Methods().at(method)(client.get(), serialised); }));
 }
 
 std::unique_ptr<NativeWatch> NativeClient::Watch(const std::string& method,

@@ -50,7 +50,7 @@ class NativeClient {
   // Returns a reference that keeps the client alive. Raises CancelledError: it was closed.
   std::shared_ptr<procgen_client::Client> client() const;
 
-  const ProcessOwner owner_;
+  const ProcessOwner owner_{};
   // Shared with the cancellation checks of calls, which may outlive this object.
   const std::shared_ptr<std::atomic<bool>> is_closed_ = std::make_shared<std::atomic<bool>>(false);
   // Guarded by the GIL:

@@ -63,12 +63,13 @@ NativeStream::NativeStream(std::shared_ptr<procgen_client::Client> client,
       stream_(std::move(stream)),
       shape_(ShapeOf(stream_->pool())) {}
 
+// NOLINTNEXTLINE(bugprone-exception-escape): only without a Python interpreter
 NativeStream::~NativeStream() {
   if (owner_.is_this_process()) {
     Cancel();
   } else {
-    new std::shared_ptr<procgen_client::StepStream>(std::move(stream_));
-    new std::shared_ptr<procgen_client::Client>(std::move(client_));
+    Leak(std::move(stream_));
+    Leak(std::move(client_));
     static_cast<void>(receiver_.release());
   }
 }

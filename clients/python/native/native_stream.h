@@ -25,7 +25,7 @@ class NativeStream {
   NativeStream(std::shared_ptr<procgen_client::Client> client,
                std::shared_ptr<procgen_client::StepStream> stream);
   // Ends the stream at once.
-  ~NativeStream();
+  ~NativeStream();  // NOLINT(bugprone-exception-escape)
   NativeStream(const NativeStream&) = delete;
   NativeStream& operator=(const NativeStream&) = delete;
 

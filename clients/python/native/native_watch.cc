@@ -28,10 +28,11 @@ NativeWatch::NativeWatch(std::function<absl::StatusOr<std::string>()> next,
   });
 }
 
+// NOLINTNEXTLINE(bugprone-exception-escape): only without a Python interpreter
 NativeWatch::~NativeWatch() {
   if (!owner_.is_this_process()) {
     static_cast<void>(reader_.release());  // the thread does not exist in the child
-    new std::function<void()>(std::move(stop_));
+    Leak(std::move(stop_));
     return;
   }
   Close();
@@ -62,7 +63,7 @@ py::bytes NativeWatch::Next() {
     return message.has_value() ? absl::OkStatus() : newest_->end;
   });
   Check(end);
-  return py::bytes(*message);
+  return *message;
 }
 
 void NativeWatch::Close() {

@@ -24,7 +24,7 @@ class NativeWatch {
   // `next` waits for a message and serialises it; `stop` ends the wait, from any thread.
   NativeWatch(std::function<absl::StatusOr<std::string>()> next, std::function<void()> stop,
               std::shared_ptr<std::atomic<bool>> is_client_closed);
-  ~NativeWatch();
+  ~NativeWatch();  // NOLINT(bugprone-exception-escape)
   NativeWatch(const NativeWatch&) = delete;
   NativeWatch& operator=(const NativeWatch&) = delete;
 

@@ -3,6 +3,8 @@
 
 #include <unistd.h>
 
+#include <utility>
+
 namespace procgen_python {
 
 // The process that made an object. gRPC does not survive a fork: a child has none of its threads
@@ -14,6 +16,12 @@ class ProcessOwner {
  private:
   const pid_t process_id_ = getpid();
 };
+
+// Leaks an object that uses gRPC, in a child.
+template <typename Object>
+void Leak(Object object) {
+  new Object(std::move(object));
+}
 
 }  // namespace procgen_python
 
