@@ -41,7 +41,7 @@ void RemoveFigures(const std::set<int>& kinds, Scene* scene) {
       look.image_kind = -1;
     }
   }
-  if (kinds.count(kDotImage) > 0) {
+  if (kinds.contains(kDotImage)) {
     scene->cells.dots.kind = kOutsideKind;
   }
 }

@@ -227,8 +227,8 @@ TEST_F(DamagedSharedAnswersTest, ReattachedLearnerMapsBatchesOfTheEarlierStream)
       pool, {.requests_in_flight_max = 1, .held_batches_max = 1, .pipe_transport = false});
   ASSERT_THAT(stream, IsOk());
   std::vector<procgen_client::Batch> held(8);  // two slots at first, then eleven
-  for (size_t i = 0; i < held.size(); ++i) {
-    ASSERT_THAT((*stream)->Step({4}, &held[i]), IsOk());
+  for (procgen_client::Batch& batch : held) {
+    ASSERT_THAT((*stream)->Step({4}, &batch), IsOk());
   }
   for (size_t i = 0; i < held.size(); ++i) {
     EXPECT_THAT(held[i].episode_lengths(), testing::ElementsAre(static_cast<int32_t>(i) + 1));

@@ -128,6 +128,7 @@ absl::StatusOr<uint32_t> Learn(const std::string& address, bool is_encoded) {
 
 }  // namespace
 
+// NOLINTNEXTLINE(bugprone-exception-escape): its test sees the end of the program
 int main(int argc, char** argv) {
   for (int i = 1; i < argc; ++i) {
     const std::vector<std::string> words = absl::StrSplit(argv[i], '=');

@@ -245,7 +245,8 @@ std::string GroupOfFields(uint32_t announced, uint32_t present) {
     body.push_back(static_cast<char>((announced >> shift) & 0xFFU));
   }
   for (uint32_t field = 0; field < present; ++field) {
-    body += absl::StrCat("\x66", absl::Dec(field, absl::kZeroPad6), absl::string_view("\0", 1));
+    body += '\x66';  // a name of six bytes
+    body += absl::StrCat(absl::Dec(field, absl::kZeroPad6), absl::string_view("\0", 1));
   }
   return body;
 }
