@@ -133,6 +133,7 @@ TEST_F(ArtDirTest, AnUndecodableFileIsReported) {
 TEST_F(ArtDirTest, TheTotalNumberOfPixelsIsLimited) {
   std::vector<std::string> paths;
   std::vector<RequiredImage> required;
+  required.reserve(4);
   for (int i = 0; i < 4; ++i) {
     paths.push_back(absl::StrCat("sea/", i, ".png"));
     // The file claims 67 million pixels, but contains 300 bytes of pixel data.

@@ -126,12 +126,12 @@ TEST_F(CellDrawingTest, HiddenPixelsAreThoseThatCellsReplace) {
       drawing_.AddHidden(&hidden);
       drawing_.Draw();
     }
+    size_t i = 0;
     for (int row = 0; row < 64; ++row) {
       uint64_t seen = 0;
       hidden.ForEachRunOutside(row, 0, 64,
                                [&](int first, int end) { seen |= BitRange(first, end); });
-      for (int x = 0; x < 64; ++x) {
-        const auto i = static_cast<size_t>(row * 64 + x);
+      for (int x = 0; x < 64; ++x, ++i) {
         if ((seen >> x & 1) == 0) {
           ++hidden_count;
           ASSERT_EQ(dark[i], light[i]) << "round " << round << " at " << x << ", " << row;
