@@ -188,17 +188,32 @@ def default_precision(device: torch.device) -> torch.dtype:
     except OSError:
         return torch.float32
     return torch.bfloat16 if "avx512_bf16" in text or "amx_bf16" in text else torch.float32
-def captured(function: Callable[..., Any], *examples: torch.Tensor) -> Callable[..., Any]:
-    """Captures a function of tensors as a CUDA graph, so that a call is one launch.
+def captured(function: Callable[..., Any]) -> Callable[..., Any]:
+    """Captures a function of tensors as CUDA graphs, so that a call is one launch.
 
-    The graph uses the same memory for each call: results are valid until the next call. It uses the
-    current values of parameters that are changed in place, as optimisers do.
+    The first call with arguments of other shapes captures another graph. A graph uses the same
+    memory for each call: results are valid until the next call. It uses the current values of
+    parameters that are changed in place, as optimisers do.
 
     Args:
-        function: Launches kernels only; neither waits for the GPU nor allocates other memory.
-        *examples: Arguments with the shapes of later calls.
+        function: Launches kernels only, and does not wait for the GPU. Repeated, it has the same
+            effect.
     """
-    inputs = [example.clone() for example in examples]
+    graphs: dict[tuple[torch.Size, ...], Callable[..., Any]] = {}
+
+    def call(*arguments: torch.Tensor) -> Any:  # noqa: ANN401
+        shapes = tuple(argument.shape for argument in arguments)
+        if shapes not in graphs:
+            graphs[shapes] = _capture(function, arguments)
+        return graphs[shapes](*arguments)
+
+    return call
+
+
+def _capture(
+    function: Callable[..., Any], arguments: tuple[torch.Tensor, ...]
+) -> Callable[..., Any]:
+    inputs = [argument.clone() for argument in arguments]
     stream = torch.cuda.Stream()
     stream.wait_stream(torch.cuda.current_stream())
     with torch.cuda.stream(stream):

@@ -16,6 +16,7 @@ import argparse
 import sys
 import time
 from collections.abc import Callable, Sequence
+from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -136,29 +137,35 @@ class Ppo:
         self.observations = torch.zeros(
             (*shape, 64, 64, 3), dtype=torch.uint8, device=self.device
         )
-        self.received = self.observations  # Where the client writes them.
-        if on_gpu:
-            self.received = torch.zeros((shape[1], 64, 64, 3), dtype=torch.uint8).pin_memory()
         self.noise = torch.ones((*shape, ACTION_COUNT), device=self.device)
         self.actions = torch.zeros(shape, dtype=torch.int64, device=self.device)
         self.log_probabilities = torch.zeros(shape, device=self.device)
         self.values = torch.zeros(shape, device=self.device)
-        self.act = {
-            rows.start: captured(self.agent.act, self.observations[0, rows], self.noise[0, rows])
-            if on_gpu
-            else self.agent.act
-            for rows in environments.halves
-        }
-        self.gradients = ChunkedGradients(
+        kept = (self.observations, self.actions, self.log_probabilities, self.values)
+        advantages, returns = torch.zeros((2, shape[0] - 1, shape[1]), device=self.device)
+        rollout = [*(tensor[:-1] for tensor in kept), advantages, returns]
+        self.rollout = Rollout(*(tensor.flatten(0, 1) for tensor in rollout))
+        self.chunked = ChunkedGradients(
             self.parameters, options.chunk_size, 1 if on_gpu else options.threads
         )
+        self.received = self.observations  # Where the client writes them.
+        self.gradients = self.minibatch_gradients
+        if on_gpu:
+            self.received = torch.zeros((shape[1], 64, 64, 3), dtype=torch.uint8).pin_memory()
+            self.chosen = torch.zeros(shape[1], dtype=torch.int64).pin_memory()
+            self.steps = torch.arange(shape[0], device=self.device).split(1)  # [1] each.
+            self.graphs = {
+                rows.start: captured(partial(self.act_on_gpu, rows=rows))
+                for rows in environments.halves
+            }
+            self.gradients = captured(self.minibatch_gradients)
 
     def update(self) -> Update:
         """Collects a rollout and learns from it."""
         before = self.random.get_state()
         while True:
             try:
-                rollout, update = self.collect()
+                update = self.collect()
                 begin = time.perf_counter()
                 self.states = self.environments.save_states()
                 waited = update.environment_seconds + time.perf_counter() - begin
@@ -166,10 +173,10 @@ class Ppo:
             except LOST:  # The server was restarted: repeat the same steps.
                 self.environments.reopen(self.states)
                 self.random.set_state(before)
-        return update._replace(environment_seconds=waited, metrics=self.learn(rollout))
+        return update._replace(environment_seconds=waited, metrics=self.learn())
 
-    def collect(self) -> tuple[Rollout, Update]:
-        """Takes T steps and returns the rollout."""
+    def collect(self) -> Update:
+        """Takes T steps, and fills the rollout."""
         step_count, env_count = self.options.num_steps, self.options.num_envs
         rewards = np.zeros((step_count, env_count), np.float32)
         ended = np.zeros((step_count, env_count), bool)
@@ -180,18 +187,10 @@ class Ppo:
         begin = clock()
         for t, rows, batch in self.environments.rollout(step_count, self.received):
             received = clock()
-            if self.received is not self.observations:
-                self.observations[t, rows].copy_(self.received[rows], non_blocking=True)
-            actions, log_probabilities, values = self.act[rows.start](
-                self.observations[t, rows], self.noise[t, rows]
-            )
-            self.actions[t, rows] = actions
-            self.log_probabilities[t, rows] = log_probabilities
-            self.values[t, rows] = values
-            chosen = actions.cpu().numpy()
+            actions = self.choose(t, rows)
             decided = clock()
             if t < step_count:
-                self.environments.send(chosen)
+                self.environments.send(actions)
             sent = clock()
             environment_seconds += received - begin + sent - decided
             policy_seconds += decided - received
@@ -199,51 +198,73 @@ class Ppo:
                 rewards[t - 1, rows], ended[t - 1, rows] = batch.rewards, batch.ended
                 episodes += episodes_of(batch, t, rows.start)
             begin = clock()
-        update = Update(step_count, episodes, environment_seconds, policy_seconds, ())
-        return self.rollout(rewards, ended), update
+        self.estimate_returns(rewards, ended)
+        return Update(step_count, episodes, environment_seconds, policy_seconds, ())
 
-    def rollout(self, rewards: np.ndarray, ended: np.ndarray) -> Rollout:
-        """Returns the collected steps with advantages; the last observation has only a value."""
+    def choose(self, t: int, rows: slice) -> np.ndarray:
+        """Returns the actions of step t, int64 [rows], and keeps them."""
+        if self.device.type != "cuda":
+            return self.act(t, rows).numpy()
+        self.graphs[rows.start](self.steps[t])
+        torch.cuda.current_stream().synchronize()
+        return self.chosen[rows].numpy()
+
+    def act(self, t: int | torch.Tensor, rows: slice) -> torch.Tensor:
+        """The same, computed on the device; `t`: an integer or int64 [1]."""
+        observations, noise = self.observations[t, rows], self.noise[t, rows]
+        choice = self.agent.act(observations.view(-1, 64, 64, 3), noise.view(-1, ACTION_COUNT))
+        self.actions[t, rows], self.log_probabilities[t, rows], self.values[t, rows] = choice
+        return choice[0]
+
+    def act_on_gpu(self, t: torch.Tensor, rows: slice) -> None:
+        """The same, from received observations to chosen actions, as one graph."""
+        self.observations[t, rows] = self.received[rows].to(self.device, non_blocking=True)
+        self.chosen[rows].copy_(self.act(t, rows), non_blocking=True)
+
+    def estimate_returns(self, rewards: np.ndarray, ended: np.ndarray) -> None:
+        """Fills in advantages and returns; the last observation has only a value."""
         normalized = np.stack([*map(self.normalize, rewards, ended)])
-        advantages = torch.from_numpy(
-            estimate_advantages(
-                *(normalized, ended, self.values.cpu().numpy()),
-                *(self.options.gamma, self.options.gae_lambda),
-            )
-        ).to(self.device)
-        kept = (self.observations, self.actions, self.log_probabilities, self.values)
-        tensors = [*(tensor[:-1] for tensor in kept), advantages, advantages + self.values[:-1]]
-        return Rollout(*(tensor.flatten(0, 1) for tensor in tensors))
+        advantages = estimate_advantages(
+            *(normalized, ended, self.values.cpu().numpy()),
+            *(self.options.gamma, self.options.gae_lambda),
+        )
+        self.rollout.advantages.copy_(torch.from_numpy(advantages).flatten())
+        torch.add(self.rollout.advantages, self.rollout.values, out=self.rollout.returns)
 
-    def learn(self, rollout: Rollout) -> list[float]:
-        """Optimises the agent on a rollout; returns the means of metric_names."""
+    def learn(self) -> list[float]:
+        """Optimises the agent on the rollout; returns the means of metric_names."""
         sums = torch.zeros(len(self.metric_names), device=self.device)
-        size = len(rollout.actions)
+        size = len(self.rollout.actions)
         for _ in range(self.options.epochs):
             order = torch.randperm(size, generator=self.host_random).to(self.device)
             for indices in order.chunk(self.options.minibatches):
-                sums += self.optimize(rollout, indices)
+                sums += self.optimize(indices)
         return (sums / (size * self.options.epochs)).tolist()
 
-    def optimize(self, rollout: Rollout, indices: torch.Tensor) -> torch.Tensor:
+    def optimize(self, indices: torch.Tensor) -> torch.Tensor:
         """Takes an optimiser step on a minibatch; returns the sums of metric_names."""
-        advantages = rollout.advantages[indices]
-        advantages = (advantages - advantages.mean()) / (advantages.std() + 1e-8)
-        gradients, metrics = self.gradients(
-            lambda *chunk: self.loss(rollout, *chunk), indices, advantages
-        )
+        gradients, metrics = self.gradients(indices)
         self.ranks.average(gradients)
         for parameter, gradient in zip(self.parameters, gradients, strict=True):
             parameter.grad = gradient
         nn.utils.clip_grad_norm_(self.parameters, self.options.max_grad_norm)
         self.optimizer.step()
-        return torch.stack(metrics).sum(0)
+        return metrics
+
+    def minibatch_gradients(
+        self, indices: torch.Tensor
+    ) -> tuple[list[torch.Tensor], torch.Tensor]:
+        """Returns the gradients of a minibatch and the sums of metric_names."""
+        advantages = self.rollout.advantages[indices]
+        advantages = (advantages - advantages.mean()) / (advantages.std() + 1e-8)
+        gradients, metrics = self.chunked(self.loss, indices, advantages)
+        return gradients, torch.stack(metrics).sum(0)
 
     def loss(
-        self, rollout: Rollout, part: torch.Tensor, advantages: torch.Tensor
+        self, part: torch.Tensor, advantages: torch.Tensor
     ) -> tuple[torch.Tensor, torch.Tensor]:
         """Returns the loss and metric_names, summed over a part of the rollout."""
-        clip = self.options.clip
+        rollout, clip = self.rollout, self.options.clip
         logits, values = self.agent(rollout.observations[part])
         log_softmax = F.log_softmax(logits, -1)
         log_probabilities = log_softmax.gather(-1, rollout.actions[part, None]).squeeze(-1)

@@ -152,10 +152,7 @@ class Rainbow:
         if on_gpu:
             self.received = self.received.pin_memory()
         best = torch.no_grad()(self.online.best)
-        self.best = {
-            rows.start: captured(best, self.received[rows].to(self.device)) if on_gpu else best
-            for rows in environments.halves
-        }
+        self.best = captured(best) if on_gpu else best
 
     @property
     def needs_checkpoint(self) -> bool:
@@ -213,7 +210,7 @@ class Rainbow:
         if self.replay.row_count * self.options.num_envs < self.options.learning_starts:
             return self.host_random.integers(0, ACTION_COUNT, rows.stop - rows.start)
         self.online.resample(self.random)
-        return self.best[rows.start](self.received[rows].to(self.device)).cpu().numpy()
+        return self.best(self.received[rows].to(self.device)).cpu().numpy()
 
     def learn(self) -> torch.Tensor:
         """Takes an optimiser step; returns means of metric_names."""

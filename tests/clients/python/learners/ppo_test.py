@@ -14,6 +14,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+import torch
 from small_runs import STEPS_OF_UPDATE, options, results, train
 
 from learners import ppo
@@ -49,6 +50,18 @@ def test_equal_seeds_give_equal_runs(
     assert train(tmp_path / "same", server.address, threads=1) == uninterrupted
     other = train(tmp_path / "other", server.address, seed=1)
     assert other["learning"] != uninterrupted["learning"]
+
+
+def test_steps_given_as_tensors_give_an_equal_run(
+    server: ServerProcess,
+    uninterrupted: dict[str, str],
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """A CUDA graph cannot be called with an integer."""
+    steps = torch.arange(100).split(1)
+    monkeypatch.setattr(ppo.Ppo, "choose", lambda self, t, rows: self.act(steps[t], rows).numpy())
+    assert train(tmp_path, server.address) == uninterrupted
 
 
 def test_checkpoint_can_be_read_with_another_version_of_numpy(
