@@ -43,7 +43,7 @@ std::string UrlOf(const Address& address, uint16_t port, bool is_secure) {
 }
 
 PageSessionContext PageSessionContextOf(const WebOptions& options, PoolFeed* feed,
-                                        ThreadGroup* watch_threads) {
+                                        ThreadGroup* watch_threads, DifferenceCache* differences) {
   PageSessionContext context;
   context.version = options.version;
   context.requires_token = options.requires_token;
@@ -55,6 +55,7 @@ PageSessionContext PageSessionContextOf(const WebOptions& options, PoolFeed* fee
   context.pause_pool = options.pause_pool;
   context.feed = feed;
   context.watch_threads = watch_threads;
+  context.differences = differences;
   return context;
 }
 
@@ -74,7 +75,8 @@ class BeastServer final : public WebServer {
         watch_threads_(
             std::make_unique<ThreadGroup>(static_cast<size_t>(options.viewers_max) * kWatchesMax,
                                           "the server has no room for another watch")),
-        page_session_context_(PageSessionContextOf(options, feed_.get(), watch_threads_.get())),
+        page_session_context_(
+            PageSessionContextOf(options, feed_.get(), watch_threads_.get(), &differences_)),
         page_session_threads_(std::make_unique<ThreadGroup>(
             static_cast<size_t>(options.viewers_max),
             absl::StrCat("the server has no room for another page, --web_viewers_max is ",
@@ -126,6 +128,7 @@ class BeastServer final : public WebServer {
   const std::string url_;
   const Site site_;
   TlsContexts tls_;  // used only by the listener's thread
+  DifferenceCache differences_;
   std::unique_ptr<PoolFeed> feed_;
   std::unique_ptr<ThreadGroup> watch_threads_;
   const PageSessionContext page_session_context_;

@@ -3,6 +3,7 @@
 #include <utility>
 #include <vector>
 
+#include "absl/hash/hash.h"
 #include "absl/strings/str_cat.h"
 #include "absl/types/span.h"
 
@@ -64,8 +65,8 @@ const char* NameOf(FrameEncoding encoding) {
   return "";
 }
 
-FrameEncoder::FrameEncoder(int64_t watch, FrameEncoding encoding)
-    : watch_(watch), encoding_(encoding) {
+FrameEncoder::FrameEncoder(int64_t watch, FrameEncoding encoding, DifferenceCache* differences)
+    : watch_(watch), encoding_(encoding), differences_(differences) {
   if (encoding == FrameEncoding::kDeflate) {
     deflater_.emplace();
   }
@@ -87,13 +88,19 @@ WireMessage FrameEncoder::Encode(v1::WatchPoolResponse response) {
 }
 
 std::string FrameEncoder::Deflate(int32_t environment, std::string pixels) {
-  std::string& sent = sent_[environment];
-  if (pixels == sent) {
+  SentFrame& sent = sent_[environment];
+  if (pixels == sent.pixels) {
     return "";
   }
-  std::string difference = deflater_->Deflate(BytesOf(pixels), BytesOf(sent));
-  sent = std::move(pixels);
-  return difference;
+  const size_t hash = absl::HashOf(pixels);
+  const DifferenceCache::Key key = {sent.hash, hash};
+  std::optional<std::string> difference = differences_->Find(key);
+  if (!difference.has_value()) {
+    difference = deflater_->Deflate(BytesOf(pixels), BytesOf(sent.pixels));
+    differences_->Add(key, *difference);
+  }
+  sent = {std::move(pixels), hash};
+  return *std::move(difference);
 }
 
 }  // namespace procgen::web

@@ -1,6 +1,7 @@
 #ifndef SERVER_WEB_SESSION_FRAME_ENCODER_H_
 #define SERVER_WEB_SESSION_FRAME_ENCODER_H_
 
+#include <cstddef>
 #include <cstdint>
 #include <map>
 #include <optional>
@@ -9,6 +10,7 @@
 #include "procgen/v1/render.pb.h"
 #include "server/encoding/deflater.h"
 #include "server/web/json/message.h"
+#include "server/web/session/difference_cache.h"
 
 namespace procgen::web {
 
@@ -22,20 +24,26 @@ const char* NameOf(FrameEncoding encoding);
 // Threads: compatible (one thread at a time).
 class FrameEncoder {
  public:
-  // `watch`: its number.
-  FrameEncoder(int64_t watch, FrameEncoding encoding);
+  // `watch`: its number. `differences` must outlive this.
+  FrameEncoder(int64_t watch, FrameEncoding encoding, DifferenceCache* differences);
 
   // Returns the event `frames`. REQUIRES: frames of the watch, PNG files for kPng, else pixels.
   WireMessage Encode(procgen::v1::WatchPoolResponse response);
 
  private:
+  struct SentFrame {
+    std::string pixels;
+    size_t hash = 0;
+  };
+
   // Returns the difference of a frame to the previous one of its environment.
   std::string Deflate(int32_t environment, std::string pixels);
 
   const int64_t watch_;
   const FrameEncoding encoding_;
   std::optional<Deflater> deflater_;
-  std::map<int32_t, std::string> sent_;  // environment -> pixels of its last frame
+  DifferenceCache* const differences_;
+  std::map<int32_t, SentFrame> sent_;  // environment -> its last frame
 };
 
 }  // namespace procgen::web

@@ -227,8 +227,8 @@ absl::StatusOr<Answer> PageSession::StartWatch(const Request& request) {
         absl::StrCat("the page has ", kWatchesMax, " watches, which is the limit; stop one"));
   }
   const int64_t number = next_number_++;
-  absl::StatusOr<std::unique_ptr<PoolFrames>> frames =
-      PoolFrames::Start(client_, watch, number, outbox_, context_.watch_threads);
+  absl::StatusOr<std::unique_ptr<PoolFrames>> frames = PoolFrames::Start(
+      client_, watch, number, outbox_, context_.watch_threads, context_.differences);
   if (!frames.ok()) {
     return frames.status();
   }

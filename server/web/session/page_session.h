@@ -21,6 +21,7 @@
 #include "server/web/json/message.h"
 #include "server/web/play/play.h"
 #include "server/web/play/replay.h"
+#include "server/web/session/difference_cache.h"
 #include "server/web/session/outbox.h"
 #include "server/web/session/pool_feed.h"
 #include "server/web/session/pool_frames.h"
@@ -49,6 +50,7 @@ struct PageSessionContext {
   PausePool pause_pool;
   PoolFeed* feed = nullptr;
   ThreadGroup* watch_threads = nullptr;  // threads of watches
+  DifferenceCache* differences = nullptr;
 };
 
 // The session of one page. Its requests block, so they are executed in order on a thread of the

@@ -81,7 +81,7 @@ WatchParams ReadWatch(RequestParams* params) {
 
 absl::StatusOr<std::unique_ptr<PoolFrames>> PoolFrames::Start(
     std::shared_ptr<procgen_client::Client> client, const WatchParams& params, int64_t number,
-    std::shared_ptr<Outbox> outbox, ThreadGroup* threads) {
+    std::shared_ptr<Outbox> outbox, ThreadGroup* threads, DifferenceCache* differences) {
   const absl::StatusOr<v1::Pool> pool = client->GetPool(params.request.pool());
   if (!pool.ok()) {
     return pool.status();
@@ -92,7 +92,7 @@ absl::StatusOr<std::unique_ptr<PoolFrames>> PoolFrames::Start(
   auto shared = std::make_shared<Shared>();
   shared->client = std::move(client);
   shared->watch = shared->client->Watch(params.request);
-  shared->encoder = std::make_shared<FrameEncoder>(number, params.encoding);
+  shared->encoder = std::make_shared<FrameEncoder>(number, params.encoding, differences);
   shared->number = number;
   shared->outbox = std::move(outbox);
   if (absl::Status status = threads->Start([shared] { shared->Run(); }); !status.ok()) {

@@ -10,6 +10,7 @@
 #include "procgen_client/client.h"
 #include "server/concurrency/thread_group.h"
 #include "server/web/json/message.h"
+#include "server/web/session/difference_cache.h"
 #include "server/web/session/frame_encoder.h"
 #include "server/web/session/outbox.h"
 
@@ -38,7 +39,7 @@ class PoolFrames {
   // Later ones are reported by the event watch_ended.
   static absl::StatusOr<std::unique_ptr<PoolFrames>> Start(
       std::shared_ptr<procgen_client::Client> client, const WatchParams& params, int64_t number,
-      std::shared_ptr<Outbox> outbox, ThreadGroup* threads);
+      std::shared_ptr<Outbox> outbox, ThreadGroup* threads, DifferenceCache* differences);
   // REQUIRES: Begin was called. No event is sent after the return.
   ~PoolFrames();
   PoolFrames(const PoolFrames&) = delete;

@@ -1,5 +1,6 @@
 #include "server/web/session/frame_encoder.h"
 
+#include <cstddef>
 #include <cstdint>
 #include <cstring>
 #include <string>
@@ -35,7 +36,8 @@ Json HeaderOf(const WireMessage& message) {
 }
 
 TEST(FrameEncoderTest, FramesHaveTheirEnvironmentsAndSizes) {
-  FrameEncoder encoder(9, FrameEncoding::kRgb);
+  DifferenceCache differences;
+  FrameEncoder encoder(9, FrameEncoding::kRgb, &differences);
   const Json header = HeaderOf(encoder.Encode(FramesOf(Pixels('a'), Pixels('b'))));
   EXPECT_EQ(header["event"], "frames");
   EXPECT_EQ(header["watch"], 9);
@@ -47,13 +49,29 @@ TEST(FrameEncoderTest, FramesHaveTheirEnvironmentsAndSizes) {
 }
 
 TEST(FrameEncoderTest, UnchangedFramesAreEmpty) {
-  FrameEncoder encoder(1, FrameEncoding::kDeflate);
+  DifferenceCache differences;
+  FrameEncoder encoder(1, FrameEncoding::kDeflate, &differences);
   const Json first = HeaderOf(encoder.Encode(FramesOf(Pixels('a'), Pixels('b'))));
   EXPECT_GT(first["parts"][0]["bytes"], 0);
   const Json second = HeaderOf(encoder.Encode(FramesOf(Pixels('a'), Pixels('c'))));
   EXPECT_EQ(second["parts"][0]["format"], "deflate");
   EXPECT_EQ(second["parts"][0]["bytes"], 0);
   EXPECT_GT(second["parts"][1]["bytes"], 0);
+}
+
+TEST(FrameEncoderTest, PagesThatShowTheSameFramesShareDifferences) {
+  DifferenceCache differences;
+  FrameEncoder first(1, FrameEncoding::kDeflate, &differences);
+  first.Encode(FramesOf(Pixels('a'), Pixels('b')));
+  // A page that is opened later has the same frames from its second frame set on.
+  FrameEncoder second(1, FrameEncoding::kDeflate, &differences);
+  const std::string of_first = first.Encode(FramesOf(Pixels('c'), Pixels('d'))).bytes;
+  EXPECT_NE(second.Encode(FramesOf(Pixels('c'), Pixels('d'))).bytes, of_first);
+  const size_t count = differences.count();
+  const std::string next = first.Encode(FramesOf(Pixels('e'), Pixels('f'))).bytes;
+  EXPECT_EQ(differences.count(), count + 2);
+  EXPECT_EQ(second.Encode(FramesOf(Pixels('e'), Pixels('f'))).bytes, next);
+  EXPECT_EQ(differences.count(), count + 2);
 }
 
 }  // namespace
