@@ -278,9 +278,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
     if not games:
         raise SystemExit(f"none of these games has mode {scale.mode}; {', '.join(playable)} have")
     scale = scale._replace(games=tuple(games))
-    for name in ("total_steps", "seeds"):
-        if getattr(given, name) is not None:
-            scale = scale._replace(**{name: getattr(given, name)})
+    if given.total_steps is not None:
+        scale = scale._replace(total_steps=given.total_steps)
+    if given.seeds is not None:
+        experiment = experiment._replace(seeds_of=lambda game, scale: given.seeds)
     if given.server:
         more += ["--server", given.server]
     root = Path(given.output) / f"{given.name}-{given.scale}"
@@ -314,7 +315,7 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument("--games", nargs="+", choices=ENV_NAMES, metavar="GAME")
     parser.add_argument("--scale", choices=SCALES, default="small", help="default: %(default)s")
     parser.add_argument("--total-steps", type=int, help="default: the scale's")
-    parser.add_argument("--seeds", type=int, help="of each variant; default: the scale's")
+    parser.add_argument("--seeds", type=int, help="of each variant; default: the experiment's")
     parser.add_argument("--output", default="experiments", metavar="DIR")
     parser.add_argument("--server", help="address; default: PROCGEN_SERVER, else a local server")
     return parser

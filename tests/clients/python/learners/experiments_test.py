@@ -54,7 +54,14 @@ def test_table_includes_a_random_agent(server: ServerProcess, tmp_path: Path) ->
     root = _run("all_games", server, tmp_path, "--games", "coinrun")
     head, _, row = (root / "table.md").read_text().splitlines()
     assert "random agent" in head
-    assert " to " in row, "the range of several random runs"
+    assert row.split(" | ")[2] == "3", "seeds"
+    assert " to " in row.split(" | ")[6], "the range of several random runs"
+
+
+def test_number_of_seeds_can_be_given(server: ServerProcess, tmp_path: Path) -> None:
+    root = _run("all_games", server, tmp_path, "--games", "coinrun", "--seeds", "1")
+    row = (root / "table.md").read_text().splitlines()[2]
+    assert row.split(" | ")[2] == "1"
 
 
 def test_games_without_the_mode_are_not_run(server: ServerProcess, tmp_path: Path) -> None:
