@@ -31,6 +31,7 @@ from procgen_client.tools.play_episodes import play_episodes
 TEST_ENV_COUNT = 50
 SMALL_GAMES = ("bigfish", "coinrun", "starpilot")
 RANDOM_SEEDS = 3
+_TEST = "test.json"  # Returns of a run's policy.
 
 
 class Scale(NamedTuple):
@@ -163,7 +164,9 @@ def train(job: Job, scale: Scale, more: Sequence[str]) -> None:
         SystemExit: It was stopped, or failed.
     """
     progress = job.folder / "progress.csv"
-    if (job.folder / CHECKPOINT).exists() and progress.exists():
+    # A tested policy is not needed any more.
+    is_kept = any((job.folder / name).exists() for name in (CHECKPOINT, _TEST))
+    if is_kept and progress.exists():
         if int(progress.read_text().splitlines()[-1].split(",")[0]) >= scale.total_steps:
             return
     options = {
@@ -195,7 +198,7 @@ _SIGNALS = (signal.SIGTERM, signal.SIGINT)
 
 def test(client: Client, job: Job, experiment: Experiment, scale: Scale) -> None:
     """Plays the trained policy on training and test levels, and writes the returns."""
-    path = job.folder / "test.json"
+    path = job.folder / _TEST
     if experiment.test_levels is None or path.exists():
         return
     options = job.variant.options
@@ -258,7 +261,7 @@ def run_of(job: Job) -> report.Run:
         job.folder / "progress.csv", delimiter=",", skip_header=1, usecols=(0, 1), ndmin=2
     )
     assert PROGRESS_COLUMNS[:2] == ("step", "return_mean")
-    path = job.folder / "test.json"
+    path = job.folder / _TEST
     tested = json.loads(path.read_text()) if path.exists() else {}
     means = {name: float(np.mean(returns)) for name, returns in tested.items()}
     return report.Run(
