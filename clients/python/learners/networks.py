@@ -188,6 +188,8 @@ def default_precision(device: torch.device) -> torch.dtype:
     except OSError:
         return torch.float32
     return torch.bfloat16 if "avx512_bf16" in text or "amx_bf16" in text else torch.float32
+
+
 def captured(function: Callable[..., Any]) -> Callable[..., Any]:
     """Captures a function of tensors as CUDA graphs, so that a call is one launch.
 

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 import pytest
 from learner import Learner
-from page import Page, PageError, WebServer, conformance, open_page
+from page import TIMEOUT_S, Page, PageError, WebServer, conformance, open_page
 
 from procgen_client import Client
 
@@ -40,7 +40,10 @@ def test_pools_are_reported_once_a_second(server: WebServer, learner: Learner) -
             for _ in range(3):
                 last = await page.event("pools")
             assert 1.5 < time.monotonic() - begun < 30
-            while last.result["pools"][0]["episode_count"] == 0:
+            while (
+                last.result["pools"][0]["episode_count"] == 0
+                and time.monotonic() - begun < TIMEOUT_S
+            ):
                 last = await page.event("pools")
             (pool,) = last.result["pools"]
             assert pool["name"] == "pools/learning" and pool["kind"] == "pool"
