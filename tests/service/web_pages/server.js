@@ -3,6 +3,7 @@
 import { spawn } from "node:child_process";
 import { once } from "node:events";
 import { createInterface } from "node:readline";
+import { after } from "node:test";
 import { connect, DistributionMode } from "../../../clients/node/dist/index.js";
 
 // A server on loopback, on ports that the system chooses unless `flags` sets them.
@@ -74,6 +75,10 @@ export class Fleet {
   }
 }
 
+// Learners of tests that failed; they must not keep the process alive.
+const running = new Set();
+after(() => running.forEach((learner) => learner.abandon()));
+
 // A learner that steps a pool with random actions until stop().
 export class Learner {
   #isStopped = false;
@@ -85,6 +90,7 @@ export class Learner {
     const spec = { games, envCount, options: { distributionMode: DistributionMode.EASY, randSeed: 3n, ...environment } };
     learner.pool = await learner.client.createPool(spec, { poolId });
     learner.running = learner.#run(envCount);
+    running.add(learner);
     return learner;
   }
 
@@ -92,7 +98,7 @@ export class Learner {
   abandon() {
     this.#isStopped = true;
     this.running.catch(() => undefined);
-    this.client.close();
+    this.#close();
   }
 
   // Ends the steps; the pool stays.
@@ -104,7 +110,12 @@ export class Learner {
   async stop() {
     await this.pause();
     await this.pool.close();
+    this.#close();
+  }
+
+  #close() {
     this.client.close();
+    running.delete(this);
   }
 
   // Most actions go right, as with a partly trained policy. At times all environments change their action.

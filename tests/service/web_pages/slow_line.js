@@ -24,6 +24,7 @@ export class SlowLine {
     });
     line.#proxy.listen(0, "127.0.0.1");
     await once(line.#proxy, "listening");
+    line.#proxy.unref();  // A test that fails before it closes the line must not keep the process alive.
     line.web = `http://127.0.0.1:${line.#proxy.address().port}`;
     return line;
   }
