@@ -40,6 +40,8 @@ MipmappedImage::MipmappedImage(Image image, Levels levels) {
       levels_.push_back(Halved(levels_.back()));
     }
     scaled_ = std::make_unique<ScaledImageCache>();
+  } else {
+    column_copies_ = std::make_unique<ColumnCopies>();
   }
 }
 
@@ -78,6 +80,8 @@ MipmappedImage MipmappedImage::Mirrored() const {
   }
   if (scaled_ != nullptr) {
     mirrored.scaled_ = std::make_unique<ScaledImageCache>();
+  } else {
+    mirrored.column_copies_ = std::make_unique<ColumnCopies>();
   }
   return mirrored;
 }

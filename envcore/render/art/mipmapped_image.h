@@ -4,6 +4,7 @@
 #include <memory>
 #include <vector>
 
+#include "envcore/render/art/column_copies.h"
 #include "envcore/render/art/scaled_image_cache.h"
 #include "envcore/render/raster/image.h"
 
@@ -42,12 +43,16 @@ class MipmappedImage {
   // Like ScaledTo, but returns null if the copy would not be kept because the cache is full.
   std::shared_ptr<const ScaledImage> KeptAt(const ScaledSize& size) const;
 
+  // Copies of the columns of level 0; null if there are other levels. REQUIRES: !empty().
+  const ColumnCopies* column_copies() const { return column_copies_.get(); }
+
   // Returns the image with its columns reversed, at all levels.
   MipmappedImage Mirrored() const;
 
  private:
   std::vector<Image> levels_;
-  std::unique_ptr<ScaledImageCache> scaled_;  // null: one level only
+  std::unique_ptr<ScaledImageCache> scaled_;     // null: one level only
+  std::unique_ptr<ColumnCopies> column_copies_;  // null: several levels, or empty
   bool opaque_ = false;
 };
 

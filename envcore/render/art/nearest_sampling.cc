@@ -104,7 +104,7 @@ void DrawNearestGenerated(const MipmappedImage& picture, const ScreenRect& rect,
 }
 
 void DrawNearestBackdrop(const MipmappedImage& picture, const ScreenRect& rect,
-                         BackdropPixels* pixels, const Frame& frame) {
+                         BackdropMotion motion, BackdropPixels* pixels, const Frame& frame) {
   const PixelBox box = Rounded(rect);
   if (frame.Cut(box).IsEmpty()) {
     return;
@@ -121,7 +121,8 @@ void DrawNearestBackdrop(const MipmappedImage& picture, const ScreenRect& rect,
   }
   // The view shows only a small part of a large background. A smaller level fits the caches better.
   const double share = picture.scales() ? kLargeBackdropShare : 1;
-  DrawBackdrop(picture.LevelFor(rect.width * share, rect.height * share), rect, pixels, frame);
+  DrawBackdrop(picture.LevelFor(rect.width * share, rect.height * share), rect, motion,
+               picture.column_copies(), pixels, frame);
 }
 
 }  // namespace procgen

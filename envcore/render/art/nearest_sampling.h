@@ -2,6 +2,7 @@
 #define ENVCORE_RENDER_ART_NEAREST_SAMPLING_H_
 
 #include "envcore/render/art/mipmapped_image.h"
+#include "envcore/render/art/upright_image.h"
 #include "envcore/render/output/frame.h"
 #include "envcore/render/raster/pixel_set.h"
 #include "envcore/scene/camera.h"
@@ -19,7 +20,7 @@ void DrawNearestGenerated(const MipmappedImage& picture, const ScreenRect& rect,
 // Draws a background, upright and opaque. `pixels`: the pixels to skip, updated with those done;
 // null: draws all pixels.
 void DrawNearestBackdrop(const MipmappedImage& picture, const ScreenRect& rect,
-                         BackdropPixels* pixels, const Frame& frame);
+                         BackdropMotion motion, BackdropPixels* pixels, const Frame& frame);
 
 }  // namespace procgen
 

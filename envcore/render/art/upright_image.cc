@@ -159,6 +159,54 @@ void PrefetchRow(const Rgba* source, absl::Span<const int32_t> columns, int stri
   __builtin_prefetch(source + columns.back());
 }
 
+// The smallest step for which copies of columns have fewer cache lines, in 16.16 fixed point.
+constexpr int64_t kCopiedStepMin = 2 << 16;
+constexpr int64_t kFractionUnit = 256;  // in 16.16 fixed point
+
+// The copy in which a background is looked for.
+struct CopiedPart {
+  // Whether the copy shows exactly the columns `sources`.
+  bool Shows(absl::Span<const int32_t> sources) const {
+    if (first_column + static_cast<int>(sources.size()) > part.width) {
+      return false;
+    }
+    int64_t position = part.position + first_column * part.step;
+    bool same = true;
+    for (const int32_t source : sources) {
+      same &= source == position >> 16;
+      position += part.step;
+    }
+    return same;
+  }
+
+  ColumnCopies::Part part;
+  int first_column;  // of the copy: the first one that is shown
+};
+
+CopiedPart CopiedPartOf(const Image& image, BackdropMotion motion, const AxisSteps& across,
+                        const AxisSteps& down) {
+  if (motion == BackdropMotion::kAny) {
+    return {{.position = across.position,
+             .step = across.step,
+             .width = across.count,
+             .first_row = 0,
+             .end_row = image.height()},
+            0};
+  }
+  // All columns that come into view with about the same fraction of a step: rounding errors make
+  // small differences.
+  const int64_t steps = across.position / across.step;
+  const int64_t fraction = across.position - steps * across.step;
+  const int64_t position = (fraction + kFractionUnit / 2) / kFractionUnit * kFractionUnit;
+  const int64_t limit = (static_cast<int64_t>(image.width()) << 16) - 1;
+  return {{.position = position,
+           .step = across.step,
+           .width = static_cast<int>((limit - position) / across.step + 1),
+           .first_row = down.SourceAt(down.first),
+           .end_row = down.SourceAt(down.first + down.count - 1) + 1},
+          static_cast<int>(steps)};
+}
+
 }  // namespace
 
 void DrawAtPositions(const Image& image, bool opaque, const SourcePositions& across,
@@ -185,15 +233,30 @@ void DrawHalfTurn(const Image& image, bool opaque, uint32_t opacity, const Rotat
               frame);
 }
 
-void DrawBackdrop(const Image& image, const ScreenRect& rect, BackdropPixels* pixels,
-                  const Frame& frame) {
+void DrawBackdrop(const Image& image, const ScreenRect& rect, BackdropMotion motion,
+                  const ColumnCopies* copies, BackdropPixels* pixels, const Frame& frame) {
   const StepsOfBoth steps = StepsFor(image, FirstPosition::kExactStep, rect, frame.size_px);
   const AxisSteps& across = steps.across;
   const AxisSteps& down = steps.down;
-  const Sources columns(across);
-  const absl::Span<const int32_t> sources = columns.positions().sources;
+  if (across.count <= 0 || down.count <= 0) {
+    return;
+  }
   const PixelBox box = {across.first, down.first, across.first + across.count,
                         down.first + down.count};
+  const Sources columns(across);
+  const absl::Span<const int32_t> sources = columns.positions().sources;
+  if (copies != nullptr && across.step >= kCopiedStepMin) {
+    const CopiedPart copied = CopiedPartOf(image, motion, across, down);
+    const Image* copy = copied.Shows(sources) ? copies->Find(image, copied.part) : nullptr;
+    if (copy != nullptr) {
+      ForEachRunToDraw(box, pixels, [&](int row, int first, int end) {
+        const Rgba* source = copy->Row(down.SourceAt(row) - copied.part.first_row) +
+                             (copied.first_column + first - across.first);
+        std::copy(source, source + (end - first), frame.At(first, row));
+      });
+      return;
+    }
+  }
   const int stride = ColumnsPerCacheLine(across);
   ForEachRunToDraw(box, pixels, [&](int row, int first, int end) {
     const auto skipped = static_cast<size_t>(first - across.first);

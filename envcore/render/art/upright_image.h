@@ -4,6 +4,7 @@
 #include <cstdint>
 
 #include "absl/types/span.h"
+#include "envcore/render/art/column_copies.h"
 #include "envcore/render/output/frame.h"
 #include "envcore/render/raster/image.h"
 #include "envcore/render/raster/pixel_set.h"
@@ -30,10 +31,13 @@ void DrawUpright(const Image& image, bool opaque, uint32_t opacity, const Screen
 // Draws `image` upside down. REQUIRES: rotated.IsHalfTurn().
 void DrawHalfTurn(const Image& image, bool opaque, uint32_t opacity, const RotatedRect& rotated,
                   const Frame& frame);
-// Draws a background; its colors are copied unchanged. `pixels`: the pixels to skip, updated with
-// those done; null: draws all pixels.
-void DrawBackdrop(const Image& image, const ScreenRect& rect, BackdropPixels* pixels,
-                  const Frame& frame);
+// How the rectangle of a background moves from frame to frame.
+enum class BackdropMotion { kAny, kSideways };
+
+// Draws a background; its colors are copied unchanged. `copies`: of the image; null: none.
+// `pixels`: the pixels to skip, updated with those done; null: draws all pixels.
+void DrawBackdrop(const Image& image, const ScreenRect& rect, BackdropMotion motion,
+                  const ColumnCopies* copies, BackdropPixels* pixels, const Frame& frame);
 
 }  // namespace procgen
 

@@ -133,7 +133,10 @@ class Drawing {
   void DrawBackdrop(const MipmappedImage& picture, const ScreenRect& rect,
                     BackdropPixels* pixels) const {
     if constexpr (kSampling == Sampling::kNearest) {
-      DrawNearestBackdrop(picture, rect, pixels, frame_);
+      DrawNearestBackdrop(
+          picture, rect,
+          scene_.background.scrolls ? BackdropMotion::kSideways : BackdropMotion::kAny, pixels,
+          frame_);
     } else {
       DrawAntialiased(picture, rect, 0, 1, frame_);
     }

@@ -1,10 +1,16 @@
 #include "envcore/render/art/nearest_sampling.h"
 
 #include <algorithm>
+#include <cstdint>
 #include <numbers>
+#include <random>
 #include <string>
+#include <utility>
+#include <vector>
 
+#include "envcore/render/art/column_copies.h"
 #include "envcore/render/art/rotated_image.h"
+#include "envcore/render/art/upright_image.h"
 #include "envcore/render/raster/rotated_runs.h"
 #include "gmock/gmock.h"
 #include "gtest/gtest.h"
@@ -159,7 +165,7 @@ TEST(NearestSamplingTest, GeneratedSpritesAreDrawnUprightAndUpsideDown) {
 
 TEST(NearestSamplingTest, BackdropsReplaceThePixels) {
   TextFrame frame(6);
-  DrawNearestBackdrop(Abcd(), {0, 0, 6, 6}, nullptr, frame.frame());
+  DrawNearestBackdrop(Abcd(), {0, 0, 6, 6}, BackdropMotion::kAny, nullptr, frame.frame());
   EXPECT_EQ(frame.Text(), R"(
 aaabbb
 aaabbb
@@ -174,7 +180,8 @@ TEST(NearestSamplingTest, ScaledBackdropsCoverTheSamePixelsFromOneImage) {
   const MipmappedImage picture(ImageOf({"aabb", "aabb", "ccdd", "ccdd"}), Levels::kAll);
   TextFrame frame(6);
   // From 1.25, a length of 3.5 covers four columns; from 0.75, three rows.
-  DrawNearestBackdrop(picture, {1.25, 0.75, 3.5, 3.5}, nullptr, frame.frame());
+  DrawNearestBackdrop(picture, {1.25, 0.75, 3.5, 3.5}, BackdropMotion::kAny, nullptr,
+                      frame.frame());
   EXPECT_EQ(frame.Text(), R"(
 ......
 .aabb.
@@ -183,7 +190,7 @@ TEST(NearestSamplingTest, ScaledBackdropsCoverTheSamePixelsFromOneImage) {
 ......
 ......
 )");
-  DrawNearestBackdrop(picture, {-1, 4, 3.5, 3.5}, nullptr, frame.frame());
+  DrawNearestBackdrop(picture, {-1, 4, 3.5, 3.5}, BackdropMotion::kAny, nullptr, frame.frame());
   EXPECT_EQ(frame.Text(), R"(
 ......
 .aabb.
@@ -202,7 +209,7 @@ TEST(NearestSamplingTest, BackdropsMarkPixelsDone) {
     BackdropPixels pixels;
     pixels.hidden.Add(1, BitRange(2, 4));
     TextFrame frame(6);
-    DrawNearestBackdrop(*picture, {0, 0, 4, 4}, &pixels, frame.frame());
+    DrawNearestBackdrop(*picture, {0, 0, 4, 4}, BackdropMotion::kAny, &pixels, frame.frame());
     EXPECT_EQ(frame.Text(), R"(
 aabb..
 aa....
@@ -216,6 +223,55 @@ ccdd..
       pixels.done.ForEachRunOutside(row, 0, 6, [&](int first, int end) { left += end - first; });
     }
     EXPECT_EQ(left, 6 * 6 - 4 * 4);
+  }
+}
+
+// Each rectangle is drawn often enough that columns are copied.
+void ExpectTheSameWithCopies(const MipmappedImage& picture, const std::vector<ScreenRect>& rects,
+                             BackdropMotion motion) {
+  std::mt19937 random(3);
+  std::vector<Rgba> pixels(64 * 64);
+  for (int round = 0; round <= ColumnCopies::kRequestsMin; ++round) {
+    for (const ScreenRect& rect : rects) {
+      BackdropPixels hidden;
+      for (int row = 0; row < 64; ++row) {
+        const int first = static_cast<int>(random() % 80);
+        hidden.hidden.Add(row, BitRange(first, first + 20));
+      }
+      BackdropPixels hidden_too = hidden;
+      std::fill(pixels.begin(), pixels.end(), Rgba());
+      DrawNearestBackdrop(picture, rect, motion, &hidden, {pixels.data(), 64});
+      std::vector<Rgba> expected(64 * 64);
+      DrawBackdrop(picture.level(0), rect, motion, nullptr, &hidden_too, {expected.data(), 64});
+      ASSERT_EQ(pixels, expected) << rect.x << ", " << rect.y << ", round " << round;
+    }
+  }
+}
+
+TEST(NearestSamplingTest, CopiesOfColumnsChangeNoPixelOfABackdrop) {
+  std::mt19937 random(5);
+  Image image(400, 300);
+  for (int y = 0; y < image.height(); ++y) {
+    for (int x = 0; x < image.width(); ++x) {
+      image.At(x, y) = {static_cast<uint8_t>(random()), static_cast<uint8_t>(random()), 9, 255};
+    }
+  }
+  const MipmappedImage picture(std::move(image), Levels::kOne);
+  std::uniform_real_distribution<double> place(-150, 60);
+  std::uniform_real_distribution<double> size(20, 190);
+  std::vector<ScreenRect> any;
+  for (int i = 0; i < 40; ++i) {
+    any.push_back({place(random), place(random), size(random), size(random)});
+  }
+  ExpectTheSameWithCopies(picture, any, BackdropMotion::kAny);
+  // A third of a pixel, too, as rounding errors are largest there.
+  for (const double distance : {0.8, 1.0 / 3}) {
+    std::vector<ScreenRect> sideways;
+    for (int i = 0; i < 200; ++i) {
+      sideways.push_back({60 - i * distance, -64, 192.0 * 23 / 24, 192});
+    }
+    ExpectTheSameWithCopies(MipmappedImage(picture.level(0), Levels::kOne), sideways,
+                            BackdropMotion::kSideways);
   }
 }
 
