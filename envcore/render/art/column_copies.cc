@@ -29,8 +29,8 @@ Image CopyOf(const Image& source, const ColumnCopies::Part& part) {
 }  // namespace
 
 ColumnCopies::~ColumnCopies() {
-  for (std::atomic<const Entry*>& bucket : buckets_) {
-    for (const Entry* entry = bucket; entry != nullptr;) {
+  for (Bucket& bucket : buckets_) {
+    for (const Entry* entry = bucket.first; entry != nullptr;) {
       const std::unique_ptr<const Entry> owned(entry);
       entry = entry->next;
     }
@@ -40,27 +40,25 @@ ColumnCopies::~ColumnCopies() {
 const Image* ColumnCopies::Find(const Image& source, const Part& part) const {
   constexpr uint64_t kCountBits = 0xff;
   const uint64_t hash = HashOf(part);
-  const size_t place = (hash >> 40) % kBucketCount;
-  std::atomic<const Entry*>& bucket = buckets_[place];
-  for (const Entry* entry = bucket.load(std::memory_order_acquire); entry != nullptr;
+  Bucket& bucket = buckets_[(hash >> 40) % buckets_.size()];
+  for (const Entry* entry = bucket.first.load(std::memory_order_acquire); entry != nullptr;
        entry = entry->next) {
     if (entry->part == part) {
       return &entry->image;
     }
   }
-  std::atomic<uint64_t>& missing = missing_[place];
-  const uint64_t last = missing.load(std::memory_order_relaxed);
+  const uint64_t last = bucket.missing.load(std::memory_order_relaxed);
   const uint64_t count = (last ^ hash) > kCountBits ? 1 : (last & kCountBits) + 1;
   if (count < kRequestsMin) {
-    missing.store((hash & ~kCountBits) | count, std::memory_order_relaxed);
+    bucket.missing.store((hash & ~kCountBits) | count, std::memory_order_relaxed);
     return nullptr;
   }
   return Make(source, part, &bucket);
 }
 
-const Image* ColumnCopies::Make(const Image& source, const Part& part,
-                                std::atomic<const Entry*>* bucket) const {
-  const auto bytes = static_cast<int64_t>(sizeof(Rgba)) * part.width * (part.end_row - part.first_row);
+const Image* ColumnCopies::Make(const Image& source, const Part& part, Bucket* bucket) const {
+  const auto bytes =
+      static_cast<int64_t>(sizeof(Rgba)) * part.width * (part.end_row - part.first_row);
   if (kept_bytes_.fetch_add(bytes, std::memory_order_relaxed) + bytes > kKeptBytesMax) {
     kept_bytes_.fetch_sub(bytes, std::memory_order_relaxed);
     return nullptr;
@@ -69,9 +67,9 @@ const Image* ColumnCopies::Make(const Image& source, const Part& part,
   made->part = part;
   made->image = CopyOf(source, part);
   // Two threads may make the same copy; both stay.
-  made->next = bucket->load(std::memory_order_relaxed);
-  while (!bucket->compare_exchange_weak(made->next, made.get(), std::memory_order_acq_rel,
-                                        std::memory_order_relaxed)) {
+  made->next = bucket->first.load(std::memory_order_relaxed);
+  while (!bucket->first.compare_exchange_weak(made->next, made.get(), std::memory_order_acq_rel,
+                                              std::memory_order_relaxed)) {
   }
   return &made.release()->image;
 }

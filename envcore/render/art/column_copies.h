@@ -3,7 +3,6 @@
 
 #include <array>
 #include <atomic>
-#include <cstddef>
 #include <cstdint>
 
 #include "envcore/render/raster/axis_steps.h"
@@ -24,7 +23,8 @@ class ColumnCopies {
 
   // The part of an image that a copy contains.
   struct Part {
-    int64_t position = 0;  // column i of the copy is column (position + i * step) >> 16 of the image
+    int64_t position =
+        0;  // column i of the copy is column (position + i * step) >> 16 of the image
     int64_t step = 0;
     int width = 0;      // number of columns
     int first_row = 0;  // rows [first_row, end_row) of the image
@@ -38,8 +38,9 @@ class ColumnCopies {
   ColumnCopies(const ColumnCopies&) = delete;
   ColumnCopies& operator=(const ColumnCopies&) = delete;
 
-  // Returns the copy of a part of `source`, or null if there is none (yet). It lives as long as this
-  // object. REQUIRES: `source` is the same in all calls; it contains the part, which is not empty.
+  // Returns the copy of a part of `source`, or null if there is none (yet). It lives as long as
+  // this object. REQUIRES: `source` is the same in all calls; it contains the part, which is not
+  // empty.
   const Image* Find(const Image& source, const Part& part) const;
 
  private:
@@ -49,14 +50,15 @@ class ColumnCopies {
     const Entry* next = nullptr;
   };
 
-  const Image* Make(const Image& source, const Part& part, std::atomic<const Entry*>* bucket) const;
+  struct Bucket {
+    std::atomic<const Entry*> first = nullptr;  // a lock-free chain that only grows, at its head
+    // The last part that was not found, as a hash, and the number of its requests in the low byte.
+    std::atomic<uint64_t> missing = 0;
+  };
 
-  static constexpr size_t kBucketCount = 64;
-  // Lock-free chains that only grow, at their heads.
-  mutable std::array<std::atomic<const Entry*>, kBucketCount> buckets_ = {};
-  // The last part that each bucket did not contain, as a hash, and the number of its requests in the
-  // low byte.
-  mutable std::array<std::atomic<uint64_t>, kBucketCount> missing_ = {};
+  const Image* Make(const Image& source, const Part& part, Bucket* bucket) const;
+
+  mutable std::array<Bucket, 64> buckets_;
   mutable std::atomic<int64_t> kept_bytes_ = 0;
 };
 

@@ -247,7 +247,9 @@ void DrawBackdrop(const Image& image, const ScreenRect& rect, BackdropMotion mot
   const absl::Span<const int32_t> sources = columns.positions().sources;
   if (copies != nullptr && across.step >= kCopiedStepMin) {
     const CopiedPart copied = CopiedPartOf(image, motion, across, down);
-    const Image* copy = copied.Shows(sources) ? copies->Find(image, copied.part) : nullptr;
+    const Image* copy = motion == BackdropMotion::kAny || copied.Shows(sources)
+                            ? copies->Find(image, copied.part)
+                            : nullptr;
     if (copy != nullptr) {
       ForEachRunToDraw(box, pixels, [&](int row, int first, int end) {
         const Rgba* source = copy->Row(down.SourceAt(row) - copied.part.first_row) +
