@@ -86,6 +86,10 @@ void CellDrawing::FindRanges(const Viewport& viewport) {
     }
     return size;
   };
+  columns_adjoin_ = std::adjacent_find(columns_.begin(), columns_.end(),
+                                       [](const PixelRange& left, const PixelRange& right) {
+                                         return left.end != right.first;
+                                       }) == columns_.end();
   width_min_ = least(columns_);
   height_min_ = least(rows_);
   // The ranges of one axis differ by at most one pixel.
@@ -108,14 +112,20 @@ const CellDrawing::AxisPositions* CellDrawing::PositionsOf(int first, int last, 
   }
   AxisPositions* positions = list->all[list->count++].get();
   positions->source_size = source_size;
+  positions->adjoin = true;
   positions->ranges.clear();
   positions->sources.clear();
+  int end = -1;  // of the last cell that has pixels
   for (int cell = first; cell <= last; ++cell) {
     const auto [start, size] = start_and_size(cell);
     const AxisSteps steps =
         StretchedSteps(start, size, source_size, frame_->size_px, FirstPosition::kTruncatedStep);
     positions->ranges.push_back(
         {steps.first, positions->sources.size(), static_cast<size_t>(steps.count)});
+    if (steps.count > 0) {
+      positions->adjoin &= end < 0 || steps.first == end;
+      end = steps.first + steps.count;
+    }
     for (int pixel = steps.first; pixel < steps.first + steps.count; ++pixel) {
       positions->sources.push_back(steps.SourceAt(pixel));
     }
@@ -169,56 +179,100 @@ CellDrawing::Look CellDrawing::FindLook(int kind) {
   return look;
 }
 
+bool CellDrawing::MayOverlapDiagonally() const {
+  const auto any = [](const std::vector<PixelRange>& ranges, auto overlap) {
+    return std::adjacent_find(ranges.begin(), ranges.end(), overlap) != ranges.end();
+  };
+  using Range = const PixelRange&;
+  return any(columns_, [](Range left, Range right) { return left.end > right.first; }) &&
+         any(rows_, [](Range lower, Range upper) { return upper.end > lower.first; });
+}
+
 void CellDrawing::FindCells() {
+  if (MayOverlapDiagonally()) {
+    FindSingleCells();
+  } else {
+    FindRuns();
+  }
+}
+
+void CellDrawing::FindRuns() {
   const Grid& grid = *cells_->grid;
   Look* outside = LookOf(cells_->out_of_bounds_kind);
   const int column_count = static_cast<int>(columns_.size());
   const int row_count = static_cast<int>(rows_.size());
-  // The rows of the view that are inside the grid.
-  const int grid_first = std::clamp(-cells_->first_row, 0, row_count);
-  const int grid_end = std::clamp(grid.height() - cells_->first_row, grid_first, row_count);
-  for (int column = 0; column < column_count; ++column) {
-    const auto add_outside = [&](int from, int to) {
-      for (int row = from; row < to && outside != nullptr; ++row) {
-        shown_.push_back({outside, column, row});
+  // The columns of the view that are inside the grid.
+  const int grid_first = std::clamp(-cells_->first_column, 0, column_count);
+  const int grid_end = std::clamp(grid.width() - cells_->first_column, grid_first, column_count);
+  for (int row = 0; row < row_count; ++row) {
+    const auto add = [&](Look* look, int column, int end_column) {
+      if (look != nullptr && column < end_column) {
+        shown_.push_back({look, column, end_column, row});
       }
     };
-    const int x = cells_->first_column + column;
-    if (x < 0 || x >= grid.width()) {
-      add_outside(0, row_count);
+    const int y = cells_->first_row + row;
+    if (y < 0 || y >= grid.height()) {
+      add(outside, 0, column_count);
       continue;
     }
-    add_outside(0, grid_first);
-    for (int row = grid_first; row < grid_end; ++row) {
-      const int kind = grid.At(x, cells_->first_row + row);
-      if (kind == kEmptyKind) {
-        continue;
-      }
-      if (Look* look = LookOf(kind)) {
-        shown_.push_back({look, column, row});
+    add(outside, 0, grid_first);
+    const absl::Span<const int16_t> kinds = grid.Row(y);
+    const auto kind_at = [&](int column) {
+      return kinds[static_cast<size_t>(cells_->first_column + column)];
+    };
+    for (int column = grid_first; column < grid_end;) {
+      const int kind = kind_at(column);
+      const int begin = column;
+      do {
+        ++column;
+      } while (column < grid_end && kind_at(column) == kind);
+      if (kind != kEmptyKind) {
+        add(LookOf(kind), begin, column);
       }
     }
-    add_outside(grid_end, row_count);
+    add(outside, grid_end, column_count);
+  }
+}
+
+void CellDrawing::FindSingleCells() {
+  const Grid& grid = *cells_->grid;
+  for (int column = 0; column < static_cast<int>(columns_.size()); ++column) {
+    const int x = cells_->first_column + column;
+    for (int row = 0; row < static_cast<int>(rows_.size()); ++row) {
+      const int y = cells_->first_row + row;
+      const int kind = grid.Contains(x, y) ? grid.At(x, y) : cells_->out_of_bounds_kind;
+      if (Look* look = kind == kEmptyKind ? nullptr : LookOf(kind)) {
+        shown_.push_back({look, column, column + 1, row});
+      }
+    }
   }
 }
 
 void CellDrawing::AddHidden(PixelSet* hidden) {
   hidden_of_rows_.assign(rows_.size(), 0);
-  for (const Cell& cell : shown_) {
-    if (!cell.look->opaque) {
+  for (const CellRun& run : shown_) {
+    if (!run.look->opaque) {
       continue;
     }
-    if (cell.look->way == Look::Way::kStretched) {
-      const SourcePositions across = cell.look->across->At(cell.column);
-      const SourcePositions down = cell.look->down->At(cell.row);
-      const uint64_t columns = BitRange(across.first, across.end());
+    if (run.look->way == Look::Way::kStretched) {
+      const SourcePositions down = run.look->down->At(run.row, run.row + 1);
+      const int count = run.look->across->adjoin ? run.end_column - run.column : 1;
+      uint64_t columns = 0;
+      for (int column = run.column; column < run.end_column; column += count) {
+        const SourcePositions across = run.look->across->At(column, column + count);
+        columns |= BitRange(across.first, across.end());
+      }
       for (int y = down.first; y < down.end(); ++y) {
         hidden->Add(y, columns);
       }
       continue;
     }
-    const PixelRange across = columns_[static_cast<size_t>(cell.column)];
-    hidden_of_rows_[static_cast<size_t>(cell.row)] |= BitRange(across.first, across.end);
+    const int count = columns_adjoin_ ? run.end_column - run.column : 1;
+    for (int column = run.column; column < run.end_column; column += count) {
+      hidden_of_rows_[static_cast<size_t>(run.row)] |=
+          BitRange(columns_[static_cast<size_t>(column)].first,
+                   columns_[static_cast<size_t>(column + count - 1)].end);
+    }
   }
   for (size_t row = 0; row < rows_.size(); ++row) {
     const int end = std::min(rows_[row].end, frame_->size_px);
@@ -229,28 +283,45 @@ void CellDrawing::AddHidden(PixelSet* hidden) {
 }
 
 void CellDrawing::Draw() {
-  for (const Cell& cell : shown_) {
-    const PixelRange across = columns_[static_cast<size_t>(cell.column)];
-    const PixelRange down = rows_[static_cast<size_t>(cell.row)];
-    switch (cell.look->way) {
-      case Look::Way::kNothing:
-        break;
-      case Look::Way::kFlat:
-        FillPixels({across.first, down.first, across.end, down.end}, cell.look->color, *frame_);
-        break;
+  for (const CellRun& run : shown_) {
+    DrawRun(run);
+  }
+}
+
+void CellDrawing::DrawRun(const CellRun& run) {
+  Look& look = *run.look;
+  const PixelRange down = rows_[static_cast<size_t>(run.row)];
+  if (look.way == Look::Way::kFlat) {
+    const int count = columns_adjoin_ ? run.end_column - run.column : 1;
+    for (int column = run.column; column < run.end_column; column += count) {
+      FillPixels({columns_[static_cast<size_t>(column)].first, down.first,
+                  columns_[static_cast<size_t>(column + count - 1)].end, down.end},
+                 look.color, *frame_);
+    }
+    return;
+  }
+  if (look.way == Look::Way::kStretched) {
+    const SourcePositions rows = look.down->At(run.row, run.row + 1);
+    const int count = look.across->adjoin ? run.end_column - run.column : 1;
+    for (int column = run.column; column < run.end_column; column += count) {
+      DrawAtPositions(look.art.picture->level(0), look.opaque,
+                      look.across->At(column, column + count), rows, *frame_);
+    }
+    return;
+  }
+  for (int column = run.column; column < run.end_column; ++column) {
+    const auto place = static_cast<size_t>(column);
+    switch (look.way) {
       case Look::Way::kScaled:
-        DrawScaledCell(*cell.look, across, down);
-        break;
-      case Look::Way::kStretched:
-        DrawAtPositions(cell.look->art.picture->level(0), cell.look->opaque,
-                        cell.look->across->At(cell.column), cell.look->down->At(cell.row), *frame_);
+        DrawScaledCell(look, columns_[place], down);
         break;
       case Look::Way::kPicture:
-        DrawPicture(*cell.look, cell.column, cell.row);
+        DrawPicture(look, column, run.row);
         break;
       case Look::Way::kDot:
-        DrawDot(dot_columns_[static_cast<size_t>(cell.column)],
-                dot_rows_[static_cast<size_t>(cell.row)]);
+        DrawDot(dot_columns_[place], dot_rows_[static_cast<size_t>(run.row)]);
+        break;
+      default:
         break;
     }
   }

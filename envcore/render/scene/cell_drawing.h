@@ -48,9 +48,12 @@ class CellDrawing {
 
   // Where the cells of one axis show an image, whose size on that axis is source_size.
   struct AxisPositions {
-    SourcePositions At(int cell) const {
-      const Range& range = ranges[static_cast<size_t>(cell)];
-      return {range.first, absl::MakeConstSpan(sources).subspan(range.begin, range.count)};
+    // Of the cells [first, end). REQUIRES: there is one cell, or the cells adjoin.
+    SourcePositions At(int first, int end) const {
+      const Range& from = ranges[static_cast<size_t>(first)];
+      const Range& last = ranges[static_cast<size_t>(end - 1)];
+      return {from.first, absl::MakeConstSpan(sources).subspan(
+                              from.begin, last.begin + last.count - from.begin)};
     }
 
     struct Range {
@@ -59,6 +62,7 @@ class CellDrawing {
       size_t count;
     };
     int source_size = 0;
+    bool adjoin = false;        // no pixel between two cells is left out
     std::vector<Range> ranges;  // by cell
     std::vector<int32_t> sources;
   };
@@ -83,18 +87,25 @@ class CellDrawing {
     std::array<std::array<std::shared_ptr<const ScaledImage>, 2>, 2> scaled;
   };
 
-  // A cell in view, by index in columns_ and rows_.
-  struct Cell {
+  // Cells of one row and one look, by index in columns_ and rows_.
+  struct CellRun {
     Look* look;
     int column;
+    int end_column;
     int row;
   };
 
   // Whether any cell in view is not empty.
   bool HasCells() const;
   void FindRanges(const Viewport& viewport);
-  // Lists the cells to draw, in drawing order: column by column.
+  // Whether cells may overlap diagonally, by rounding: only then does the order of rows matter.
+  bool MayOverlapDiagonally() const;
+  // Lists the cells to draw.
   void FindCells();
+  // Lists them row by row, in runs.
+  void FindRuns();
+  // Lists them one by one, in upstream's order: column by column.
+  void FindSingleCells();
   Look FindLook(int kind);
   // Returns where cells [first, last] of an axis show an image of `source_size`. `start_and_size`:
   // of a cell's rectangle on that axis.
@@ -115,6 +126,7 @@ class CellDrawing {
     }
     return look.way == Look::Way::kNothing ? nullptr : &look;
   }
+  void DrawRun(const CellRun& run);
   void DrawDot(PixelRange across, PixelRange down) const;
   void DrawPicture(const Look& look, int column, int row) const;
   void DrawScaledCell(Look& look, PixelRange across, PixelRange down) const;
@@ -128,12 +140,13 @@ class CellDrawing {
   std::vector<PixelRange> rows_;
   std::vector<PixelRange> dot_columns_;  // of the dots; empty: no dots
   std::vector<PixelRange> dot_rows_;
-  int width_min_ = 0;  // smallest range
+  bool columns_adjoin_ = false;  // no pixel between two columns is left out or in both
+  int width_min_ = 0;            // smallest range
   int height_min_ = 0;
   bool scales_ = false;  // the ranges are small enough for scaled images
   AxisPositionsList across_;
   AxisPositionsList down_;
-  std::vector<Cell> shown_;
+  std::vector<CellRun> shown_;
   std::vector<uint64_t>
       hidden_of_rows_;  // by place in rows_: the pixels hidden in each of its lines
   int64_t frame_number_ = 0;

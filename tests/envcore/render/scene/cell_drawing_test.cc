@@ -54,15 +54,21 @@ class CellDrawingTest : public testing::Test {
     }
   }
 
-  // A random camera and random cells, some of them empty.
+  // A random camera and random cells, some of them empty. Half of the times few cells differ from
+  // their left neighbor, so that rows have long runs.
   void Shuffle() {
     scene_.camera.cells = random_.Int(4) == 0 ? 16 : 4 + 16 * random_.Unit();
     scene_.camera.center_x = (kGridSize + 4) * random_.Unit() - 2;
     scene_.camera.center_y = (kGridSize + 4) * random_.Unit() - 2;
     grid_.Reset(kGridSize, kGridSize, kEmptyKind);
+    const bool has_runs = random_.Int(2) == 0;
     for (int x = 0; x < kGridSize; ++x) {
       for (int y = 0; y < kGridSize; ++y) {
         const int kind = random_.Int(static_cast<int>(std::size(kImages)) + 2);
+        if (has_runs && x > 0 && random_.Int(5) > 0) {
+          grid_.Set(x, y, grid_.At(x - 1, y));
+          continue;
+        }
         grid_.Set(x, y, kind < static_cast<int>(std::size(kImages)) ? kind : kEmptyKind);
       }
     }
@@ -93,6 +99,8 @@ TEST_F(CellDrawingTest, EachCellEqualsItsImageDrawnAlone) {
   for (int round = 0; round < 300; ++round) {
     Shuffle();
     const int size_px = round % 3 == 0 ? 16 + random_.Int(120) : 64;
+    const bool is_generated = round % 5 == 0;
+    scene_.art_style = is_generated ? ArtStyle::kGenerated : ArtStyle::kPictures;
     const Viewport viewport(scene_.camera, size_px);
     std::vector<Rgba> pixels(static_cast<size_t>(size_px * size_px), Rgba{9, 8, 7, 255});
     std::vector<Rgba> expected = pixels;
@@ -103,8 +111,13 @@ TEST_F(CellDrawingTest, EachCellEqualsItsImageDrawnAlone) {
     for (int x = scene_.cells.first_column; x <= scene_.cells.last_column; ++x) {
       for (int y = scene_.cells.first_row; y <= scene_.cells.last_row; ++y) {
         if (const int kind = KindAt(x, y); kind != kEmptyKind && kind != kOutsideKind) {
-          DrawNearest(*art_.SpriteOf(kind, 0, false).picture, viewport.OfCell(x, y), 0, 1,
-                      expected_frame);
+          const ScreenRect rect = viewport.OfCell(x, y);
+          if (is_generated) {
+            DrawNearestGenerated(*art_.GeneratedOf(kind, false).picture, rect, 0, 1,
+                                 expected_frame);
+          } else {
+            DrawNearest(*art_.SpriteOf(kind, 0, false).picture, rect, 0, 1, expected_frame);
+          }
         }
       }
     }
