@@ -205,9 +205,9 @@ void CellDrawing::FindRuns() {
   const int grid_first = std::clamp(-cells_->first_column, 0, column_count);
   const int grid_end = std::clamp(grid.width() - cells_->first_column, grid_first, column_count);
   for (int row = 0; row < row_count; ++row) {
-    const auto add = [&](Look* look, int column, int end_column) {
-      if (look != nullptr && column < end_column) {
-        shown_.push_back({look, column, end_column, row});
+    const auto add = [&](Look* look, int from, int to) {
+      if (look != nullptr && from < to) {
+        shown_.push_back({look, from, to, row});
       }
     };
     const int y = cells_->first_row + row;
@@ -218,7 +218,8 @@ void CellDrawing::FindRuns() {
     add(outside, 0, grid_first);
     const absl::Span<const int16_t> kinds = grid.Row(y);
     const auto kind_at = [&](int column) {
-      return kinds[static_cast<size_t>(cells_->first_column + column)];
+      const int x = cells_->first_column + column;
+      return kinds[static_cast<size_t>(x)];
     };
     for (int column = grid_first; column < grid_end;) {
       const int kind = kind_at(column);
