@@ -1,5 +1,6 @@
 #include "envcore/render/art/column_copies.h"
 
+#include <array>
 #include <cstdint>
 #include <thread>
 #include <vector>
@@ -100,9 +101,9 @@ TEST(ColumnCopiesTest, BytesAreBounded) {
 TEST(ColumnCopiesTest, ThreadsFindTheSamePixels) {
   const Image image = Numbered(200, 10);
   const ColumnCopies copies;
-  std::vector<std::thread> threads;
-  for (int thread = 0; thread < 4; ++thread) {
-    threads.emplace_back([&] {
+  std::array<std::thread, 4> threads;
+  for (std::thread& thread : threads) {
+    thread = std::thread([&] {
       for (int i = 0; i < 2000; ++i) {
         ColumnCopies::Part part = kPart;
         part.position += i % 5;

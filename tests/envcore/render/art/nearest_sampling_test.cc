@@ -259,16 +259,16 @@ TEST(NearestSamplingTest, CopiesOfColumnsChangeNoPixelOfABackdrop) {
   const MipmappedImage picture(std::move(image), Levels::kOne);
   std::uniform_real_distribution<double> place(-150, 60);
   std::uniform_real_distribution<double> size(20, 190);
-  std::vector<ScreenRect> any;
-  for (int i = 0; i < 40; ++i) {
-    any.push_back({place(random), place(random), size(random), size(random)});
+  std::vector<ScreenRect> any(40);
+  for (ScreenRect& rect : any) {
+    rect = {place(random), place(random), size(random), size(random)};
   }
   ExpectTheSameWithCopies(picture, any, BackdropMotion::kAny);
   // A third of a pixel, too, as rounding errors are largest there.
   for (const double distance : {0.8, 1.0 / 3}) {
-    std::vector<ScreenRect> sideways;
-    for (int i = 0; i < 200; ++i) {
-      sideways.push_back({60 - i * distance, -64, 192.0 * 23 / 24, 192});
+    std::vector<ScreenRect> sideways(200);
+    for (size_t i = 0; i < sideways.size(); ++i) {
+      sideways[i] = {60 - static_cast<double>(i) * distance, -64, 192.0 * 23 / 24, 192};
     }
     ExpectTheSameWithCopies(MipmappedImage(picture.level(0), Levels::kOne), sideways,
                             BackdropMotion::kSideways);

@@ -27,7 +27,10 @@ procgen::v1::WatchPoolResponse FramesOf(const std::string& first, const std::str
   return response;
 }
 
-std::string Pixels(char value) { return std::string(kSizePx * kSizePx * 3, value); }
+std::string Pixels(char value) {
+  std::string pixels(kSizePx * kSizePx * 3, value);
+  return pixels;
+}
 
 Json HeaderOf(const WireMessage& message) {
   uint32_t length = 0;
