@@ -5,7 +5,6 @@
 #include <atomic>
 #include <cstdint>
 
-#include "envcore/render/raster/axis_steps.h"
 #include "envcore/render/raster/image.h"
 
 namespace procgen {
@@ -23,8 +22,8 @@ class ColumnCopies {
 
   // The part of an image that a copy contains.
   struct Part {
-    int64_t position =
-        0;  // column i of the copy is column (position + i * step) >> 16 of the image
+    // Column i of the copy is column (position + i * step) >> 16 of the image.
+    int64_t position = 0;
     int64_t step = 0;
     int width = 0;      // number of columns
     int first_row = 0;  // rows [first_row, end_row) of the image

@@ -75,9 +75,9 @@ export class Fleet {
   }
 }
 
-// Learners of tests that failed; they must not keep the process alive.
-const running = new Set();
-after(() => running.forEach((learner) => learner.abandon()));
+// Learners that are not stopped: those of failed tests must not keep the process alive.
+const started = new Set();
+after(() => started.forEach((learner) => learner.abandon()));
 
 // A learner that steps a pool with random actions until stop().
 export class Learner {
@@ -90,7 +90,7 @@ export class Learner {
     const spec = { games, envCount, options: { distributionMode: DistributionMode.EASY, randSeed: 3n, ...environment } };
     learner.pool = await learner.client.createPool(spec, { poolId });
     learner.running = learner.#run(envCount);
-    running.add(learner);
+    started.add(learner);
     return learner;
   }
 
@@ -115,7 +115,7 @@ export class Learner {
 
   #close() {
     this.client.close();
-    running.delete(this);
+    started.delete(this);
   }
 
   // Most actions go right, as with a partly trained policy. At times all environments change their action.
