@@ -1,35 +1,30 @@
-// A TCP proxy that delays all bytes, as a long line does, and limits their rate, as a thin line does.
+// The proxy slow_line.py: a long or thin line to the server.
 
+import { spawn } from "node:child_process";
 import { once } from "node:events";
-import { createServer, connect } from "node:net";
+import { fileURLToPath } from "node:url";
+import { createInterface } from "node:readline";
+
+const PROGRAM = fileURLToPath(new URL("slow_line.py", import.meta.url));
 
 export class SlowLine {
-  #proxy;
+  #process;
 
-  // Listens on loopback and forwards to `address`, a URL; each direction takes `delayMs` and at most `bytesPerSecond`.
+  // Forwards a port of loopback to `address`, a URL; each direction takes `delayMs` and at most `bytesPerSecond`.
   static async open(address, delayMs, bytesPerSecond = Infinity) {
     const line = new SlowLine();
     const { hostname, port } = new URL(address);
-    line.#proxy = createServer((near) => {
-      const far = connect(Number(port), hostname);
-      for (const [from, to] of [[near, far], [far, near]]) {
-        from.on("data", (bytes) => {
-          setTimeout(() => to.writable && to.write(bytes), delayMs);
-          from.pause();
-          setTimeout(() => from.resume(), bytes.length * 1000 / bytesPerSecond);
-        });
-        from.on("close", () => setTimeout(() => to.destroy(), delayMs));
-        from.on("error", () => to.destroy());
-      }
-    });
-    line.#proxy.listen(0, "127.0.0.1");
-    await once(line.#proxy, "listening");
-    line.#proxy.unref();  // A test that fails before it closes the line must not keep the process alive.
-    line.web = `http://127.0.0.1:${line.#proxy.address().port}`;
+    const args = [PROGRAM, hostname, port, delayMs, bytesPerSecond];
+    line.#process = spawn(process.env.PROCGEN_PYTHON ?? "python3", args, { stdio: ["pipe", "pipe", "inherit"] });
+    const [listening] = await once(createInterface(line.#process.stdout), "line");
+    line.#process.unref();  // A test that fails before it closes the line must not keep the process alive.
+    line.#process.stdin.unref();
+    line.#process.stdout.unref();
+    line.web = `http://127.0.0.1:${listening}`;
     return line;
   }
 
   close() {
-    this.#proxy.close();
+    this.#process.stdin.end();
   }
 }
