@@ -39,7 +39,7 @@ struct Config {
   // Authentication: paths of files; empty: none.
   TlsPaths tls;
   std::string tokens;
-  // Allows addresses that other machines can reach without TLS or authentication.
+  // Allows listening beyond loopback without TLS or without authentication.
   bool allow_insecure = false;
   // In the format of CloneSourceAllowlist. Empty: "local" if only this machine can reach the
   // server, otherwise "none".

@@ -48,7 +48,7 @@ ABSL_FLAG(int32_t, pool_env_count_max, procgen::Limits().pool_env_count_max,
           "environments of one pool");
 ABSL_FLAG(int32_t, env_count_max, procgen::Limits().env_count_max, "environments of all pools");
 ABSL_FLAG(int64_t, observation_bytes_max, procgen::Limits().observation_bytes_max,
-          "bytes of one observation of every environment of all pools");
+          "bytes of one observation of each environment, summed over all pools");
 ABSL_FLAG(int64_t, request_bytes_max, procgen::Limits().request_bytes_max,
           "size of a request message in bytes");
 ABSL_FLAG(int64_t, response_bytes_max, procgen::Limits().response_bytes_max,

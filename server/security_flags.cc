@@ -28,8 +28,8 @@ ABSL_FLAG(std::vector<std::string>, for, {},
 ABSL_FLAG(std::string, owner, "learner", "with --make_credentials: owner of the token");
 ABSL_FLAG(
     bool, allow_insecure, false,
-    "allow addresses that other machines can reach without TLS or without authentication, also for "
-    "metrics and pages");
+    "allow listening beyond loopback without TLS or without authentication, also for metrics and "
+    "pages");
 ABSL_FLAG(std::string, clone_source_allowlist, "",
           "servers that CloneStates may read from, comma-separated: HOST, HOST:PORT, unix:PATH, "
           "'local', or 'none'. Empty: local if this server listens on loopback or a unix socket, "

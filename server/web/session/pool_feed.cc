@@ -39,7 +39,7 @@ void PoolFeed::Follow(const void* follower, const std::string& token,
 }
 
 void PoolFeed::Unfollow(const void* follower) {
-  absl::MutexLock telling(&telling_);
+  absl::MutexLock telling(&notify_mutex_);
   absl::MutexLock lock(&mutex_);
   followers_.erase(follower);
 }
@@ -91,7 +91,7 @@ void PoolFeed::TellFollowers(bool only_new, const std::vector<PoolReport>& all_p
   }
   for (const auto& [token, client] : clients) {
     const absl::StatusOr<Json> event = EventFor(client.get(), all_pools);
-    absl::MutexLock telling(&telling_);
+    absl::MutexLock telling(&notify_mutex_);
     std::vector<OnEvent> callbacks;
     {
       absl::MutexLock lock(&mutex_);

@@ -62,8 +62,8 @@ class PoolFeed {
                                 const std::vector<PoolReport>& all_pools);
 
   const std::function<std::vector<PoolReport>()> report_pools_;
-  // Lock order: telling_, mutex_.
-  absl::Mutex telling_;  // held while followers are notified
+  // Lock order: notify_mutex_, mutex_.
+  absl::Mutex notify_mutex_;  // held while followers are notified
   absl::Mutex mutex_;
   SteadyCondVar changed_;  // has_new_, or is_stopping_
   PoolHistory history_ ABSL_GUARDED_BY(mutex_);
