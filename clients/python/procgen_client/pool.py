@@ -340,7 +340,9 @@ class Pool(PoolResource):
         view = self._view_of(out)
         try:
             batch = self._batch_of(stream.receive(), is_copied=view is not None)
-        except BaseException:
+        except BaseException as error:
+            if isinstance(error, NotFoundError | UnavailableError):
+                self._deletes_on_close = False  # By then its name may be another pool's.
             self._drop()
             raise
         return copied_into(batch, out, view)
@@ -380,6 +382,7 @@ class Pool(PoolResource):
         except NotFoundError as error:
             if not self._has_attached:
                 raise
+            self._deletes_on_close = False
             raise NotFoundError(
                 f"{error.message}: the server was restarted since this pool was attached, or the "
                 "pool's lease ran out; create a pool and restore the states of a checkpoint"

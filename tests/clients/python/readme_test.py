@@ -1,4 +1,4 @@
-"""The examples of clients/python/README.md and of the guides run; only addresses are replaced."""
+"""The examples of the READMEs and of the guides run; only addresses are replaced."""
 
 from __future__ import annotations
 
@@ -24,6 +24,7 @@ def _examples_in(path: Path) -> list[str]:
 
 
 _EXAMPLES = _examples_in(_PYTHON / "README.md")
+_ROOT_EXAMPLES = _examples_in(_PYTHON.parents[1] / "README.md")
 _GUIDES = [
     pytest.param(example, id=f"{path.stem}-{i}")
     for path in sorted((_PYTHON / "guides").glob("*.md"))
@@ -33,6 +34,7 @@ _GUIDES = [
 
 def test_documents_have_examples() -> None:
     assert len(_EXAMPLES) >= 5
+    assert len(_ROOT_EXAMPLES) >= 1
     assert len(_GUIDES) >= 5
 
 
@@ -50,7 +52,7 @@ def test_module_docstring_names_every_public_class_and_runs(server: ServerProces
         exec(compile(source, "procgen_client", "exec"), names)
 
 
-@pytest.mark.parametrize("example", [*_EXAMPLES, *_GUIDES])
+@pytest.mark.parametrize("example", [*_EXAMPLES, *_ROOT_EXAMPLES, *_GUIDES])
 def test_example_runs(
     server: ServerProcess, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, example: str
 ) -> None:
@@ -67,7 +69,7 @@ def test_example_runs(
 def test_resumed_training_equals_an_uninterrupted_one(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    (example,) = _examples_in(_PYTHON / "guides/checkpoint-and-resume.md")
+    example, _ = _examples_in(_PYTHON / "guides/checkpoint-and-resume.md")
 
     def output_of(folder: str, source: str, runs: int) -> str:
         (tmp_path / folder).mkdir()

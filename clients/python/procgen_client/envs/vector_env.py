@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import os
 import weakref
 from collections.abc import Iterable, Mapping, Sequence
@@ -114,7 +115,8 @@ class ProcgenVectorEnv(VectorEnv):
                 None: the address in the variable PROCGEN_SERVER, else a local server.
             art: Art of the local server, as for ServerProcess. None: the variable
                 PROCGEN_SERVER_ART, else this project's own.
-            autoreset_mode: A member of AutoresetMode or its value.
+            autoreset_mode: A member of AutoresetMode or its value. With NEXT_STEP, the step after
+                an episode's end ignores its action: learners must mask that row.
             render_mode: "rgb_array" for render(), or None.
             render_size_px: Side of render's square frames, in pixels.
             copy: True: observations belong to the caller. False: with shared memory they are
@@ -138,29 +140,28 @@ class ProcgenVectorEnv(VectorEnv):
         mode = _autoreset_mode(autoreset_mode)
         if render_mode not in (None, *self.metadata["render_modes"]):
             raise InvalidArgumentError(f"render_mode is {render_mode!r}; it is None or 'rgb_array'")
-        in_range("frame_skip", frame_skip, 1, 1000)
+        self._frame_skip = in_range("frame_skip", frame_skip, 1, 1000)
         client = open_client(server, art)
-        is_drawn = render_mode is not None
+        self._open_pool = functools.partial(
+            _create_pool, client, games, num_envs, mode, options, is_drawn=render_mode is not None
+        )
         try:
-            self.pool = _create_pool(client, games, num_envs, mode, options, is_drawn=is_drawn)
+            self.pool = self._open_pool()
         except BaseException:
             if client is not server:
                 client.close()
             raise
-        self.num_envs = num_envs
-        self.render_mode = render_mode
+        self.num_envs, self.render_mode = num_envs, render_mode
         self.metadata = self.metadata | {"autoreset_mode": mode}
         self.__dict__ |= vector_spaces(self.pool.observation_shape, ACTION_COUNT, num_envs)
-        self._mode, self._frame_skip = mode, frame_skip
+        self._mode, self._copy, self._render_size_px = mode, copy, render_size_px
         self._next_levels: dict[int, int] = {}  # Sent with the next step.
-        self._copy = copy
-        self._render_size_px = render_size_px
         self._untouched = True  # Neither reset nor stepped yet.
         self._everywhere = np.ones(num_envs, np.bool_)
         self._recorder = EpisodeRecorder(num_envs) if record_episode_statistics else None
         self._ended = np.zeros(num_envs, np.bool_)  # Episode over; with DISABLED to be reset.
-        owned = None if client is server else client
-        self._close_once = weakref.finalize(self, _close, self.pool, owned)
+        self._owned_client = None if client is server else client
+        self._close_once = weakref.finalize(self, _close, self.pool, self._owned_client)
 
     def __enter__(self) -> ProcgenVectorEnv:
         """Returns the environment itself."""
@@ -391,6 +392,29 @@ class ProcgenVectorEnv(VectorEnv):
         observed = self._observe()
         self._ended, self._untouched, self._next_levels = state
         return observed
+
+    def reopen(
+        self, path: str | os.PathLike[str] | None = None
+    ) -> tuple[np.ndarray, dict[str, Any]]:
+        """Creates the pool again, after a restart of the server ended it with a NotFoundError.
+
+        Args:
+            path: Checkpoint of :meth:`save`, from which it continues. None: new episodes.
+
+        Returns:
+            Observations and infos, as reset.
+
+        Raises:
+            ProcgenError: As Client.create_pool and :meth:`load`.
+        """
+        self._close_once.detach()
+        self.pool.close()
+        self.pool = self._open_pool()
+        self._close_once = weakref.finalize(self, _close, self.pool, self._owned_client)
+        self._untouched = True
+        self._ended = np.zeros(self.num_envs, np.bool_)
+        self._next_levels = {}
+        return self.reset() if path is None else self.load(path)
 
     def render(self) -> tuple[np.ndarray, ...] | None:
         """Renders all environments for people: N frames, uint8 [side, side, 3].
