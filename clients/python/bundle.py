@@ -30,21 +30,21 @@ _TOOLS = {
 }
 
 
-def require_tools(package_of: dict[str, str]) -> None:
+def require_tools(package_of: dict[str, str], hint: str = "") -> None:
     """Exits with a message if tools are missing. `package_of`: Debian package of each tool."""
     missing = [tool for tool in package_of if shutil.which(tool) is None]
     if missing:
         packages = " ".join(sorted({package_of[tool] for tool in missing}))
         sys.exit(
             f"error: building the wheel needs {', '.join(missing)}; on Debian: apt install "
-            f"{packages}, or deploy/install-dependencies.sh. PROCGEN_WHEEL=pure builds a client "
-            "without native parts."
+            f"{packages}, or deploy/install-dependencies.sh.{hint}"
         )
 
 
 def build(checkout: pathlib.Path, package: pathlib.Path) -> None:
     """Builds the native parts of `checkout` and puts them into the folder `package`."""
-    require_tools(_TOOLS)
+    require_tools(_TOOLS, " PROCGEN_WHEEL=pure builds a client without native parts.")
+    protobuf = _protobuf_folder()
     tree = checkout / "build/release"
     module_name = f"_native{sysconfig.get_config_var('EXT_SUFFIX')}"
     _run("cmake", "--preset", "release", f"-DPROCGEN_SYSTEM_PYTHON={sys.executable}", cwd=checkout)
@@ -74,7 +74,14 @@ def build(checkout: pathlib.Path, package: pathlib.Path) -> None:
         _run("strip", "--strip-unneeded", file)
         _link(file, run_path, new_names)
     _copy_licenses(sources, package / "licenses")
-    _copy_protobuf(package / "_vendor")
+    # The Python parts of protobuf, for environments without it.
+    vendored = package / "_vendor"
+    shutil.rmtree(vendored, ignore_errors=True)
+    shutil.copytree(
+        protobuf,
+        vendored / "google/protobuf",
+        ignore=lambda _, names: [name for name in names if name.endswith((".so", "__pycache__"))],
+    )
 
 
 def _needed(file: pathlib.Path) -> set[pathlib.Path]:
@@ -132,17 +139,15 @@ def _copy_licenses(libraries: list[pathlib.Path], folder: pathlib.Path) -> None:
         shutil.copy2(f"/usr/share/doc/{package}/copyright", folder / package)
 
 
-def _copy_protobuf(folder: pathlib.Path) -> None:
-    """Copies the Python parts of protobuf, for environments without it."""
-    spec = importlib.util.find_spec("google.protobuf")
+def _protobuf_folder() -> str:
+    """Returns the folder of the installed package google.protobuf."""
+    try:
+        spec = importlib.util.find_spec("google.protobuf")
+    except ModuleNotFoundError:  # There is not even a package `google`.
+        spec = None
     if spec is None or not spec.submodule_search_locations:
         sys.exit("error: the wheel needs protobuf; on Debian: apt install python3-protobuf")
-    shutil.rmtree(folder, ignore_errors=True)
-    shutil.copytree(
-        spec.submodule_search_locations[0],
-        folder / "google/protobuf",
-        ignore=lambda _, names: [name for name in names if name.endswith((".so", "__pycache__"))],
-    )
+    return spec.submodule_search_locations[0]
 
 
 def _run(*command: str | pathlib.Path, cwd: pathlib.Path | None = None) -> str:

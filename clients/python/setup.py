@@ -39,8 +39,12 @@ class Build(build_py):
                                   "grpc_python_plugin": "protobuf-compiler-grpc"})
             subprocess.run([_HERE / "generate.sh"], check=True)
         super().run()
+        package = pathlib.Path(self.build_lib) / "procgen_client"
         if _IS_BUNDLED and not self.editable_mode:
-            bundle.build(_CHECKOUT, pathlib.Path(self.build_lib) / "procgen_client")
+            bundle.build(_CHECKOUT, package)
+        if (_CHECKOUT / "LICENSE").is_file() and not self.editable_mode:
+            (package / "licenses").mkdir(exist_ok=True)
+            shutil.copy2(_CHECKOUT / "LICENSE", package / "licenses/procgen-server")
 
 
 class BundledDistribution(Distribution):

@@ -6,6 +6,7 @@ import os
 import re
 import shutil
 import subprocess
+import venv
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -13,20 +14,21 @@ import pytest
 
 _ROOT = Path(__file__).resolve().parents[3]
 _BYTES_MAX = 25 << 20
-_PROGRAM = """
-import numpy as np
+(_README_EXAMPLE,) = re.findall(
+    r"^```python\n(.*?)^```$", (_ROOT / "README.md").read_text(), re.DOTALL | re.MULTILINE
+)
+_PROGRAM = f"""
+{_README_EXAMPLE}
 import procgen_client
-from procgen_client import ProcgenVectorEnv
 from procgen_client._transport import is_native
 assert is_native()
-env = ProcgenVectorEnv("coinrun", num_envs=64, distribution_mode="easy", num_levels=200)
-observations, infos = env.reset(seed=0)
 assert observations.shape == (64, 64, 64, 3), observations.shape
-for _ in range(100):
-    observations, *_ = env.step(np.random.randint(0, 15, env.num_envs))
-print("stepped", env.pool.spec.transport, "from", procgen_client.__file__)
-env.close()
+print("stepped", env.pool.transport, "from", procgen_client.__file__)
 """
+_ONE_LINE = (
+    "from procgen_client import ProcgenVectorEnv as E; "
+    "e = E('coinrun', 64); print(e.reset()[0].shape)"
+)
 
 
 @pytest.fixture(scope="module")
@@ -88,8 +90,17 @@ def test_an_empty_environment_steps_a_server_of_its_own(wheels: Path, bare_root:
         f"venv/bin/pip install --no-index {wheel.name}",
     )
     output = _run(bare_root, "venv/bin/python program.py")
-    assert output.startswith("stepped 2 from "), output  # shared memory
+    assert output.startswith("stepped shared_memory from "), output
     assert "site-packages" in output
+    assert _run(bare_root, f'venv/bin/python -c "{_ONE_LINE}"') == "(64, 64, 64, 3)\n"
+    shutil.copy2(_ROOT / "clients/python/examples/random_agent.py", bare_root / "home/learner")
+    _run(
+        bare_root,
+        "venv/bin/procgen-server --address=127.0.0.1:50951 >log 2>&1 & "
+        "venv/bin/python random_agent.py 127.0.0.1:50951 coinrun; status=$?; kill $!; exit $status",
+    )
+    evaluation = "venv/bin/procgen-evaluate maze --mode easy --episodes 2 --environments 2"
+    assert "| mean |" in _run(bare_root, evaluation)
     # Abseil's --help and --version exit with status 1 and 0.
     for command, text in (
         ("procgen-server --help", "hosts pools"),
@@ -97,3 +108,16 @@ def test_an_empty_environment_steps_a_server_of_its_own(wheels: Path, bare_root:
         ("procgen-top --help", "monitors a running procgen-server"),
     ):
         assert text in _run(bare_root, f"venv/bin/{command} || true")
+
+
+def test_pip_installs_from_a_checkout(tmp_path: Path) -> None:
+    venv.create(tmp_path, with_pip=True)  # Without Debian's packages; pip fetches what it needs.
+    python = tmp_path / "bin/python"
+    environment = {name: value for name, value in os.environ.items() if name != "PYTHONPATH"}
+    for command in ([python, "-m", "pip", "install", _ROOT / "clients/python"],
+                    [python, "-c", _ONE_LINE]):  # fmt: skip
+        run = subprocess.run(
+            command, env=environment, cwd=tmp_path, capture_output=True, text=True, check=False
+        )
+        assert run.returncode == 0, run.stdout + run.stderr
+    assert run.stdout == "(64, 64, 64, 3)\n"

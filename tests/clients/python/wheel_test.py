@@ -43,6 +43,7 @@ def wheel(tmp_path_factory: pytest.TempPathFactory) -> Path:
     generated = shutil.ignore_patterns("_proto", "__pycache__", "build", "*.egg-info")
     for folder in ("proto", "clients/python"):
         shutil.copytree(_ROOT / folder, checkout / folder, ignore=generated)
+    shutil.copy2(_ROOT / "LICENSE", checkout)
     output = tmp_path_factory.mktemp("wheel")
     pip = [sys.executable, "-m", "pip", "wheel", "--no-build-isolation", *_OFFLINE]
     _run(*pip, "--wheel-dir", output, checkout / "clients/python")
@@ -58,8 +59,24 @@ def test_wheel_contains_exactly_the_modules(wheel: Path) -> None:
         if "__pycache__" not in path.parts
     }
     assert {name for name in names if ".dist-info/" not in name} == sources | {
-        "procgen_client/py.typed"
+        "procgen_client/py.typed",
+        "procgen_client/licenses/procgen-server",
     }
+
+
+def test_missing_tools_are_named(tmp_path: Path) -> None:
+    run = subprocess.run(
+        [sys.executable, "-m", "pip", "wheel", "--no-build-isolation", *_OFFLINE, "--wheel-dir",
+         tmp_path, _ROOT / "clients/python"],
+        env=os.environ | {"PATH": str(tmp_path)},
+        capture_output=True,
+        text=True,
+        check=False,
+    )  # fmt: skip
+    assert run.returncode != 0
+    output = run.stdout + run.stderr
+    assert "error: building the wheel needs protoc, grpc_python_plugin; on Debian: apt" in output
+    assert "PROCGEN_WHEEL" not in output  # The pure wheel needs them, too.
 
 
 def test_installed_wheel_works(

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import atexit
-import fcntl
 import hashlib
 import os
 import shutil
@@ -58,8 +57,8 @@ class _JobServer:
         self.address = f"unix:{folder}/socket"
         while True:
             _make_private(folder)
-            start = _locked(folder / "start", fcntl.LOCK_EX)  # One rank at a time looks and starts.
-            ranks = _locked(folder / "ranks", fcntl.LOCK_SH)
+            start = _locked(folder / "start", shared=False)  # One rank at a time looks and starts.
+            ranks = _locked(folder / "ranks", shared=True)
             if start is not None and ranks is not None:
                 break
         self._ranks = ranks
@@ -93,11 +92,13 @@ def _make_private(folder: Path) -> None:
         )
 
 
-def _locked(path: Path, operation: int) -> IO[bytes] | None:
+def _locked(path: Path, *, shared: bool) -> IO[bytes] | None:
     """Opens and locks a file; None: it was removed meanwhile."""
+    import fcntl  # Not every system has it; those without have no ranks.
+
     try:
         file = open(path, "ab")
-        fcntl.flock(file, operation)
+        fcntl.flock(file, fcntl.LOCK_SH if shared else fcntl.LOCK_EX)
         if os.path.samestat(os.fstat(file.fileno()), os.stat(path)):
             return file
     except FileNotFoundError:
@@ -113,7 +114,7 @@ def _is_served(path: Path) -> bool:
 def _job() -> str:
     """What the ranks of a job on this host have in common; empty: this program is no rank."""
     variables = os.environ
-    if shutil.which("flock") is None:
+    if os.name != "posix" or shutil.which("flock") is None:
         return ""
     if "LOCAL_WORLD_SIZE" in variables and "TORCHELASTIC_RUN_ID" in variables:
         return f"torchrun {os.getppid()}"
@@ -192,4 +193,5 @@ def _forget() -> None:
     _servers.clear()
 
 
-os.register_at_fork(after_in_child=_forget)
+if hasattr(os, "register_at_fork"):
+    os.register_at_fork(after_in_child=_forget)

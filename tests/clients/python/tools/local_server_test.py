@@ -128,13 +128,51 @@ def test_missing_server_binary_error_lists_what_was_tried(tmp_path: Path) -> Non
     assert "PROCGEN_SERVER_BINARY" in run.stderr
 
 
-def test_program_of_a_wheel_is_found(tmp_path: Path) -> None:
-    shutil.copytree(Path(procgen_client.__file__).parent, tmp_path / "procgen_client")
-    (tmp_path / "procgen_client/bin").mkdir()
-    (tmp_path / "procgen_client/bin/procgen-server").symlink_to(server_binary())
+@pytest.mark.parametrize(
+    "place", ["clients/python/procgen_client/bin", "build/release/bin", "on_path"]
+)
+def test_program_is_found_in_a_wheel_a_checkout_or_the_path(tmp_path: Path, place: str) -> None:
+    package = tmp_path / "clients/python/procgen_client"
+    shutil.copytree(Path(procgen_client.__file__).parent, package)
+    (tmp_path / place).mkdir(parents=True)
+    (tmp_path / place / "procgen-server").symlink_to(server_binary())
     run = subprocess.run(
         [sys.executable, "-c", _BEGIN],
-        env=_environment(PROCGEN_SERVER_BINARY="", PATH="/bin", PYTHONPATH=str(tmp_path)),
+        env=_environment(
+            PROCGEN_SERVER_BINARY="",
+            PATH=f"/bin:{tmp_path / 'on_path'}",
+            PYTHONPATH=str(package.parent),
+        ),
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert run.returncode == 0, run.stderr
+
+
+# Hides what Windows does not have.
+_ELSEWHERE = """
+import os, signal, socket, sys
+sys.modules["fcntl"] = sys.modules["pwd"] = sys.modules["resource"] = None
+for module, names in (
+    (os, ("register_at_fork", "fork", "getuid", "killpg", "eventfd")),
+    (signal, ("SIGKILL", "pthread_sigmask")),
+    (socket, ("AF_UNIX",)),
+):
+    for name in names:
+        delattr(module, name)
+from procgen_client import ProcgenVectorEnv
+env = ProcgenVectorEnv("maze", 2, server=sys.argv[1])
+env.reset()
+env.step([4, 4])
+env.close()
+"""
+
+
+def test_other_systems_need_no_unix_modules(server: ServerProcess) -> None:
+    run = subprocess.run(
+        [sys.executable, "-c", _ELSEWHERE, server.address],
+        env=os.environ | {"PROCGEN_CLIENT_TRANSPORT": "grpcio"},
         capture_output=True,
         text=True,
         check=False,
