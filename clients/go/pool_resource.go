@@ -103,10 +103,14 @@ func (p *Pool) GetEpisode(ctx context.Context, environment int32, selector pb.Ep
 	return episode, fromRPC(ctx, err)
 }
 
-// Renew restarts the pool's lease. lease is its new duration; 0: unchanged.
+// KeepLease leaves the duration of a pool's lease as it is.
+const KeepLease time.Duration = -1
+
+// Renew restarts the pool's lease. lease is its new duration: KeepLease, or 0 for no lease; then the
+// pool lives until it is deleted.
 func (p *Pool) Renew(ctx context.Context, lease time.Duration) error {
 	request := &pb.RenewPoolRequest{Name: p.Name()}
-	if lease != 0 {
+	if lease != KeepLease {
 		request.LeaseDuration = durationpb.New(lease)
 	}
 	_, err := p.client.pools.RenewPool(p.client.with(ctx), request)

@@ -43,15 +43,17 @@ func TestPoolsAreCreatedFoundListedRenewedAndDeleted(t *testing.T) {
 	if found.Spec().Options.GetRandSeed() != 5 {
 		t.Error(found.Spec())
 	}
-	must(t, pool.Renew(ctx, time.Hour))
-	pools, err := client.ListPools(ctx)
-	must(t, err)
-	renewed := false
-	for _, message := range pools {
-		renewed = renewed || message.Name == "pools/mine" && message.Spec.LeaseDuration.AsDuration() == time.Hour
-	}
-	if !renewed {
-		t.Error(pools)
+	for _, renewal := range []struct{ given, lease time.Duration }{{time.Hour, time.Hour}, {KeepLease, time.Hour}, {0, 0}} {
+		must(t, pool.Renew(ctx, renewal.given))
+		pools, err := client.ListPools(ctx)
+		must(t, err)
+		renewed := false
+		for _, message := range pools {
+			renewed = renewed || message.Name == "pools/mine" && message.Spec.LeaseDuration.AsDuration() == renewal.lease
+		}
+		if !renewed {
+			t.Error(renewal, pools)
+		}
 	}
 	expectError(t, pool.Renew(ctx, time.Millisecond), codes.InvalidArgument)
 	expectError(t, pool.Renew(ctx, 25*time.Hour), codes.ResourceExhausted)
