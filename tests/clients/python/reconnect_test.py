@@ -11,7 +11,7 @@ import zlib
 
 import numpy as np
 import pytest
-from conftest import native_only
+from conftest import native_only, server_binary
 from fault_proxy import Proxy, connected
 
 from procgen_client import Batch, Client, Pool, ServerProcess, errors
@@ -156,27 +156,33 @@ def test_lease_is_returned_and_renewed(client: Client) -> None:
             pool.renew(25 * 3600)
 
 
+@pytest.mark.parametrize(
+    ("flag", "argument"),
+    [("--lease_duration_default=1s", ""), ("--lease_duration_default=0s", ", lease_duration=1")],
+    ids=["default", "given"],
+)
 def test_pool_of_a_killed_learner_is_deleted_when_its_lease_expires(
-    server: ServerProcess, client: Client
+    flag: str, argument: str
 ) -> None:
     learner = f"""
-import procgen_client
-client = procgen_client.connect("{server.address}")
-pool = client.create_pool("maze", 1, pool_id="of-the-killed", lease_duration=1)
+import sys, procgen_client
+client = procgen_client.connect(sys.argv[1])
+pool = client.create_pool("maze", 1, pool_id="of-the-killed"{argument})
 pool.observe()
 print("attached", flush=True)
 while True:
     pool.step([4])
 """
-    process = subprocess.Popen(
-        [sys.executable, "-c", learner], stdout=subprocess.PIPE, text=True
-    )
-    assert process.stdout is not None
-    assert process.stdout.readline() == "attached\n"
-    assert client.get_pool("pools/of-the-killed") is not None
-    process.kill()
-    process.wait()
-    process.stdout.close()
-    with pytest.raises(errors.NotFoundError):
-        while True:  # Until the lease of one second expires.
-            client.get_pool("pools/of-the-killed")
+    with ServerProcess(server_binary(), [flag]) as server, Client(server.address) as client:
+        process = subprocess.Popen(
+            [sys.executable, "-c", learner, server.address], stdout=subprocess.PIPE, text=True
+        )
+        assert process.stdout is not None
+        assert process.stdout.readline() == "attached\n"
+        assert client.get_pool("pools/of-the-killed") is not None
+        process.kill()
+        process.wait()
+        process.stdout.close()
+        with pytest.raises(errors.NotFoundError):
+            while True:  # Until the lease of one second expires.
+                client.get_pool("pools/of-the-killed")

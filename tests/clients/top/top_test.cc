@@ -131,6 +131,21 @@ TEST(TopTest, CredentialsAreThoseOfTheClient) {
   EXPECT_THAT(rejected.output, HasSubstr("procgen-top: the call has no token"));
 }
 
+TEST(TopTest, PoolIsDeleted) {
+  ServerProcess process({"--address=127.0.0.1:0"});
+  const std::string address = process.Address();
+  const auto client = procgen_client::Client::Connect(address);
+  ASSERT_THAT(client, IsOk());
+  ASSERT_THAT((*client)->CreatePool(MazeSpec(2), "stray"), IsOk());
+  const Result deleted = RunTop("--delete=stray --server=" + address);
+  EXPECT_EQ(deleted.exit_status, 0);
+  EXPECT_EQ(deleted.output, "deleted pools/stray\n");
+  EXPECT_TRUE((*client)->ListPools()->empty());
+  const Result again = RunTop("--delete=pools/stray --server=" + address);
+  EXPECT_EQ(again.exit_status, 1);
+  EXPECT_THAT(again.output, HasSubstr("pools/stray"));
+}
+
 TEST(TopTest, InvalidFlagsAreReported) {
   const Result interval = RunTop("--interval=1ms");
   EXPECT_EQ(interval.exit_status, 2);
