@@ -46,6 +46,7 @@ class Result:
     description: str
     step_count: int  # Environment steps.
     seconds: float
+    transport: str  # "shared_memory" or "stream".
     frames: list[np.ndarray]  # uint8 [side, side, 3] each
 
     @property
@@ -112,7 +113,8 @@ def run_game(
         for _ in halves:
             pool.receive()
         seconds = time.perf_counter() - begin
-        result = Result(name, description, step_count, seconds, take_pictures(client, name))
+        frames = take_pictures(client, name)
+        result = Result(name, description, step_count, seconds, pool.transport, frames)
     progress.done(name, result.steps_per_second)
     return result
 
@@ -145,9 +147,10 @@ def print_table(results: list[Result], env_count: int) -> None:
     for result in results:
         rate = result.steps_per_second
         print(f"{result.name:<{width}}  {rate:>12,.0f}  {rate / env_count:>15,.0f}")
+    transport = {"shared_memory": "shared memory", "stream": "gRPC"}[results[0].transport]
     print(
-        f"{rule}\n{env_count} environments of each game in hard mode, with pictures, from "
-        "Python, over gRPC on this machine\n"
+        f"{rule}\n{env_count} environments of each game in hard mode, with observations, from "
+        f"Python over {transport} on this machine\n"
     )
 
 
