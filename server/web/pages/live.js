@@ -25,7 +25,7 @@ let shown = null;    // the pool opened last: { name, create_time_s }
 let heard = 0;       // the time of the last event, by performance.now()
 let isSilent = false;  // the server is connected and sends nothing
 
-const enlarged = new EnlargedView((isOpen) => mosaic.cover(isOpen));
+const enlarged = new EnlargedView((isOpen) => mosaic.cover(isOpen), writeEnvironment);
 const mosaic = new Mosaic((pool, environment) => enlarged.show(connection, catalog, pool, environment));
 const nodes = new NodeTable(byId("node-rows"));
 const plots = new Plots(byId("plots"));
@@ -127,6 +127,7 @@ function drawUnknown() {
   if (pool) {
     drawPool(unknown(pool));
   }
+  nodes.lose();
   plots.lose();
 }
 
@@ -180,6 +181,31 @@ function openPool(pool) {
   mosaic.open(connection, pool);
   plots.open(connection, catalog, pool);
   episodes.open(connection, pool);
+  enlargeFromUrl(pool);
+}
+
+function enlargeFromUrl(pool) {
+  const wanted = new URLSearchParams(location.search).get("environment");
+  if (!pool || wanted === null) {
+    return;
+  }
+  if (/^\d+$/.test(wanted) && Number(wanted) < pool.env_count) {
+    enlarged.show(connection, catalog, pool, Number(wanted));
+  } else {
+    notify(`${pool.name} has no environment “${wanted}”: environments are 0 to ${pool.env_count - 1}.`, "bad");
+  }
+}
+
+// Puts the enlarged environment into the URL; null: there is none.
+function writeEnvironment(environment) {
+  const url = new URL(location.href);
+  if (environment === null) {
+    url.searchParams.delete("environment");
+  } else {
+    url.searchParams.set("pool", open);
+    url.searchParams.set("environment", environment);
+  }
+  history.replaceState(null, "", url);
 }
 
 // Leaves a pool that the user deleted.

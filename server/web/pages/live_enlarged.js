@@ -25,6 +25,7 @@ export class EnlargedView {
   #watches = [];
   #dialog = byId("large");
   #onToggle;
+  #onChoose;
   #step = null;         // StepView of the environment
   #annotations = null;  // AnnotationView of the environment
   #human = new EndHold(END_SHOWN_MS, (part) => draw(part, "large-picture", "large-frame"));
@@ -33,19 +34,27 @@ export class EnlargedView {
     this.#step.show(part.step);
   });
 
-  // `onToggle(isOpen)` is called when the dialog opens or closes.
-  constructor(onToggle) {
+  // `onToggle(isOpen)` is called when the dialog opens or closes, `onChoose(environment)` when an environment is shown; null:
+  // the user has closed the dialog.
+  constructor(onToggle, onChoose) {
     this.#onToggle = onToggle;
+    this.#onChoose = onChoose;
     this.#dialog.addEventListener("close", () => {
-      this.#stop();
-      onToggle(false);
+      if (!this.#dialog.open) {  // not shown again meanwhile
+        this.#stop();
+        onToggle(false);
+      }
     });
+    this.#dialog.addEventListener("cancel", () => onChoose(null));
     this.#dialog.addEventListener("keydown", ({ key }) => {
       if (key === "ArrowLeft" || key === "ArrowRight") {
         this.#turn(key === "ArrowLeft" ? -1 : 1);
       }
     });
-    byId("close").addEventListener("click", () => this.close());
+    byId("close").addEventListener("click", () => {
+      onChoose(null);
+      this.close();
+    });
     byId("previous").addEventListener("click", () => this.#turn(-1));
     byId("following").addEventListener("click", () => this.#turn(1));
     byId("keep-last").addEventListener("click", () => this.#keep("last"));
@@ -76,6 +85,7 @@ export class EnlargedView {
 
   #begin() {
     this.#stop();
+    this.#onChoose(this.#environment);
     this.#say("");
     setText(byId("large-title"), `${this.#pool.name}, environment ${this.#environment}`);
     const { name, games } = this.#pool;

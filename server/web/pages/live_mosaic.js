@@ -2,6 +2,7 @@
 
 import { byId, element, setText } from "./elements.js";
 import { EndHold, markEnd } from "./live_ends.js";
+import { MosaicExport } from "./live_export.js";
 import { Watch } from "./live_watch.js";
 import { notify, sentence } from "./notices.js";
 import { drawPart } from "./pictures.js";
@@ -19,6 +20,7 @@ export class Mosaic {
   #holds = new Map();     // environment -> EndHold
   #onChoose;
   #isCovered = false;
+  #export = new MosaicExport(() => ({ name: this.#pool.name, canvases: [...this.#canvases.values()] }));
 
   // `onChoose(pool, environment)` is called when one is clicked.
   constructor(onChoose) {
@@ -106,6 +108,7 @@ export class Mosaic {
     const isSame = environments.every((environment) => this.#canvases.has(environment))
       && this.#canvases.size === environments.length && list.dataset.pool === this.#pool.name;
     if (!isSame) {
+      this.#export.stop();
       list.dataset.pool = this.#pool.name;
       this.#canvases = new Map(environments.map((environment) =>
         [environment, element("canvas", { width: AGENT_SIZE_PX, height: AGENT_SIZE_PX })]));

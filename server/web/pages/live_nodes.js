@@ -30,13 +30,25 @@ export class NodeTable {
       }
     }
     this.#time = time;
+    this.#drawRows(stateOf);
+  }
+
+  // Shows that the states of the nodes are not known.
+  lose() {
+    this.#drawRows(null);
+  }
+
+  // `stateOf(node)` returns the state of a listed node; null: not known.
+  #drawRows(stateOf) {
     const known = [...this.#known.values()].sort((one, other) => collator.compare(one.node.name, other.node.name));
     while (this.#body.rows.length > known.length) {
       this.#body.deleteRow(-1);
     }
     known.forEach(({ node, seen }, index) => {
       const row = this.#body.rows[index] ?? this.#body.appendChild(makeRow());
-      drawRow(row, node, seen < time ? ["bad", `gone since ${clock(seen)}`] : stateOf(node), seen === time);
+      const isListed = seen === this.#time;
+      const state = isListed ? stateOf?.(node) ?? ["warn", "unknown"] : ["bad", `gone since ${clock(seen)}`];
+      drawRow(row, node, state, isListed && stateOf !== null);
     });
   }
 }

@@ -75,3 +75,12 @@ test("the table marks a stopped node until it returns, and watching continues", 
   assert.equal(await page.locator("#node-rows tr").count(), 3);
   await learner.stop();
 });
+
+test("the states of nodes are unknown while the fleet server does not answer", async () => {
+  const page = await openLive();
+  fleet.front.process.kill("SIGSTOP");
+  await waitForState(page, "node-1", /^unknown$/);
+  await waitForState(page, "front (fleet)", /^unknown$/);
+  fleet.front.process.kill("SIGCONT");
+  await waitForState(page, "node-1", "healthy");
+});

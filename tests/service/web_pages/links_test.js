@@ -66,3 +66,28 @@ test("a link to a pool that does not exist shows no other pool", async () => {
   await waitForText(page.locator("#pool-name"), "pools/running");
   assert.equal(await page.locator("#missing").isVisible(), false);
 });
+
+test("a link to an environment enlarges it, and the URL follows", async () => {
+  const page = await it.open(server.page("/?pool=pools%2Frunning&environment=2"));
+  await waitForText(page.locator("#large-title"), "pools/running, environment 2");
+  await page.keyboard.press("ArrowRight");
+  await waitForText(page.locator("#large-title"), "environment 3");
+  assert.equal(new URL(page.url()).search, "?pool=pools%2Frunning&environment=3");
+  await page.reload();
+  await waitForText(page.locator("#large-title"), "environment 3");
+  await page.keyboard.press("Escape");
+  await page.locator("#large").waitFor({ state: "hidden" });
+  assert.equal(new URL(page.url()).search, "?pool=pools%2Frunning");
+  await page.click("#mosaic li:nth-child(2) button");
+  assert.equal(new URL(page.url()).search, "?pool=pools%2Frunning&environment=1");
+  await page.click("#close");
+  assert.equal(new URL(page.url()).search, "?pool=pools%2Frunning");
+});
+
+test("a link to an environment that does not exist is reported", async () => {
+  for (const wrong of ["4", "-1", "first"]) {
+    const page = await it.open(server.page(`/?pool=pools%2Frunning&environment=${wrong}`));
+    await waitForText(page.locator("#notices .bad"), `pools/running has no environment “${wrong}”: environments are 0 to 3.`);
+    assert.equal(await page.locator("#large").isVisible(), false);
+  }
+});

@@ -1,9 +1,11 @@
 // The live view of a running learner.
 
 import assert from "node:assert/strict";
+import { readFile } from "node:fs/promises";
 import { after, before, test } from "node:test";
 import { figure, picture, waitForChange, waitForText, withBrowser } from "./browser.js";
 import { replayLastEpisode } from "./episodes.js";
+import { decode, differenceFromMosaic } from "./saved_images.js";
 import { Learner, Server } from "./server.js";
 
 const FIRST = "#mosaic li:first-child canvas";
@@ -61,6 +63,28 @@ test("views are for agents or people, and environments are shown in pages", asyn
   await page.selectOption("#shown", "4");
   assert.equal(await page.locator("#range").textContent(), "to 19 of 20");
   await waitForChange(page, FIRST);
+});
+
+test("the environments shown are saved as an image and as a video", async () => {
+  const page = await openLive();
+  await waitForChange(page, FIRST);
+  const save = async (button) => {
+    const [download] = await Promise.all([page.waitForEvent("download"), page.click(button)]);
+    return { name: download.suggestedFilename(), content: (await readFile(await download.path())).toString("base64") };
+  };
+  await page.click("#mosaic-video");
+  await waitForText(page.locator("#mosaic-video"), "Stop after 2 seconds");
+  const video = await save("#mosaic-video");
+  assert.match(video.name, /\.mosaic\.webm$/);
+  const decoded = await decode(it, video.content, 1);
+  assert.deepEqual([decoded.width, decoded.height], [4 * 66 - 2, 4 * 66 - 2]);
+  assert(decoded.duration >= 2, `${decoded.duration} s`);
+  await page.click("#later");
+  await waitForChange(page, FIRST);
+  await page.click("#hold");
+  const image = await save("#mosaic-image");
+  assert.match(image.name, /\.mosaic\.png$/);
+  assert.deepEqual(await differenceFromMosaic(page, "#mosaic canvas", 2, image.content), { width: 130, height: 130, difference: 0 });
 });
 
 test("the pool's figures and plots are drawn, and grow", async () => {
