@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import random
 import re
 import shutil
 import socket
@@ -90,12 +91,19 @@ def configure(folder: Path, port: int, server_address: str) -> Path:
     return path
 
 
+def free_port() -> int:
+    """A port that the system gives to no server that listens on port 0 meanwhile."""
+    while True:
+        port = random.randrange(20000, 30000)
+        with contextlib.suppress(OSError), socket.socket() as free:
+            free.bind(("127.0.0.1", port))
+            return port
+
+
 @contextlib.contextmanager
 def front(folder: Path, *flags: str) -> Iterator[Front]:
     make_certificates(folder)
-    with socket.socket() as free:
-        free.bind(("127.0.0.1", 0))
-        port = free.getsockname()[1]
+    port = free_port()
     with serve(folder, "--clone_source_allowlist=none", "--shared_memory_dir=", *flags) as server:
         configuration = configure(folder, port, server.address)
         command = [str(_NGINX), "-c", str(configuration), "-p", str(folder), "-g", "daemon off;"]
