@@ -8,7 +8,7 @@ import { encodesVideo, Video } from "./video.js";
 
 const GAP_PX = 2;
 const FRAMES_PER_SECOND = 15;
-const VIDEO_SIDE_PX_MAX = 1024;
+const VIDEO_SIZE_PX_MAX = 1024;
 const VIDEO_DURATION_S_MAX = 600;
 
 export class MosaicExport {
@@ -51,7 +51,7 @@ export class MosaicExport {
 
   #record() {
     const { name, canvases } = this.#current();
-    const canvas = makeCanvas(canvases, VIDEO_SIDE_PX_MAX);
+    const canvas = makeCanvas(canvases, VIDEO_SIZE_PX_MAX);
     const video = new Video({ width: canvas.width, height: canvas.height, framesPerSecond: FRAMES_PER_SECOND });
     this.#recording = { video, canvas, name: nameOf(name), count: 0, timer: setInterval(() => this.#add(), 1000 / FRAMES_PER_SECOND) };
     this.#add();
@@ -87,11 +87,11 @@ function columnsOf(canvases) {
   return Math.ceil(Math.sqrt(canvases.length));
 }
 
-// A canvas with room for all; its sides are at most `sideMax`.
-function makeCanvas(canvases, sideMax) {
+// A canvas with room for all; its sides are at most `sizeMax`.
+function makeCanvas(canvases, sizeMax) {
   const columns = columnsOf(canvases);
   const rows = Math.ceil(canvases.length / columns);
-  const cell = Math.min(canvases[0].width, Math.floor(sideMax / columns) - GAP_PX);
+  const cell = Math.min(canvases[0].width, Math.floor(sizeMax / columns) - GAP_PX);
   return element("canvas", { width: columns * (cell + GAP_PX) - GAP_PX, height: rows * (cell + GAP_PX) - GAP_PX });
 }
 

@@ -6,6 +6,7 @@ import { once } from "node:events";
 import { after, before, test } from "node:test";
 import { connect, DistributionMode } from "../../../clients/node/dist/index.js";
 import { figure, picture, waitForDrawing, waitForPicture, waitForText, withBrowser } from "./browser.js";
+import { stickingOut } from "./overflow.js";
 import { COINRUN_1000_ACTIONS, COINRUN_1000_STEPS } from "./playing.js";
 import { Server } from "./server.js";
 
@@ -101,6 +102,20 @@ test("an enlarged environment shows how an episode ended, with its last frame", 
   await waitForPicture(page, "#large-picture", (now) => now === start);
   assert.notEqual(last, await pictureNow(page, "#large-picture"));
   await page.locator("#large-frame .result").waitFor({ state: "detached" });
+  await pool.close();
+});
+
+test("a long result fits a narrow window", async () => {
+  const { pool, page } = await openPool("narrow", 1);
+  await page.setViewportSize({ width: 320, height: 700 });
+  await page.click("#mosaic button");
+  await waitForDrawing(page, "#large-picture");
+  await page.evaluate(async () => {
+    const { markEnd } = await import("/assets/live_ends.js");
+    markEnd(document.querySelector("#large-frame"), { truncated: true, return: -1234.5, length: 1_000_000 });
+  });
+  await waitForText(page.locator("#large-frame .result"), /Time limit: return .* in 1,000,000 steps/);
+  assert.deepEqual(await page.evaluate(stickingOut), []);
   await pool.close();
 });
 
