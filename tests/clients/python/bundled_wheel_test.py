@@ -6,7 +6,6 @@ import os
 import re
 import shutil
 import subprocess
-import venv
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -108,16 +107,3 @@ def test_an_empty_environment_steps_a_server_of_its_own(wheels: Path, bare_root:
         ("procgen-top --help", "monitors a running procgen-server"),
     ):
         assert text in _run(bare_root, f"venv/bin/{command} || true")
-
-
-def test_pip_installs_from_a_checkout(tmp_path: Path) -> None:
-    venv.create(tmp_path, with_pip=True)  # Without Debian's packages; pip fetches what it needs.
-    python = tmp_path / "bin/python"
-    environment = {name: value for name, value in os.environ.items() if name != "PYTHONPATH"}
-    for command in ([python, "-m", "pip", "install", _ROOT / "clients/python"],
-                    [python, "-c", _ONE_LINE]):  # fmt: skip
-        run = subprocess.run(
-            command, env=environment, cwd=tmp_path, capture_output=True, text=True, check=False
-        )
-        assert run.returncode == 0, run.stdout + run.stderr
-    assert run.stdout == "(64, 64, 64, 3)\n"

@@ -79,6 +79,20 @@ def test_missing_tools_are_named(tmp_path: Path) -> None:
     assert "PROCGEN_WHEEL" not in output  # The pure wheel needs them, too.
 
 
+def test_missing_protobuf_is_named() -> None:
+    program = "import sys; sys.path[:0] = sys.argv[1:]; import bundle; bundle._protobuf_folder()"
+    run = subprocess.run(
+        # Without installed packages, as in pip's build environment.
+        [sys.executable, "-S", "-B", "-c", program, _ROOT / "clients/python"],
+        env={name: value for name, value in os.environ.items() if name != "PYTHONPATH"},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert run.returncode == 1
+    assert run.stderr.startswith("error: the wheel needs protobuf"), run.stderr
+
+
 def test_installed_wheel_works(
     server: ServerProcess, wheel: Path, tmp_path: Path
 ) -> None:
