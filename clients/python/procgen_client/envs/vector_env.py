@@ -407,9 +407,10 @@ class ProcgenVectorEnv(VectorEnv):
         Raises:
             ProcgenError: As Client.create_pool and :meth:`load`.
         """
+        pool = self._open_pool()  # If it fails, close() still closes the client.
         self._close_once.detach()
         self.pool.close()
-        self.pool = self._open_pool()
+        self.pool = pool
         self._close_once = weakref.finalize(self, _close, self.pool, self._owned_client)
         self._untouched = True
         self._ended = np.zeros(self.num_envs, np.bool_)
