@@ -8,7 +8,7 @@
 namespace procgen {
 namespace {
 
-constexpr int kWarmUpSteps = 50;
+constexpr int kRemoteWarmUpSteps = 50;
 constexpr char kSharedFolder[] = "/dev/shm";
 
 }  // namespace
@@ -33,7 +33,7 @@ absl::StatusOr<std::unique_ptr<RemoteLearner>> RemoteLearner::Start(const std::s
   }
   auto learner = std::unique_ptr<RemoteLearner>(new RemoteLearner(*std::move(client), remote_case));
   absl::Status status = learner->MakePool();
-  for (int step = 0; step < kWarmUpSteps && status.ok(); ++step) {
+  for (int step = 0; step < kRemoteWarmUpSteps && status.ok(); ++step) {
     status = learner->Step();
   }
   if (!status.ok()) {

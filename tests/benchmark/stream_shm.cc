@@ -28,10 +28,10 @@ constexpr int32_t kGameEnvironments = 64;
 // About the size of a response: the numbers of the request and of the batch.
 constexpr size_t kAnswerBytes = 16;
 
-class Contest {
+class ShmContest {
  public:
-  static absl::StatusOr<std::unique_ptr<Contest>> Start(int32_t env_count,
-                                                        const std::string& game = kStreamGame) {
+  static absl::StatusOr<std::unique_ptr<ShmContest>> Start(int32_t env_count,
+                                                           const std::string& game = kStreamGame) {
     auto server = StartStreamServer();
     if (!server.ok()) {
       return server.status();
@@ -56,8 +56,8 @@ class Contest {
     if (!pipes.ok()) {
       return pipes.status();
     }
-    return std::unique_ptr<Contest>(
-        new Contest(*std::move(server), *std::move(learner), *std::move(local), *std::move(pipes)));
+    return std::unique_ptr<ShmContest>(new ShmContest(*std::move(server), *std::move(learner),
+                                                      *std::move(local), *std::move(pipes)));
   }
 
   absl::Status RunRound() {
@@ -79,8 +79,8 @@ class Contest {
   }
 
  private:
-  Contest(std::unique_ptr<Server> server, std::unique_ptr<RemoteLearner> learner,
-          LocalLearner local, std::unique_ptr<BarePipes> pipes)
+  ShmContest(std::unique_ptr<Server> server, std::unique_ptr<RemoteLearner> learner,
+             LocalLearner local, std::unique_ptr<BarePipes> pipes)
       : server_(std::move(server)),
         learner_(std::move(learner)),
         local_(std::move(local)),
@@ -103,11 +103,11 @@ class Contest {
 }  // namespace
 
 void RegisterSharedMemoryStreams() {
-  RegisterContests<Contest>("stream/shm", {16, 64, 256, 1024, 4096});
+  RegisterContests<ShmContest>("stream/shm", {16, 64, 256, 1024, 4096});
   for (const GameSpec& game : GameCatalog()) {
     RegisterContest(absl::StrCat("stream/shm/", game.name), kGameEnvironments,
                     [name = std::string(game.name)](int32_t env_count) {
-                      return Contest::Start(env_count, name);
+                      return ShmContest::Start(env_count, name);
                     });
   }
 }

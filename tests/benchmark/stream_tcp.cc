@@ -21,9 +21,9 @@ namespace {
 int64_t CoreCount() { return std::max(1U, std::thread::hardware_concurrency()); }
 
 // The server's stream, the engine without a stream, and a stream without an engine.
-class Contest {
+class TcpContest {
  public:
-  static absl::StatusOr<std::unique_ptr<Contest>> Start(int32_t env_count) {
+  static absl::StatusOr<std::unique_ptr<TcpContest>> Start(int32_t env_count) {
     auto server = StartStreamServer();
     if (!server.ok()) {
       return server.status();
@@ -42,8 +42,8 @@ class Contest {
     if (!engine.ok()) {
       return engine.status();
     }
-    return std::unique_ptr<Contest>(
-        new Contest(*std::move(server), *std::move(learner), *std::move(wire), *std::move(engine)));
+    return std::unique_ptr<TcpContest>(new TcpContest(*std::move(server), *std::move(learner),
+                                                      *std::move(wire), *std::move(engine)));
   }
 
   absl::Status RunRound() {
@@ -70,8 +70,8 @@ class Contest {
   }
 
  private:
-  Contest(std::unique_ptr<Server> server, std::unique_ptr<RemoteLearner> learner,
-          std::unique_ptr<BareStream> wire, LocalLearner engine)
+  TcpContest(std::unique_ptr<Server> server, std::unique_ptr<RemoteLearner> learner,
+             std::unique_ptr<BareStream> wire, LocalLearner engine)
       : server_(std::move(server)),
         learner_(std::move(learner)),
         wire_(std::move(wire)),
@@ -88,6 +88,6 @@ class Contest {
 
 }  // namespace
 
-void RegisterTcpStreams() { RegisterContests<Contest>("stream/tcp", {1, 16, 64, 256}); }
+void RegisterTcpStreams() { RegisterContests<TcpContest>("stream/tcp", {1, 16, 64, 256}); }
 
 }  // namespace procgen

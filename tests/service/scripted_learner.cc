@@ -18,7 +18,7 @@ constexpr int32_t kActionCount = 15;
 constexpr int32_t kLevelSeeds = 1000;
 
 // Hash of all fields of a batch. Comparable within one process only.
-uint64_t HashOf(const Batch& batch) {
+uint64_t HashOfBatch(const Batch& batch) {
   return absl::HashOf(batch.first_env(), batch.env_count(), batch.observations(), batch.rewards(),
                       batch.first(), batch.terminated(), batch.truncated(), batch.level_seeds(),
                       batch.prev_level_seeds(), batch.prev_level_complete(),
@@ -67,7 +67,7 @@ class Player {
     if (!status.ok()) {
       return status;
     }
-    return HashOf(batch_);
+    return HashOfBatch(batch_);
   }
 
   absl::Status End() {

@@ -11,12 +11,12 @@
 #include <utility>
 #include <vector>
 
-#include "absl/hash/hash.h"
 #include "absl/strings/str_cat.h"
 #include "gmock/gmock.h"
 #include "gtest/gtest.h"
 #include "server/concurrency/steady_time.h"
 #include "tests/server/cluster/cluster_watch.h"
+#include "tests/server/cluster/test_options.h"
 #include "tests/status_matchers.h"
 #include "tests/wall_clock/wall_clock.h"
 
@@ -25,17 +25,6 @@ namespace {
 
 using ::testing::ElementsAre;
 using ::testing::IsEmpty;
-
-// A cluster name that no other test uses, and ports that few use.
-ClusterOptions Options(const std::string& node_id) {
-  ClusterOptions options;
-  const std::string test = ::testing::UnitTest::GetInstance()->current_test_info()->name();
-  options.name = absl::StrCat("test-", getpid(), "-", absl::Hex(absl::HashOf(test)));
-  options.domain_id = getpid() % 100;
-  options.node_id = node_id;
-  options.address = "127.0.0.1:50051";
-  return options;
-}
 
 std::unique_ptr<Cluster> Join(const ClusterOptions& options) {
   absl::StatusOr<std::unique_ptr<Cluster>> cluster = Cluster::Join(options);
@@ -75,7 +64,7 @@ bool AwaitIds(Cluster* cluster, const Ids& ids, absl::Duration timeout = absl::S
 }
 
 TEST(ClusterTest, NodeIsListedOnceItHasPublished) {
-  const auto cluster = Join(Options("a"));
+  const auto cluster = Join(TestOptions("a"));
   EXPECT_THAT(cluster->Nodes(), IsEmpty());
   cluster->Publish(SomeStatus("127.0.0.1:1"));
   NodeStatus expected = SomeStatus("127.0.0.1:1");
@@ -84,8 +73,8 @@ TEST(ClusterTest, NodeIsListedOnceItHasPublished) {
 }
 
 TEST(ClusterTest, NodesReceiveEachOthersStatus) {
-  const auto a = Join(Options("a"));
-  const auto b = Join(Options("b"));
+  const auto a = Join(TestOptions("a"));
+  const auto b = Join(TestOptions("b"));
   a->Publish(SomeStatus("127.0.0.1:1"));
   b->Publish(SomeStatus("127.0.0.1:2"));
   EXPECT_TRUE(AwaitIds(a.get(), {"a", "b"}));
@@ -97,15 +86,15 @@ TEST(ClusterTest, NodesReceiveEachOthersStatus) {
 }
 
 TEST(ClusterTest, LateNodesReceiveEarlierStatus) {
-  const auto a = Join(Options("a"));
+  const auto a = Join(TestOptions("a"));
   a->Publish(SomeStatus("127.0.0.1:1"));
-  const auto b = Join(Options("b"));
+  const auto b = Join(TestOptions("b"));
   EXPECT_TRUE(AwaitIds(b.get(), {"a"}));
 }
 
 TEST(ClusterTest, ChangesAreReceived) {
-  const auto a = Join(Options("a"));
-  const auto b = Join(Options("b"));
+  const auto a = Join(TestOptions("a"));
+  const auto b = Join(TestOptions("b"));
   b->Publish(SomeStatus("127.0.0.1:2"));
   EXPECT_TRUE(AwaitIds(a.get(), {"b"}));
   NodeStatus status = SomeStatus("127.0.0.1:3");
@@ -116,8 +105,8 @@ TEST(ClusterTest, ChangesAreReceived) {
 }
 
 TEST(ClusterTest, LeavingNodeDisappearsAtOnce) {
-  const auto a = Join(Options("a"));
-  auto b = Join(Options("b"));
+  const auto a = Join(TestOptions("a"));
+  auto b = Join(TestOptions("b"));
   b->Publish(SomeStatus("127.0.0.1:2"));
   EXPECT_TRUE(AwaitIds(a.get(), {"b"}));
   b = nullptr;
@@ -126,8 +115,8 @@ TEST(ClusterTest, LeavingNodeDisappearsAtOnce) {
 }
 
 TEST(ClusterTest, SilentNodeDisappearsThoughItRuns) {
-  const auto a = Join(Options("a"));
-  const auto b = Join(Options("b"));
+  const auto a = Join(TestOptions("a"));
+  const auto b = Join(TestOptions("b"));
   b->Publish(SomeStatus("127.0.0.1:2"));
   EXPECT_TRUE(AwaitIds(a.get(), {"b"}));
   EXPECT_TRUE(AwaitIds(a.get(), {}));
@@ -136,11 +125,11 @@ TEST(ClusterTest, SilentNodeDisappearsThoughItRuns) {
 }
 
 TEST(ClusterTest, ClustersWithDifferentNamesAreSeparate) {
-  const auto a = Join(Options("a"));
-  ClusterOptions elsewhere = Options("b");
+  const auto a = Join(TestOptions("a"));
+  ClusterOptions elsewhere = TestOptions("b");
   elsewhere.name += ".";
   const auto b = Join(elsewhere);
-  const auto c = Join(Options("c"));
+  const auto c = Join(TestOptions("c"));
   b->Publish(SomeStatus("127.0.0.1:2"));
   a->Publish(SomeStatus("127.0.0.1:1"));
   c->Publish(SomeStatus("127.0.0.1:3"));
@@ -149,9 +138,9 @@ TEST(ClusterTest, ClustersWithDifferentNamesAreSeparate) {
 }
 
 TEST(ClusterTest, ReplacementNodeStaysWhenTheOldOneLeaves) {
-  const auto a = Join(Options("a"));
-  auto before = Join(Options("b"));
-  const auto after = Join(Options("b"));
+  const auto a = Join(TestOptions("a"));
+  auto before = Join(TestOptions("b"));
+  const auto after = Join(TestOptions("b"));
   ClusterWatch watch(a.get());
   const auto await_address = [&](const std::string& address) {
     return watch.Await([&] { return a->Nodes().size() == 1 && a->Nodes()[0].address == address; });
@@ -166,7 +155,7 @@ TEST(ClusterTest, ReplacementNodeStaysWhenTheOldOneLeaves) {
 }
 
 TEST(ClusterTest, EndedSubscriptionIsNotNotified) {
-  const auto a = Join(Options("a"));
+  const auto a = Join(TestOptions("a"));
   std::atomic<int> notification_count = 0;
   {
     const Subscription subscription = a->Subscribe([&] { ++notification_count; });
@@ -183,9 +172,9 @@ TEST(ClusterTest, EndedSubscriptionIsNotNotified) {
 }
 
 TEST(ClusterTest, PeersWithNewAddressesStayListed) {
-  const auto b = Join(Options("b"));
+  const auto b = Join(TestOptions("b"));
   b->Publish(SomeStatus("127.0.0.1:2"));
-  ClusterOptions options = Options("a");
+  ClusterOptions options = TestOptions("a");
   options.peers = {"nodes"};
   std::atomic<int> asked = 0;
   const auto a = *Cluster::Join(options, [&](const std::string& host) {
@@ -218,7 +207,7 @@ TEST(ClusterTest, PeersWithNewAddressesStayListed) {
 }
 
 TEST(ClusterTest, PeersFindEachOtherWithoutMulticast) {
-  ClusterOptions options = Options("a");
+  ClusterOptions options = TestOptions("a");
   options.peers = {"localhost", "no-such-host.invalid"};
   const auto a = Join(options);
   options.node_id = "b";
@@ -228,7 +217,7 @@ TEST(ClusterTest, PeersFindEachOtherWithoutMulticast) {
 }
 
 TEST(ClusterTest, PeersAreResolvedAgainDespiteAClockChange) {
-  ClusterOptions options = Options("a");
+  ClusterOptions options = TestOptions("a");
   options.peers = {"nodes"};
   std::atomic<int> count = 0;
   const HostResolver resolve = [&count](const std::string& /*host*/) {

@@ -14,13 +14,13 @@
 #include <string>
 #include <vector>
 
-#include "absl/hash/hash.h"
 #include "absl/strings/str_cat.h"
 #include "gmock/gmock.h"
 #include "gtest/gtest.h"
 #include "server/cluster/cluster.h"
 #include "server/cluster/participant.h"
 #include "tests/server/cluster/cluster_watch.h"
+#include "tests/server/cluster/test_options.h"
 #include "tests/status_matchers.h"
 
 namespace procgen {
@@ -28,17 +28,6 @@ namespace {
 
 using ::testing::Contains;
 using ::testing::Field;
-
-// A cluster name that no other test uses, and ports that few use.
-ClusterOptions Options(const std::string& node_id) {
-  ClusterOptions options;
-  const std::string test = ::testing::UnitTest::GetInstance()->current_test_info()->name();
-  options.name = absl::StrCat("test-", getpid(), "-", absl::Hex(absl::HashOf(test)));
-  options.domain_id = getpid() % 100;
-  options.node_id = node_id;
-  options.address = "127.0.0.1:50051";
-  return options;
-}
 
 NodeStatus Node(const std::string& node_id) {
   NodeStatus status;
@@ -60,7 +49,7 @@ std::vector<std::string> IdsOf(const Cluster& cluster) {
 }
 
 std::unique_ptr<Cluster> Join(const std::string& node_id) {
-  auto cluster = Cluster::Join(Options(node_id));
+  auto cluster = Cluster::Join(TestOptions(node_id));
   EXPECT_THAT(cluster.status(), IsOk());
   (*cluster)->Publish(Node(node_id));
   return *std::move(cluster);
@@ -92,7 +81,7 @@ std::vector<NodeStatus> StatusesThatMakeNoSense() {
 
 TEST(HostilePeersTest, InvalidSamplesAreDropped) {
   const auto cluster = Join("a");
-  const auto forger = Participant::Create(Options("forger"), {});
+  const auto forger = Participant::Create(TestOptions("forger"), {});
   ASSERT_THAT(forger.status(), IsOk());
   for (const NodeStatus& status : StatusesThatMakeNoSense()) {
     ASSERT_THAT((*forger)->Write(status), IsOk());
@@ -113,7 +102,7 @@ TEST(HostilePeersTest, ForgedNodesAreBoundedAndLeaveWithTheForger) {
   const auto b = Join("b");
   ASSERT_TRUE(ClusterWatch(a.get()).Await([&] { return a->Nodes().size() == 2; }));
   {
-    const auto forger = Participant::Create(Options("forger"), {});
+    const auto forger = Participant::Create(TestOptions("forger"), {});
     ASSERT_THAT(forger.status(), IsOk());
     for (int i = 0; i < 6000; ++i) {
       (*forger)->Write(Node(absl::StrCat("forged-", i))).IgnoreError();
@@ -133,7 +122,7 @@ TEST(HostilePeersTest, ForgedNodesAreBoundedAndLeaveWithTheForger) {
 
 TEST(HostilePeersTest, DuplicateNodeIdDoesNotReplaceTheLocalNode) {
   const auto cluster = Join("a");
-  const auto forger = Participant::Create(Options("forger"), {});
+  const auto forger = Participant::Create(TestOptions("forger"), {});
   ASSERT_THAT(forger.status(), IsOk());
   NodeStatus copy = Node("a");
   copy.address = "192.0.2.1:50051";
@@ -201,7 +190,7 @@ std::string Mutated(std::string packet, std::minstd_rand* random) {
 
 TEST(HostilePeersTest, InvalidPacketsDoNotChangeTheCluster) {
   constexpr int kParticipantOfTheSocket = 25;
-  const ClusterOptions options = Options("a");
+  const ClusterOptions options = TestOptions("a");
   const int first_port = 7400 + 250 * options.domain_id + 10;
   const auto a = Join("a");
   const Socket socket(static_cast<uint16_t>(first_port + 2 * kParticipantOfTheSocket));

@@ -17,7 +17,7 @@ using testing::Lt;
 
 constexpr size_t kFrameBytes = 64 * 64 * 3;
 
-std::vector<uint8_t> Noise(size_t size, unsigned seed) {
+std::vector<uint8_t> NoiseBytes(size_t size, unsigned seed) {
   std::minstd_rand random(seed);
   std::vector<uint8_t> bytes(size);
   for (uint8_t& byte : bytes) {
@@ -56,7 +56,7 @@ std::vector<uint8_t> Inflate(const std::string& blocks, size_t size) {
 
 TEST(DeflaterTest, BytesRoundTripAfterTheDictionaryAsAStoredBlock) {
   Deflater deflater;
-  const std::vector<uint8_t> before = Noise(kFrameBytes, 1);
+  const std::vector<uint8_t> before = NoiseBytes(kFrameBytes, 1);
   std::vector<uint8_t> now = before;
   now[5000] ^= 1U;
   const std::string blocks = deflater.Deflate(now, before);
@@ -69,7 +69,7 @@ TEST(DeflaterTest, BytesRoundTripAfterTheDictionaryAsAStoredBlock) {
 TEST(DeflaterTest, BlocksOfSeveralCallsCanBeConcatenated) {
   Deflater deflater;
   const std::vector<uint8_t> first(kFrameBytes, 7);
-  const std::vector<uint8_t> second = Noise(kFrameBytes, 2);
+  const std::vector<uint8_t> second = NoiseBytes(kFrameBytes, 2);
   std::vector<uint8_t> both = first;
   both.insert(both.end(), second.begin(), second.end());
   const std::string blocks = deflater.Deflate(first, {});
@@ -79,8 +79,8 @@ TEST(DeflaterTest, BlocksOfSeveralCallsCanBeConcatenated) {
 TEST(DeflaterTest, IncompressibleBytesFit) {
   Deflater deflater;
   for (const size_t size : {1U, 100U, 12288U, 70000U}) {
-    const std::vector<uint8_t> bytes = Noise(size, 3);
-    EXPECT_EQ(Inflate(deflater.Deflate(bytes, Noise(size, 4)), size).size(), size);
+    const std::vector<uint8_t> bytes = NoiseBytes(size, 3);
+    EXPECT_EQ(Inflate(deflater.Deflate(bytes, NoiseBytes(size, 4)), size).size(), size);
     EXPECT_EQ(Inflate(deflater.Deflate(bytes, {}), size), bytes);
   }
 }

@@ -11,7 +11,7 @@
 namespace procgen {
 namespace {
 
-std::vector<uint8_t> Noise(int32_t size_px) {
+std::vector<uint8_t> NoiseImage(int32_t size_px) {
   std::minstd_rand random(3);
   std::vector<uint8_t> pixels(static_cast<size_t>(size_px) * static_cast<size_t>(size_px) * 3);
   for (uint8_t& value : pixels) {
@@ -21,7 +21,7 @@ std::vector<uint8_t> Noise(int32_t size_px) {
 }
 
 TEST(PngTest, PixelsRoundTrip) {
-  const std::vector<uint8_t> pixels = Noise(31);
+  const std::vector<uint8_t> pixels = NoiseImage(31);
   const auto image = DecodePng(PngOf(pixels, 31), AlphaUse::kIgnored);
   ASSERT_THAT(image, IsOk());
   ASSERT_EQ(image->width(), 31);
@@ -36,7 +36,8 @@ TEST(PngTest, PixelsRoundTrip) {
 
 TEST(PngTest, IncompressibleImagesStayWithinTheBound) {
   for (const int32_t size_px : {16, 64, 511}) {
-    EXPECT_LE(static_cast<int64_t>(PngOf(Noise(size_px), size_px).size()), PngBytesMax(size_px));
+    EXPECT_LE(static_cast<int64_t>(PngOf(NoiseImage(size_px), size_px).size()),
+              PngBytesMax(size_px));
   }
 }
 
