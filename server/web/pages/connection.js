@@ -5,6 +5,7 @@ import { decode, encode } from "./wire.js";
 export const LOST = "LOST";
 
 const WAITS_MS = [250, 500, 1000, 2000, 4000];
+const SILENCE_MS = 5000;
 
 // An error answer of the server, or LOST if the connection broke.
 export class ServerError extends Error {
@@ -16,20 +17,32 @@ export class ServerError extends Error {
 }
 
 // Dispatches "open" each time a socket opens, "lost" with its code and reason when it closes (the connection is then retried), and
-// "message:EVENT" with the message as `detail` for each event of the server.
+// "message:EVENT" with the message as `detail` for each event of the server; "silent" with the time of the last message when the
+// server sends nothing for SILENCE_MS although a message is due, and "heard" at the next message.
 export class Connection extends EventTarget {
+  expectsEvents = false;  // events are due every second, not only answers
   #socket = null;
   #timer = null;
   #attempts = 0;
   #lastId = 0;
   #waiting = new Map();  // request's id -> { resolve, reject }
+  #heard = 0;            // when the last message was received, or the first one became due, by performance.now()
+  #isSilent = false;
+
+  constructor() {
+    super();
+    setInterval(() => this.#checkSilence(), 1000);
+  }
 
   open() {
     clearTimeout(this.#timer);
     const scheme = location.protocol === "https:" ? "wss:" : "ws:";
     const socket = new WebSocket(`${scheme}//${location.host}/socket`);
     socket.binaryType = "arraybuffer";
-    socket.addEventListener("open", () => this.dispatchEvent(new Event("open")));
+    socket.addEventListener("open", () => {
+      this.#heard = performance.now();
+      this.dispatchEvent(new Event("open"));
+    });
     socket.addEventListener("message", ({ data }) => this.#receive(data));
     socket.addEventListener("close", ({ code, reason }) => this.#lose(socket, { code, reason }));
     this.#socket = socket;
@@ -48,6 +61,9 @@ export class Connection extends EventTarget {
     if (this.#socket?.readyState !== WebSocket.OPEN) {
       return Promise.reject(new ServerError({ code: LOST, message: "Not connected to the server." }));
     }
+    if (this.#waiting.size === 0 && !this.expectsEvents) {
+      this.#heard = performance.now();
+    }
     const id = ++this.#lastId;
     const request = { id, method, ...fields };
     this.#socket.send(part === null ? JSON.stringify(request)
@@ -62,6 +78,11 @@ export class Connection extends EventTarget {
 
   #receive(data) {
     this.#attempts = 0;
+    this.#heard = performance.now();
+    if (this.#isSilent) {
+      this.#isSilent = false;
+      this.dispatchEvent(new Event("heard"));
+    }
     const message = typeof data === "string" ? JSON.parse(data) : decode(data);
     if (message.event) {
       this.dispatchEvent(new CustomEvent(`message:${message.event}`, { detail: message }));
@@ -76,10 +97,22 @@ export class Connection extends EventTarget {
     }
   }
 
+  // A server that does not answer may still be connected.
+  #checkSilence() {
+    const silence = performance.now() - this.#heard;
+    const isDue = this.#socket?.readyState === WebSocket.OPEN && (this.expectsEvents || this.#waiting.size > 0);
+    if (isDue && silence > SILENCE_MS && !this.#isSilent) {
+      this.#isSilent = true;
+      this.dispatchEvent(new CustomEvent("silent", { detail: { time_s: (Date.now() - silence) / 1000 } }));
+    }
+  }
+
   #lose(socket, detail) {
     if (socket !== this.#socket) {
       return;
     }
+    this.#isSilent = false;
+    this.expectsEvents = false;
     const lost = new ServerError({ code: LOST, message: "The connection to the server was lost." });
     this.#waiting.forEach(({ reject }) => reject(lost));
     this.#waiting.clear();

@@ -1,7 +1,7 @@
 // The live view: follows the server's pools and opens the one in the URL, or else the first.
 
 import { byId, setText, setTiles } from "./elements.js";
-import { clock, count, milliseconds, rate, reward } from "./figures.js";
+import { count, milliseconds, rate, reward } from "./figures.js";
 import { tellOptions } from "./level_choice.js";
 import { EnlargedView } from "./live_enlarged.js";
 import { Episodes } from "./live_episodes.js";
@@ -11,10 +11,7 @@ import { LearnerPause } from "./live_pause.js";
 import { Plots } from "./live_plots.js";
 import { PoolTable } from "./live_pools.js";
 import { notify } from "./notices.js";
-import { attempt, beginOutage, endOutage, openPage } from "./page.js";
-
-// Events come every second.
-const SILENCE_MS = 5000;
+import { attempt, openPage } from "./page.js";
 
 let connection = null;
 let catalog = null;
@@ -22,8 +19,6 @@ let self = null;     // the server's node name
 let open = null;     // the name of the open pool
 let last = null;     // the last event "pools"
 let shown = null;    // the pool opened last: { name, create_time_s }
-let heard = 0;       // the time of the last event, by performance.now()
-let isSilent = false;  // the server is connected and sends nothing
 
 const enlarged = new EnlargedView((isOpen) => mosaic.cover(isOpen), writeEnvironment);
 const mosaic = new Mosaic((pool, environment) => enlarged.show(connection, catalog, pool, environment));
@@ -38,11 +33,10 @@ async function ready(hello, opened) {
   open = null;
   catalog = hello.catalog;
   self = hello.node;
-  heard = performance.now();
-  isSilent = false;
   byId("token-hint").hidden = !hello.requires_token;
   byId("nodes").hidden = !(hello.cluster || hello.is_fleet);
   await attempt(() => connection.call("pools.follow"));
+  opened.expectsEvents = true;
 }
 
 function lost() {
@@ -56,11 +50,6 @@ function lost() {
 
 function receive(event) {
   last = event;
-  heard = performance.now();
-  if (isSilent) {
-    isSilent = false;
-    endOutage();
-  }
   if (!byId("nodes").hidden) {
     nodes.draw(event.nodes, event.time_s);
   }
@@ -75,6 +64,9 @@ function show() {
   drawServer(last.server.load);
   const pools = visiblePools();
   byId("empty").hidden = pools.length > 0;
+  // The load counts the pools of all owners.
+  const hasOthers = !byId("token-hint").hidden && last.server.load.pool_count > 0;
+  setText(byId("empty-title"), hasOthers ? "No pools of your token yet" : "No pools yet");
   setText(byId("address"), addressOf(last));
   byId("bench").hidden = last.pools.length === 0;
   tellIfClosed();
@@ -129,15 +121,6 @@ function drawUnknown() {
   }
   nodes.lose();
   plots.lose();
-}
-
-// A server that does not answer may still be connected.
-function checkSilence() {
-  if (connection && last && !isSilent && performance.now() - heard > SILENCE_MS) {
-    isSilent = true;
-    beginOutage(`The server has sent nothing since ${clock(last.time_s)}.`, "No answer");
-    drawUnknown();
-  }
 }
 
 // Pools of learners, and those created by pages if the box is checked.
@@ -237,5 +220,4 @@ addEventListener("popstate", () => {
   open = null;
   show();
 });
-setInterval(checkSilence, 1000);
-openPage(ready, lost).on("pools", receive);
+openPage(ready, lost, drawUnknown).on("pools", receive);

@@ -10,15 +10,16 @@ const PAGES = [["/", "Live"], ["/play", "Play"], ["/replay", "Replay"], ["/galle
 // Close code of the WebSocket: the server has as many pages as it takes.
 const TRY_AGAIN_LATER = 1013;
 
-let page = null;  // { connection, state, onLost, hasContent, isOut, isAsking }
+let page = null;  // { connection, state, onLost, hasContent, isOut, isLost, isAsking }
 
 // Shows the page and connects. `onReady(hello, connection)` is called when the server accepts the page, and again after each
-// reconnect; `onLost()` when the connection is lost or given up. Returns the connection.
-export function openPage(onReady, onLost = () => {}) {
+// reconnect; `onLost()` when the connection is lost or given up; `onSilent()` when the server sends nothing for some time.
+// Returns the connection.
+export function openPage(onReady, onLost = () => {}, onSilent = () => {}) {
   const state = element("span", { class: "link", role: "status", "data-state": "connecting" }, "Connecting");
   drawBar(state);
   const connection = new Connection();
-  page = { connection, state, onLost, hasContent: false, isOut: false, isAsking: false };
+  page = { connection, state, onLost, hasContent: false, isOut: false, isLost: false, isAsking: false };
   connection.addEventListener("open", async () => {
     const hello = await greet();
     if (!hello) {
@@ -28,19 +29,27 @@ export function openPage(onReady, onLost = () => {}) {
       notify("Reconnected to the server.");
     }
     page.hasContent = true;
+    page.isLost = false;
     endOutage();
     onReady(hello, connection);
   });
   connection.addEventListener("lost", ({ detail }) => {
-    if (!page.isOut && page.hasContent) {
+    if (!page.isLost && page.hasContent) {
       onLost();
     }
+    page.isLost = true;
     beginOutage(describeLoss(detail), detail.code === TRY_AGAIN_LATER ? "Server is full" : "Waiting for the server");
   });
+  connection.addEventListener("silent", ({ detail }) => {
+    beginOutage(`The server has sent nothing since ${clock(detail.time_s)}.`, "No answer");
+    onSilent();
+  });
+  connection.addEventListener("heard", endOutage);
   connection.on("pools_closed", (error) => {
     if (error.code === "UNAUTHENTICATED") {
       changeToken();
     } else {
+      connection.expectsEvents = false;
       beginOutage(`${sentence(error.message)} The pools are no longer reported.`, "No reports");
     }
   });
@@ -57,7 +66,7 @@ function describeLoss({ code, reason }) {
 }
 
 // Marks all content as outdated, for the reason in `text`, until endOutage.
-export function beginOutage(text, stateText) {
+function beginOutage(text, stateText) {
   page.state.dataset.state = "lost";
   if (!page.isOut || page.state.textContent !== stateText) {
     setText(byId("outage"), page.hasContent ? `${text} What is shown is older.` : text);
@@ -68,7 +77,7 @@ export function beginOutage(text, stateText) {
   document.documentElement.toggleAttribute("data-outdated", page.hasContent);
 }
 
-export function endOutage() {
+function endOutage() {
   page.isOut = false;
   page.state.dataset.state = "open";
   setText(page.state, "Connected");

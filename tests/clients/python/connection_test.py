@@ -16,8 +16,9 @@ from conftest import native_only, server_binary
 
 from procgen_client import Client, Pool, Reset, ServerProcess, connect, errors
 
-# Ctrl-C ends a wait within 0.1 s; the rest is for a busy machine.
+# A single wait may end later on a busy machine.
 _INTERRUPTED_WITHIN = 1.0
+_FASTEST_INTERRUPTED_WITHIN = 0.1
 _TRANSPORTS = ["stream", pytest.param("shared_memory", marks=native_only)]
 
 
@@ -57,8 +58,8 @@ def stopped(server: ServerProcess) -> Iterator[None]:
         os.kill(server.process_id, signal.SIGCONT)
 
 
-def assert_interrupted(wait: Callable[[], object]) -> None:
-    """Expects that Ctrl-C ends `wait`, which would not end otherwise."""
+def assert_interrupted(wait: Callable[[], object]) -> float:
+    """Expects that Ctrl-C ends `wait`, which would not end otherwise. Returns after how long."""
     sent: list[float] = []
 
     def interrupt() -> None:
@@ -69,8 +70,10 @@ def assert_interrupted(wait: Callable[[], object]) -> None:
     timer.start()
     with pytest.raises(KeyboardInterrupt):
         wait()
-    assert time.monotonic() - sent[0] < _INTERRUPTED_WITHIN
+    duration = time.monotonic() - sent[0]
+    assert duration < _INTERRUPTED_WITHIN
     timer.join()
+    return duration
 
 
 @pytest.fixture
@@ -98,7 +101,8 @@ def test_all_waits_can_be_interrupted(own: ServerProcess) -> None:
         watch = pool.watch()
         next(watch)
         with stopped(own):
-            assert_interrupted(client.load)
+            durations = [assert_interrupted(client.load) for _ in range(5)]
+            assert min(durations) < _FASTEST_INTERRUPTED_WITHIN
             assert_interrupted(pool.attach)
             assert_interrupted(lambda: next(watch))
             assert_interrupted(lambda: connect(own.address, timeout=60))

@@ -59,6 +59,26 @@ test("a page that shows the end of a level reports a lost server, too, and resta
   assert.equal(await server.stop(), 0);
 });
 
+test("a play says that its server is silent, continues when it answers, and restarts when it is lost instead", async () => {
+  let server = await Server.start();
+  const page = await it.open(server.page("/play?game=maze&mode=easy&level=7"));
+  await waitForText(page.locator("#message"), "Press an arrow key to begin.");
+  server.process.kill("SIGSTOP");
+  await page.keyboard.press("ArrowRight");
+  await waitForText(page.locator("#outage"), /The server has sent nothing since \d\d:\d\d:\d\d/);
+  server.process.kill("SIGCONT");
+  await page.locator("#outage").waitFor({ state: "hidden" });
+  await waitForText(figure(page, "#figures", "Step"), /[1-9]/);
+
+  server.process.kill("SIGSTOP");
+  await waitForText(page.locator("#outage"), "The server has sent nothing since");
+  server.process.kill("SIGKILL");
+  await waitForText(page.locator("#message"), "The connection was lost. The level restarts after reconnecting.");
+  server = await Server.start(`--web_address=${new URL(server.web).host}`);
+  await waitForText(figure(page, "#figures", "Step"), /^0$/);
+  assert.equal(await server.stop(), 0);
+});
+
 test("while a server is dead or silent, what is shown is marked as outdated", async () => {
   const server = await Server.start();
   const learner = await Learner.start(server, "watched", ["coinrun"], 4);

@@ -36,6 +36,8 @@ test("the page asks for a valid token, keeps it for the tab, and never puts it i
   const other = await it.open(server.page());
   await enterToken(other, "bobs-token-0123456789");
   await waitForText(other.locator("#token-hint"), "PROCGEN_SERVER_TOKEN");
+  await waitForText(other.locator("#empty-title"), "No pools of your token yet");
+  await waitForText(figure(other, "#server", "Pools"), /^1$/);
   await learner.stop();
   assert.equal(await server.stop(), 0);
   await rm(folder, { recursive: true });
