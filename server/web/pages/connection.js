@@ -53,6 +53,7 @@ export class Connection extends EventTarget {
     const socket = this.#socket;
     this.#socket = null;
     socket.close();
+    this.#abandon();
   }
 
   // Sends a request, which is binary with `part`, the bytes of a trace. Resolves to the result, with the `parts` of a binary
@@ -111,14 +112,19 @@ export class Connection extends EventTarget {
     if (socket !== this.#socket) {
       return;
     }
+    this.#abandon();
+    const wait = WAITS_MS[Math.min(this.#attempts, WAITS_MS.length - 1)];
+    this.#attempts += 1;
+    this.#timer = setTimeout(() => this.open(), wait);
+    this.dispatchEvent(new CustomEvent("lost", { detail }));
+  }
+
+  // Nothing is due any more: rejects the requests without an answer.
+  #abandon() {
     this.#isSilent = false;
     this.expectsEvents = false;
     const lost = new ServerError({ code: LOST, message: "The connection to the server was lost." });
     this.#waiting.forEach(({ reject }) => reject(lost));
     this.#waiting.clear();
-    const wait = WAITS_MS[Math.min(this.#attempts, WAITS_MS.length - 1)];
-    this.#attempts += 1;
-    this.#timer = setTimeout(() => this.open(), wait);
-    this.dispatchEvent(new CustomEvent("lost", { detail }));
   }
 }

@@ -35,8 +35,7 @@ async function ready(hello, opened) {
   self = hello.node;
   byId("token-hint").hidden = !hello.requires_token;
   byId("nodes").hidden = !(hello.cluster || hello.is_fleet);
-  await attempt(() => connection.call("pools.follow"));
-  opened.expectsEvents = true;
+  opened.expectsEvents = (await attempt(() => opened.call("pools.follow"))) !== null;
 }
 
 function lost() {

@@ -79,6 +79,27 @@ test("a play says that its server is silent, continues when it answers, and rest
   assert.equal(await server.stop(), 0);
 });
 
+test("requests of a closed connection are rejected, and nothing is due after it opens again", async () => {
+  const server = await Server.start();
+  const page = await it.open(server.page());
+  const outcome = await page.evaluate(async () => {
+    const { Connection } = await import("/assets/connection.js");
+    const connection = new Connection();
+    const opened = () => new Promise((resolve) => connection.addEventListener("open", resolve, { once: true }));
+    connection.open();
+    await opened();
+    const call = connection.call("hello").then(() => "answered", ({ code }) => code);
+    connection.close();
+    connection.open();
+    await opened();
+    const silent = new Promise((resolve) => connection.addEventListener("silent", () => resolve("silent"), { once: true }));
+    const quiet = new Promise((resolve) => setTimeout(() => resolve("quiet"), 7000));
+    return [await Promise.race([call, quiet]), await Promise.race([silent, quiet])];
+  });
+  assert.equal(await server.stop(), 0);
+  assert.deepEqual(outcome, ["LOST", "quiet"]);
+});
+
 test("while a server is dead or silent, what is shown is marked as outdated", async () => {
   const server = await Server.start();
   const learner = await Learner.start(server, "watched", ["coinrun"], 4);
