@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+from collections import deque
 from collections.abc import Iterator
 from typing import Any
 
@@ -26,7 +27,7 @@ class DoubleBufferedSampler:
             if t < 256:
                 sampler.send(policy(batch.observations))
 
-    Threads: one at a time.
+    Threads: one at a time; one may send while another waits for the next half.
 
     Attributes:
         pool: The pool.
@@ -51,7 +52,7 @@ class DoubleBufferedSampler:
         middle = pool.env_count // 2
         self.pool = pool
         self.halves = (slice(0, middle), slice(middle, pool.env_count))
-        self._waiting: slice | None = None  # The half that was yielded and not sent.
+        self._waiting: deque[slice] = deque()  # Halves that were yielded and not sent.
 
     def rollout(
         self,
@@ -62,8 +63,9 @@ class DoubleBufferedSampler:
         """Yields (t, rows, batch) of the first half, then of the second, for t = 0, 1, 2, ...
 
         The batch of t = 0 is the current state, without a step; its rewards and ends repeat those
-        of the last step. Call :meth:`send` with the actions of each yielded half, except for
-        t = step_count, the last: then no request is in flight, and the pool can be saved.
+        of the last step. Call :meth:`send` with the actions of each yielded half, before its next
+        turn, except for t = step_count, the last: then no request is in flight, and the pool can
+        be saved.
 
         Leaving the loop early discards the answers in flight; their steps were taken.
 
@@ -86,19 +88,28 @@ class DoubleBufferedSampler:
             writable_view(out, ((step_count or 0) + 1, *shape) if is_buffer else shape)
         return self._rollout(step_count, out, is_buffer)
 
-    def send(self, actions: npt.ArrayLike) -> None:
-        """Sends a step of the half that was yielded last.
+    def send(self, actions: npt.ArrayLike, rows: slice | None = None) -> None:
+        """Sends a step of a half.
+
+        While a GPU computes the actions of one half, the other can be received. The half that was
+        yielded first is sent first.
 
         Args:
             actions: int [rows of the half], each in [-1, 15).
+            rows: The half. None: the one that was yielded last.
 
         Raises:
             InvalidArgumentError: A wrong length, or a value out of range. Nothing was sent.
-            FailedPreconditionError: No half waits for actions.
+            FailedPreconditionError: The half does not wait for actions, or the other one is first.
         """
-        rows = self._waiting
-        if rows is None:
+        if not self._waiting:
             raise FailedPreconditionError("no half waits for actions: take one from a rollout")
+        rows = self._waiting[-1] if rows is None else rows
+        if rows != self._waiting[0]:
+            raise FailedPreconditionError(
+                f"environments {_text(self._waiting[0])} are the first that wait for actions, not "
+                f"environments {_text(rows)}"
+            )
         actions = np.asarray(actions)
         if actions.size != rows.stop - rows.start:
             raise InvalidArgumentError(
@@ -106,7 +117,7 @@ class DoubleBufferedSampler:
                 "environments"
             )
         self.pool.send_step(actions, first_env=rows.start)
-        self._waiting = None
+        self._waiting.popleft()
 
     def _rollout(
         self, step_count: int | None, out: Any, is_buffer: bool  # noqa: ANN401
@@ -117,19 +128,20 @@ class DoubleBufferedSampler:
                 self.pool.send_observe(first_env=rows.start, env_count=rows.stop - rows.start)
             for t in itertools.count() if step_count is None else range(step_count + 1):
                 for rows in self.halves:
+                    if rows in self._waiting:
+                        raise FailedPreconditionError(
+                            f"the actions of environments {_text(rows)} were not sent: call send "
+                            "before the next turn of a half"
+                        )
                     part = None
                     if out is not None:
                         part = out[t, rows] if is_buffer else out[rows]
                     batch = self.pool.receive(out=part)
-                    self._waiting = None if t == step_count else rows
+                    if t != step_count:
+                        self._waiting.append(rows)
                     yield t, rows, batch
-                    if self._waiting is not None:
-                        raise FailedPreconditionError(
-                            f"the actions of environments {rows.start} ... {rows.stop - 1} were "
-                            "not sent: call send before the next half"
-                        )
         finally:
-            self._waiting = None
+            self._waiting.clear()
             self._discard()
 
     def _discard(self) -> None:
@@ -138,3 +150,7 @@ class DoubleBufferedSampler:
                 self.pool.receive()
         except ProcgenError:
             pass  # The stream has ended.
+
+
+def _text(rows: slice) -> str:
+    return f"{rows.start} ... {rows.stop - 1}"

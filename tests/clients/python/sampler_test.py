@@ -45,6 +45,42 @@ def test_rollouts_equal_whole_pool_steps(client: Client, pool: Pool) -> None:
             assert pool.save_states() == twin.save_states()
 
 
+def test_a_half_may_be_received_before_the_other_is_sent(pool: Pool) -> None:
+    sampler = DoubleBufferedSampler(pool)
+    before = pool.save_states()
+    at_once = []
+    for t, rows, batch in sampler.rollout(_STEPS):
+        at_once.append(batch.observations.copy())
+        if t < _STEPS:
+            sampler.send(_actions(t)[rows])
+    pool.restore_states(before)
+    later = []
+    unsent: list[tuple[int, slice]] = []
+    for t, rows, batch in sampler.rollout(_STEPS):
+        later.append(batch.observations.copy())
+        if unsent:
+            its_t, its_rows = unsent.pop()
+            sampler.send(_actions(its_t)[its_rows], its_rows)
+        if t < _STEPS:
+            unsent.append((t, rows))
+    assert pool.in_flight == 0
+    for first, second in zip(at_once, later, strict=True):
+        np.testing.assert_array_equal(first, second)
+
+
+def test_halves_are_sent_in_order(pool: Pool) -> None:
+    sampler = DoubleBufferedSampler(pool)
+    rollout = sampler.rollout(2)
+    next(rollout)
+    next(rollout)
+    for rows in (None, slice(2, 5), slice(1, 3)):
+        with pytest.raises(errors.FailedPreconditionError, match="environments 0 ... 1 are the"):
+            sampler.send([1, 1, 1], rows)
+    with pytest.raises(errors.FailedPreconditionError, match="environments 0 ... 1 were not sent"):
+        next(rollout)
+    assert pool.in_flight == 0
+
+
 def test_server_steps_a_half_while_the_other_is_processed(pool: Pool) -> None:
     sampler = DoubleBufferedSampler(pool)
     for t, rows, _ in sampler.rollout(3):
@@ -98,6 +134,9 @@ def test_every_half_is_sent_once(pool: Pool) -> None:
     sampler.send([1, 1])
     with pytest.raises(errors.FailedPreconditionError, match="no half waits for actions"):
         sampler.send([1, 1])
+    next(rollout)
+    with pytest.raises(errors.FailedPreconditionError, match="not environments 0 ... 1"):
+        sampler.send([1, 1], slice(0, 2))
     next(rollout)
     with pytest.raises(errors.FailedPreconditionError, match="environments 2 ... 4 were not sent"):
         next(rollout)
