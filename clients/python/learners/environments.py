@@ -39,7 +39,10 @@ class Environments:
 
     Attributes:
         env_count: Number of environments, N.
+        has_independent_halves: Whether a half can be received before the other is sent.
     """
+
+    has_independent_halves = True
 
     def __init__(
         self,
@@ -87,9 +90,9 @@ class Environments:
         """
         return self._sampler.rollout(step_count, out=out)
 
-    def send(self, actions: np.ndarray) -> None:
-        """Sends a step of the half that was yielded last; `actions`: int [rows]."""
-        self._sampler.send(actions)
+    def send(self, actions: np.ndarray, rows: slice | None = None) -> None:
+        """Sends a step of a half, by default the last; as DoubleBufferedSampler.send."""
+        self._sampler.send(actions, rows)
 
     def save_states(self) -> list[bytes]:
         """Returns a snapshot of each environment. No request may be in flight."""

@@ -32,6 +32,12 @@ class Encoder(nn.Module):
         self.feature_count = feature_count
         self.precision = precision
 
+    def prepare(self) -> None:
+        """Prepares :meth:`forward` without gradients; call it after each change of the weights."""
+        for layer in self.modules():
+            if isinstance(layer, Convolution):
+                layer.prepare(self.precision)
+
     def forward(self, observations: torch.Tensor) -> torch.Tensor:
         """Returns features, float32 [n, feature_count], of uint8 [n, 64, 64, 3]."""
         pixels = observations.permute(0, 3, 1, 2).to(self.precision).mul_(1 / 255)
@@ -55,18 +61,43 @@ class Convolution(nn.Conv2d):
     def __init__(self, in_channels: int, out_channels: int) -> None:
         """Takes the number of input and output channels."""
         super().__init__(in_channels, out_channels, 3, padding=1)
-        self.columns = min(4, max(1, 32 // in_channels))
+        self.columns = 4 if in_channels < 16 else 2 if in_channels < 64 else 1
+        # Kernels need multiples of 8 channels: 16 of 4 columns, not 12.
+        self.padding_channels = 1 if in_channels == 3 else 0
+        self.prepared: list[torch.Tensor] = []
+
+    def prepare(self, precision: torch.dtype) -> None:
+        """Keeps kernel and bias of the merged columns, for forward passes without gradients."""
+        with torch.no_grad():
+            kernel, bias = (parameter.to(precision) for parameter in self.merged_parameters())
+        kernel = kernel.contiguous(memory_format=torch.channels_last)
+        if self.prepared:  # CUDA graphs use the same memory for each call.
+            for mine, new in zip(self.prepared, (kernel, bias), strict=True):
+                mine.copy_(new)
+        else:
+            self.prepared = [kernel, bias]
 
     def forward(self, x: torch.Tensor) -> torch.Tensor:
         """Returns [n, out_channels, h, w] of x [n, in_channels, h, w]."""
-        return self.merged(x) if x.is_cuda and self.columns > 1 else super().forward(x)
+        if not x.is_cuda:
+            return super().forward(x)
+        if self.prepared and not torch.is_grad_enabled():
+            return self.merged(x, *self.prepared)
+        return self.merged(x, *self.merged_parameters())
 
-    def merged(self, x: torch.Tensor) -> torch.Tensor:
+    def merged_parameters(self) -> tuple[torch.Tensor, torch.Tensor]:
+        """Returns kernel and bias of the convolution with merged columns."""
+        if self.columns == 1:
+            return self.weight, self.bias
+        weight = F.pad(self.weight, (0, 0, 0, 0, 0, self.padding_channels))
+        return merged_kernel(weight, self.columns), self.bias.repeat(self.columns)
+
+    def merged(self, x: torch.Tensor, kernel: torch.Tensor, bias: torch.Tensor) -> torch.Tensor:
         """Returns the same, computed with merged columns."""
         n, _, h, w = x.shape
-        merged = x.permute(0, 2, 3, 1).reshape(n, h, w // self.columns, -1).permute(0, 3, 1, 2)
-        bias = self.bias.repeat(self.columns)
-        y = F.conv2d(merged, merged_kernel(self.weight, self.columns), bias, padding=1)
+        merged = F.pad(x.permute(0, 2, 3, 1), (0, self.padding_channels))
+        merged = merged.reshape(n, h, w // self.columns, -1).permute(0, 3, 1, 2)
+        y = F.conv2d(merged, kernel, bias, padding=1)
         return y.permute(0, 2, 3, 1).reshape(n, h, w, -1).permute(0, 3, 1, 2)
 
 

@@ -16,6 +16,7 @@ import argparse
 import sys
 import time
 from collections.abc import Callable, Sequence
+from concurrent.futures import Future, ThreadPoolExecutor
 from functools import partial
 from typing import Any, NamedTuple
 
@@ -93,13 +94,11 @@ def estimate_advantages(
 
     As in the paper's code, the time limit ends an episode without a bootstrapped value.
     """
-    advantages = np.zeros_like(rewards)
-    following = np.zeros_like(rewards[0])
-    for t in reversed(range(len(rewards))):
-        alive = 1 - ended[t].astype(np.float32)
-        delta = rewards[t] + gamma * values[t + 1] * alive - values[t]
-        following = delta + gamma * lambda_ * alive * following
-        advantages[t] = following
+    alive = 1 - ended.astype(np.float32)
+    advantages = rewards + gamma * values[1:] * alive - values[:-1]
+    decay = gamma * lambda_ * alive
+    for t in reversed(range(len(rewards) - 1)):
+        advantages[t] += decay[t] * advantages[t + 1]
     return advantages
 
 
@@ -150,6 +149,7 @@ class Ppo:
         )
         self.received = self.observations  # Where the client writes them.
         self.gradients = self.minibatch_gradients
+        self.prepare = self.agent.encoder.prepare
         if on_gpu:
             self.received = torch.zeros((shape[1], 64, 64, 3), dtype=torch.uint8).pin_memory()
             self.chosen = torch.zeros(shape[1], dtype=torch.int64).pin_memory()
@@ -159,6 +159,7 @@ class Ppo:
                 for rows in environments.halves
             }
             self.gradients = captured(self.minibatch_gradients)
+            self.prepare = captured(self.prepare)
 
     def update(self) -> Update:
         """Collects a rollout and learns from it."""
@@ -183,34 +184,55 @@ class Ppo:
         episodes: list[Episode] = []
         environment_seconds = policy_seconds = 0.0
         self.noise.exponential_(generator=self.random)
+        self.prepare()
         clock = time.perf_counter
         begin = clock()
-        for t, rows, batch in self.environments.rollout(step_count, self.received):
-            received = clock()
-            actions = self.choose(t, rows)
-            decided = clock()
-            if t < step_count:
-                self.environments.send(actions)
-            sent = clock()
-            environment_seconds += received - begin + sent - decided
-            policy_seconds += decided - received
-            if t > 0:  # The first batch is an observation without a step.
-                rewards[t - 1, rows], ended[t - 1, rows] = batch.rewards, batch.ended
-                episodes += episodes_of(batch, t, rows.start)
-            begin = clock()
+        sending = _called(float)
+        with ThreadPoolExecutor(1) as sender:
+            submit = sender.submit if self.sends_in_background() else _called
+            for t, rows, batch in self.environments.rollout(step_count, self.received):
+                received = clock()
+                choice = self.choose(t, rows)
+                sent = sending.result()  # The other half has its actions.
+                sending = submit(self.send, choice, rows if t < step_count else None)
+                waited = clock() - received
+                environment_seconds += received - begin + min(sent, waited)
+                policy_seconds += max(0, waited - sent)
+                if t > 0:  # The first batch is an observation without a step.
+                    rewards[t - 1, rows], ended[t - 1, rows] = batch.rewards, batch.ended
+                    episodes += episodes_of(batch, t, rows.start)
+                begin = clock()
         self.estimate_returns(rewards, ended)
         return Update(step_count, episodes, environment_seconds, policy_seconds, ())
 
-    def choose(self, t: int, rows: slice) -> np.ndarray:
-        """Returns the actions of step t, int64 [rows], and keeps them."""
+    def sends_in_background(self) -> bool:
+        """Returns whether a thread waits for a GPU's choices, while a half is received."""
+        return self.device.type == "cuda" and self.environments.has_independent_halves
+
+    def send(self, choice: Callable[[], np.ndarray], rows: slice | None) -> float:
+        """Sends actions, unless `rows` is None, when chosen; returns the seconds of sending."""
+        actions = choice()
+        begin = time.perf_counter()
+        if rows is not None:
+            self.environments.send(actions, rows)
+        return time.perf_counter() - begin
+
+    def choose(self, t: int, rows: slice) -> Callable[[], np.ndarray]:
+        """Starts to choose the actions of step t; the result waits for them, int64 [rows]."""
         if self.device.type != "cuda":
-            return self.act(t, rows).numpy()
+            return self.act(t, rows).numpy
         self.graphs[rows.start](self.steps[t])
-        torch.cuda.current_stream().synchronize()
-        return self.chosen[rows].numpy()
+        chosen = torch.cuda.Event()
+        chosen.record()
+
+        def wait() -> np.ndarray:
+            chosen.synchronize()
+            return self.chosen[rows].numpy()
+
+        return wait
 
     def act(self, t: int | torch.Tensor, rows: slice) -> torch.Tensor:
-        """The same, computed on the device; `t`: an integer or int64 [1]."""
+        """Chooses the actions of step t, an integer or int64 [1], and keeps the choice."""
         observations, noise = self.observations[t, rows], self.noise[t, rows]
         choice = self.agent.act(observations.view(-1, 64, 64, 3), noise.view(-1, ACTION_COUNT))
         self.actions[t, rows], self.log_probabilities[t, rows], self.values[t, rows] = choice
@@ -306,6 +328,13 @@ class Ppo:
         self.host_random.set_state(rank_state["host_random"])
         self.states = rank_state["states"]
         self.environments.reopen(self.states)
+
+
+def _called(function: Callable[..., float], *arguments: Any) -> Future[float]:  # noqa: ANN401
+    """Calls a function; returns the result as ThreadPoolExecutor.submit does."""
+    future: Future[float] = Future()
+    future.set_result(function(*arguments))
+    return future
 
 
 def parse(arguments: Sequence[str] | None = None) -> argparse.Namespace:

@@ -39,6 +39,8 @@ class UpstreamEnvironments:
     It steps all environments together, after the actions of both halves.
     """
 
+    has_independent_halves = False
+
     def __init__(
         self,
         game: str,
@@ -59,7 +61,6 @@ class UpstreamEnvironments:
         make = importlib.import_module(package).ProcgenGym3Env
         self._env = make(num=env_count, env_name=game, **options)
         self._actions = np.zeros(env_count, np.int32)
-        self._rows = self.halves[0]
         self._returns = np.zeros(env_count, np.float32)
         self._lengths = np.zeros(env_count, np.int32)
 
@@ -74,12 +75,11 @@ class UpstreamEnvironments:
                 self._lengths += 1
             for rows, step in zip(self.halves, self._state(), strict=True):
                 np.copyto(np.asarray(out)[(t, rows) if out.ndim == 5 else rows], step.observations)
-                self._rows = rows
                 yield t, rows, step
 
-    def send(self, actions: np.ndarray) -> None:
-        """Takes the actions of the half that was yielded last."""
-        self._actions[self._rows] = actions
+    def send(self, actions: np.ndarray, rows: slice) -> None:
+        """Takes the actions of a half."""
+        self._actions[rows] = actions
 
     def save_states(self) -> list[bytes]:
         """Returns an empty list: a run cannot be continued."""

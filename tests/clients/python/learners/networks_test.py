@@ -28,7 +28,7 @@ def _assert_equal(
 
 @pytest.mark.parametrize(
     ("in_channels", "out_channels", "columns"),
-    [(3, 16, 4), (3, 64, 4), (16, 16, 2), (16, 32, 2), (32, 32, 1)],
+    [(3, 16, 4), (3, 64, 4), (16, 16, 2), (16, 32, 2), (32, 32, 2), (64, 64, 1)],
 )
 def test_merged_columns_give_the_same_convolution(
     in_channels: int, out_channels: int, columns: int
@@ -36,9 +36,18 @@ def test_merged_columns_give_the_same_convolution(
     torch.manual_seed(0)
     layer = Convolution(in_channels, out_channels).double()
     assert layer.columns == columns
+    x = torch.randn(2, in_channels, 16, 8)
     _assert_equal(
-        layer, layer.merged, torch.randn(2, in_channels, 16, 8), layer.weight, layer.bias
+        *(layer, lambda x: layer.merged(x, *layer.merged_parameters())),
+        *(x, layer.weight, layer.bias),
     )
+    x = x.double().contiguous(memory_format=torch.channels_last)
+    for _ in range(2):  # The second time, in place.
+        with torch.no_grad():
+            layer.weight *= 2
+            layer.bias -= 1
+            layer.prepare(torch.float64)
+            torch.testing.assert_close(layer.merged(x, *layer.prepared), layer(x))
 
 
 def test_selected_maxima_are_those_of_max_pool() -> None:

@@ -60,7 +60,18 @@ def test_steps_given_as_tensors_give_an_equal_run(
 ) -> None:
     """A CUDA graph cannot be called with an integer."""
     steps = torch.arange(100).split(1)
-    monkeypatch.setattr(ppo.Ppo, "choose", lambda self, t, rows: self.act(steps[t], rows).numpy())
+    monkeypatch.setattr(ppo.Ppo, "choose", lambda self, t, rows: self.act(steps[t], rows).numpy)
+    assert train(tmp_path, server.address) == uninterrupted
+
+
+def test_actions_sent_by_a_thread_give_an_equal_run(
+    server: ServerProcess,
+    uninterrupted: dict[str, str],
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """A GPU chooses the actions of a half while the other is received."""
+    monkeypatch.setattr(ppo.Ppo, "sends_in_background", lambda self: True)
     assert train(tmp_path, server.address) == uninterrupted
 
 
@@ -139,9 +150,14 @@ class _RestartedEnvironments(Environments):
                 type(self).server = ServerProcess(address=self.server.address)
 
 
+@pytest.mark.parametrize("background", [False, True])
 def test_training_survives_server_restarts(
-    uninterrupted: dict[str, str], tmp_path: Path
+    uninterrupted: dict[str, str],
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    background: bool,  # noqa: FBT001 - a parameter of the test
 ) -> None:
+    monkeypatch.setattr(ppo.Ppo, "sends_in_background", lambda self: background)
     made: list[_RestartedEnvironments] = []
 
     def make(*arguments: Any, **keywords: Any) -> _RestartedEnvironments:  # noqa: ANN401
