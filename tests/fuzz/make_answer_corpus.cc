@@ -65,7 +65,7 @@ std::vector<Piece> AnswersTo(const std::string& address, LearnerOptions options)
   const auto channel = grpc::experimental::CreateCustomChannelWithInterceptors(
       address, grpc::InsecureChannelCredentials(), grpc::ChannelArguments(), std::move(recorders));
   RunLearner(channel, options);
-  const std::vector<Piece> answers = pieces;
+  std::vector<Piece> answers = pieces;
   procgen_client::Client::FromChannel(channel, "")->DeletePool(kPool).IgnoreError();
   return answers;
 }

@@ -88,8 +88,8 @@ TEST(BackgroundExecutorDeathTest, WithoutThreadsItThrowsAndLeavesNone) {
       {
         const rlimit none = {};
         setrlimit(RLIMIT_NPROC, &none);
-        if (geteuid() == 0) {
-          setuid(65534);  // root has no limit
+        if (geteuid() == 0 && setuid(65534) != 0) {  // root has no limit
+          _exit(1);
         }
         try {
           BackgroundExecutor executor(2);

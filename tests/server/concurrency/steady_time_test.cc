@@ -19,7 +19,7 @@ class SteadyTimeTest : public testing::TestWithParam<absl::Duration> {
   ~SteadyTimeTest() override { SetWallClockOffset(0); }
 
   // Moves the clock once the other thread waits.
-  void Jump() const { SetWallClockOffset(absl::ToInt64Nanoseconds(GetParam())); }
+  static void Jump() { SetWallClockOffset(absl::ToInt64Nanoseconds(GetParam())); }
 };
 
 TEST_P(SteadyTimeTest, WallClockCanBeMovedByTheTest) {

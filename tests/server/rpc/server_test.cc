@@ -46,8 +46,8 @@ TEST(ServerDeathTest, ServerWithoutThreadsIsAnError) {
       {
         const rlimit none = {};
         setrlimit(RLIMIT_NPROC, &none);
-        if (geteuid() == 0) {
-          setuid(65534);  // root has no limit
+        if (geteuid() == 0 && setuid(65534) != 0) {  // root has no limit
+          _exit(1);
         }
         ServerOptions options;
         options.address = "127.0.0.1:0";

@@ -36,6 +36,7 @@ TEST(AnnotationTest, TooManyAreRejected) {
   const std::vector<std::string> names = {"a", "b", "c", "d", "e", "f", "g", "h", "i",
                                           "j", "k", "l", "m", "n", "o", "p", "q"};
   std::vector<Annotation> annotations;
+  annotations.reserve(names.size());
   for (const std::string& name : names) {
     annotations.push_back({name, kSix});
   }

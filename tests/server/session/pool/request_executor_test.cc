@@ -63,6 +63,7 @@ class RequestExecutorTest : public testing::Test {
 
   static std::vector<int32_t> PartsOf(const std::vector<Part>& parts) {
     std::vector<int32_t> counts;
+    counts.reserve(parts.size());
     for (const Part part : parts) {
       counts.push_back(part.count);
     }
