@@ -1,6 +1,5 @@
 #include "server/session/quota/capacity.h"
 
-#include <optional>
 #include <utility>
 
 #include "gtest/gtest.h"
@@ -46,11 +45,12 @@ TEST(CapacityTest, EachLimitIsNamedWithItsValues) {
 
 TEST(CapacityTest, AReservationIsReleasedOnceHoweverItWasMoved) {
   Capacity capacity(SmallLimits());
-  std::optional<Capacity::Reservation> held = *capacity.Reserve(6, kFrameBytes);
   Capacity::Reservation other = *capacity.Reserve(3, kFrameBytes);
-  EXPECT_EQ(capacity.env_count(), 9);
-  other = *std::move(held);
-  held.reset();
+  {
+    Capacity::Reservation held = *capacity.Reserve(6, kFrameBytes);
+    EXPECT_EQ(capacity.env_count(), 9);
+    other = std::move(held);
+  }
   EXPECT_EQ(capacity.env_count(), 6) << "the moved reservation of three was released";
   other = Capacity::Reservation();
   EXPECT_EQ(capacity.env_count(), 0);
