@@ -111,6 +111,7 @@ web::EpisodeList ReportEpisodes(const Server& server, const std::string& owner,
   }
   const RecentEpisodes::List list = pool->recent_episodes().ReadList(after);
   report.count = list.count;
+  report.recorded_count = list.recorded_count;
   for (const EndedEpisode& episode : list.episodes) {
     report.episodes.push_back({.environment = episode.environment,
                                .level_seed = episode.level_seed,

@@ -373,9 +373,23 @@ absl::StatusOr<v1::Episode> Client::GetEpisode(const std::string& pool, int32_t 
   request.set_pool(pool);
   request.set_environment(environment);
   request.set_selector(selector);
+  return EpisodeOf(request);
+}
+
+absl::StatusOr<v1::Episode> Client::FindEpisode(const std::string& pool, int32_t environment,
+                                                int64_t fingerprint) {
+  v1::GetEpisodeRequest request;
+  request.set_pool(pool);
+  request.set_environment(environment);
+  request.set_fingerprint(fingerprint);
+  return EpisodeOf(request);
+}
+
+absl::StatusOr<v1::Episode> Client::EpisodeOf(const v1::GetEpisodeRequest& request) {
   auto episode =
       CallUnary(call_options_, states_.get(), &v1::StateService::Stub::AsyncGetEpisode, request);
-  absl::Status status = episode.ok() ? ValidateEpisode(*episode, environment) : episode.status();
+  absl::Status status =
+      episode.ok() ? ValidateEpisode(*episode, request.environment()) : episode.status();
   return IfValid(std::move(episode), std::move(status));
 }
 

@@ -115,6 +115,10 @@ class Client {
   absl::StatusOr<procgen::v1::Episode> GetEpisode(
       const std::string& pool, int32_t environment,
       procgen::v1::EpisodeSelector selector = procgen::v1::EPISODE_SELECTOR_LAST);
+  // Returns an episode that ended, by its fingerprint; a server has those of a pool's last 1,000
+  // episodes, or fewer if they are long.
+  absl::StatusOr<procgen::v1::Episode> FindEpisode(const std::string& pool, int32_t environment,
+                                                   int64_t fingerprint);
 
   // Renders environments, or their whole levels (FRAME_VIEW_LEVEL), as square frames of `size_px`
   // pixels a side (0: 512, or 64 with FRAME_VIEW_AGENT): RGB with the top row first, or PNG files.
@@ -133,6 +137,7 @@ class Client {
   // Why there is no connection.
   std::string WhyNotConnected();
   absl::Status Restore(const procgen::v1::RestoreStatesRequest& request);
+  absl::StatusOr<procgen::v1::Episode> EpisodeOf(const procgen::v1::GetEpisodeRequest& request);
 
   const CallOptions call_options_;
   const std::unique_ptr<procgen::v1::CatalogService::Stub> catalog_;

@@ -266,19 +266,24 @@ void FinishEpisode(const EpisodeRecording& recording, const PoolSession& pool, i
 // Copies the recording of an episode in a turn and decodes it after the turn.
 void FetchEpisode(const SharedPool& pool, int64_t bytes_max, BackgroundExecutor* executor,
                   EpisodeCall* call) {
+  const v1::GetEpisodeRequest& request = call->request();
   call->response()->set_sequence_number(pool->next_sequence_number() - 1);
-  pool->GetEpisode(
-      call->request().environment(), call->request().selector() == v1::EPISODE_SELECTOR_CURRENT,
-      [pool, bytes_max, executor, call](absl::StatusOr<EpisodeRecording> recording) {
-        pool->EndTurn();
-        if (!recording.ok()) {
-          call->Finish(recording.status());
-          return;
-        }
-        executor->Run(call->owner(), [pool, bytes_max, call, recording = *std::move(recording)] {
-          FinishEpisode(recording, *pool, bytes_max, call);
-        });
-      });
+  auto finish = [pool, bytes_max, executor, call](absl::StatusOr<EpisodeRecording> recording) {
+    pool->EndTurn();
+    if (!recording.ok()) {
+      call->Finish(recording.status());
+      return;
+    }
+    executor->Run(call->owner(), [pool, bytes_max, call, recording = *std::move(recording)] {
+      FinishEpisode(recording, *pool, bytes_max, call);
+    });
+  };
+  if (request.fingerprint() != 0) {
+    finish(pool->FindEpisode(request.environment(), static_cast<uint64_t>(request.fingerprint())));
+  } else {
+    pool->GetEpisode(request.environment(), request.selector() == v1::EPISODE_SELECTOR_CURRENT,
+                     std::move(finish));
+  }
 }
 
 }  // namespace

@@ -2,14 +2,16 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <optional>
 #include <string>
+#include <utility>
 
 #include "absl/time/clock.h"
 
 namespace procgen {
 
-PoolCounts::PoolCounts(const PoolOptions& options, Metrics* metrics)
-    : first_env_(options.first_env) {
+PoolCounts::PoolCounts(const PoolOptions& options, Metrics* metrics, ByteBudget* episode_bytes)
+    : first_env_(options.first_env), episodes_(episode_bytes) {
   for (const std::string& game : options.games) {
     games_.push_back(
         &metrics->OfGame(game, DistributionModeName(options.environment.distribution_mode)));
@@ -17,7 +19,8 @@ PoolCounts::PoolCounts(const PoolOptions& options, Metrics* metrics)
   game_steps_.resize(games_.size());
 }
 
-int64_t PoolCounts::Add(Part part, absl::Span<const Reset> resets, const Batch& batch) {
+int64_t PoolCounts::Add(Part part, absl::Span<const Reset> resets, const Batch& batch,
+                        const EpisodeLog* log) {
   const int64_t steps = part.count - static_cast<int64_t>(resets.size());
   step_count_ += steps;
   AddSteps(part, resets);
@@ -26,14 +29,19 @@ int64_t PoolCounts::Add(Part part, absl::Span<const Reset> resets, const Batch& 
     if (batch.terminated[at] != 0 || batch.truncated[at] != 0) {
       games_[GameIndexOf(part.first + row)]->AddEpisode(batch.episode_returns[at],
                                                         batch.episode_lengths[at]);
-      episodes_.Add({.environment = part.first + row,
-                     .level_seed = batch.prev_level_seeds[at],
-                     .total_reward = batch.episode_returns[at],
-                     .length = batch.episode_lengths[at],
-                     .is_truncated = batch.terminated[at] == 0,
-                     .level_complete = batch.prev_level_complete[at] != 0,
-                     .fingerprint = batch.fingerprints[at],
-                     .end_time = absl::Now()});
+      const EndedEpisode episode = {.environment = part.first + row,
+                                    .level_seed = batch.prev_level_seeds[at],
+                                    .total_reward = batch.episode_returns[at],
+                                    .length = batch.episode_lengths[at],
+                                    .is_truncated = batch.terminated[at] == 0,
+                                    .level_complete = batch.prev_level_complete[at] != 0,
+                                    .fingerprint = batch.fingerprints[at],
+                                    .end_time = absl::Now()};
+      std::optional<EpisodeRecording> recording;
+      if (log != nullptr) {
+        recording = log->Read(episode.environment, /*under_way=*/false).value();
+      }
+      episodes_.Add(episode, std::move(recording));
     }
   }
   return steps;

@@ -10,7 +10,9 @@
 #include "envcore/pool/pool.h"
 #include "server/metrics/metrics.h"
 #include "server/session/backend/request.h"
+#include "server/session/episodes/episode_log.h"
 #include "server/session/episodes/recent_episodes.h"
+#include "server/session/quota/byte_budget.h"
 
 namespace procgen {
 
@@ -18,16 +20,17 @@ namespace procgen {
 // Threads: one call at a time; const methods from any thread.
 class PoolCounts {
  public:
-  // `metrics` must outlive this.
-  PoolCounts(const PoolOptions& options, Metrics* metrics);
+  // `metrics` and `episode_bytes` must outlive this.
+  PoolCounts(const PoolOptions& options, Metrics* metrics, ByteBudget* episode_bytes);
 
   // Counts the steps in `batch`, except those of `resets`, which began an episode instead. Returns
-  // the number of steps. `batch`: as BatchNumbers provides it.
-  int64_t Add(Part part, absl::Span<const Reset> resets, const Batch& batch);
+  // the number of steps. `batch`: as BatchNumbers provides it. `log`: has the steps, for recordings
+  // of the episodes; null: there are none.
+  int64_t Add(Part part, absl::Span<const Reset> resets, const Batch& batch, const EpisodeLog* log);
 
   // Environment steps since the pool was made.
   int64_t step_count() const { return step_count_; }
-  // Statistics of its episodes.
+  // Its episodes.
   const RecentEpisodes& episodes() const { return episodes_; }
 
  private:

@@ -29,7 +29,7 @@ std::vector<EpisodeLog::RestoredState> RestoredStatesOf(const std::vector<StateT
 
 PoolObservers::PoolObservers(const PoolOptions& options, const PoolContext& context)
     : step_count_(context.step_count),
-      counts_(options, context.metrics),
+      counts_(options, context.metrics, context.episode_bytes),
       episodes_(context.episode_bytes->bytes_max() == 0
                     ? nullptr
                     : std::make_unique<EpisodeLog>(options.env_count, context.episode_bytes)) {}
@@ -57,18 +57,15 @@ void PoolObservers::Remember(const Request& request, const StepInput& input, con
   if (request.kind == Request::Kind::kObserve) {
     return;
   }
-  if (ok && input.steps) {
-    *step_count_ += counts_.Add({input.first, input.count}, input.resets, batch);
-  }
-  if (episodes_ == nullptr) {
-    return;
-  }
-  if (ok) {
+  if (episodes_ != nullptr && ok) {
     episodes_->Add(input, batch);
-  } else if (input.first > request.first) {
+  } else if (episodes_ != nullptr && input.first > request.first) {
     // The request's earlier parts are void.
     episodes_->MarkIncomplete({request.first, input.first - request.first},
                               IncompleteReason::kRequestFailed);
+  }
+  if (ok && input.steps) {
+    *step_count_ += counts_.Add({input.first, input.count}, input.resets, batch, episodes_.get());
   }
 }
 

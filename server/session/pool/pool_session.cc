@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <deque>
+#include <optional>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
@@ -14,6 +15,11 @@ namespace {
 // Multiple of the last capture's duration during which no capture runs, up to a maximum.
 constexpr int kPausePerCapture = 99;
 constexpr absl::Duration kPauseMax = absl::Seconds(1);
+
+absl::Status NoEpisodes() {
+  return absl::UnimplementedError(
+      "this server remembers no episodes, limit episode_history_bytes_max is 0");
+}
 
 }  // namespace
 
@@ -183,11 +189,30 @@ void PoolSession::CloneStates(std::vector<StateToClone> pairs, Done done) {
   });
 }
 
+absl::StatusOr<EpisodeRecording> PoolSession::FindEpisode(int32_t environment,
+                                                          uint64_t fingerprint) const {
+  const EpisodeLog* const episodes = observers_.episodes();
+  if (episodes == nullptr) {
+    return NoEpisodes();
+  }
+  if (absl::StatusOr<EpisodeRecording> last = episodes->Read(environment, /*under_way=*/false);
+      last.ok() && last->summary.fingerprint == fingerprint) {
+    return last;
+  }
+  std::optional<EpisodeRecording> found = recent_episodes().Find(environment, fingerprint);
+  if (!found.has_value()) {
+    return absl::NotFoundError(
+        absl::StrCat("environment ", environment, " of ", name(), " has no recording of episode ",
+                     absl::Hex(fingerprint, absl::kZeroPad16), ": a pool keeps those of its last ",
+                     RecentEpisodes::kListedMax, " episodes, or fewer if they are long"));
+  }
+  return *std::move(found);
+}
+
 void PoolSession::GetEpisode(int32_t environment, bool under_way, EpisodeDone done) {
   EpisodeLog* const episodes = observers_.episodes();
   if (episodes == nullptr) {
-    done(absl::UnimplementedError(
-        "this server remembers no episodes, limit episode_history_bytes_max is 0"));
+    done(NoEpisodes());
     return;
   }
   if (!under_way || episodes->KnowsLevel(environment)) {

@@ -189,6 +189,8 @@ class PoolSession {
   // history is kept; FAILED_PRECONDITION there is none.
   using EpisodeDone = absl::AnyInvocable<void(absl::StatusOr<EpisodeRecording>)>;
   void GetEpisode(int32_t environment, bool under_way, EpisodeDone done);
+  // Returns an episode that ended, in a turn. Errors: NOT_FOUND, UNIMPLEMENTED.
+  absl::StatusOr<EpisodeRecording> FindEpisode(int32_t environment, uint64_t fingerprint) const;
   // As PoolBackend::CaptureScenes. The turn usually ends in `done`.
   void CaptureScenes(const std::vector<int32_t>& environments, View view, int32_t size_px,
                      PoolBackend::CaptureDone done);

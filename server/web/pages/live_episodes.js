@@ -4,7 +4,6 @@ import { byId, element, setText } from "./elements.js";
 import { clock, count, plural, reward } from "./figures.js";
 import { LevelReturns, ReturnHistogram } from "./live_episode_charts.js";
 import { LevelSets } from "./live_level_sets.js";
-import { sentence } from "./notices.js";
 import { attempt } from "./page.js";
 import { partOf } from "./pictures.js";
 import { SortedHeader } from "./tables.js";
@@ -35,6 +34,7 @@ export class Episodes {
   #pool = null;
   #episodes = [];     // oldest first
   #count = 0;         // episodes of the pool that were requested
+  #recordedFrom = 1;  // number of the oldest with a recording
   #requestTime = -INTERVAL_MS;
   #isBusy = false;
   #shown = SHOWN_COUNT;
@@ -76,6 +76,7 @@ export class Episodes {
       return;
     }
     this.#count = list.episode_count;
+    this.#recordedFrom = list.episode_count - list.recorded_count + 1;
     this.#episodes = [...this.#episodes, ...episodesOf(list, pool)].slice(-KEPT_MAX);
     this.#sets.offer(pool, pools, async (other) => {
       const answer = await attempt(() => this.#request(other.name, 0), () => {});
@@ -97,7 +98,7 @@ export class Episodes {
     byId("episodes-content").hidden = isEmpty;
     setText(byId("episodes-about"), isEmpty ? "No episode has ended yet."
       : `The last ${plural(this.#episodes.length, "episode")} of ${count(this.#count)}.`
-        + " A recording is kept until its environment ends another episode.");
+        + (this.#recordedFrom > this.#episodes[0].number ? " The recordings of the older ones are gone." : ""));
     setText(byId("episodes-problem"), "");
     if (!isEmpty) {
       this.#histogram.draw(this.#episodes);
@@ -108,7 +109,9 @@ export class Episodes {
 
   #drawRows() {
     const newest = new Map(this.#episodes.map(({ environment, number }) => [environment, number]));
-    this.#episodes.forEach((episode) => { episode.isKept = newest.get(episode.environment) === episode.number; });
+    this.#episodes.forEach((episode) => {
+      episode.isKept = episode.number >= this.#recordedFrom || newest.get(episode.environment) === episode.number;
+    });
     // Of equals, the newest first.
     const sorted = this.#header.sort([...this.#episodes].reverse());
     byId("episode-rows").replaceChildren(...sorted.slice(0, this.#shown).map((episode) => element("tr", {},
@@ -120,7 +123,7 @@ export class Episodes {
   #makeRecording(episode) {
     const { environment, level_seed: seed, isKept } = episode;
     if (!isKept) {
-      return element("span", { class: "quiet", title: "The environment has ended another episode since" }, "gone");
+      return element("span", { class: "quiet", title: "The server keeps recordings of the last episodes" }, "gone");
     }
     return element("button", {
       type: "button", onclick: () => this.#replay(episode),
@@ -131,11 +134,9 @@ export class Episodes {
   async #replay(episode) {
     const say = (text) => setText(byId("episodes-problem"), text);
     say("");
-    const request = { pool: this.#pool.name, environment: episode.environment, selector: "last" };
+    const request = { pool: this.#pool.name, environment: episode.environment, episode: episode.fingerprint };
     const found = await attempt(() => this.#connection.call("pool.episode", request), say);
-    if (found && found.fingerprint !== episode.fingerprint) {
-      say(sentence(`environment ${episode.environment} has ended another episode since, so this recording is gone`));
-    } else if (found) {
+    if (found) {
       replayTrace(partOf(found, "trace").content, found.file_name, sourceOf(found));
     }
   }

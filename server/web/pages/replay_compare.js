@@ -4,7 +4,7 @@ import { byId, setOptions, setText } from "./elements.js";
 import { attempt } from "./page.js";
 import { drawPart } from "./pictures.js";
 import { firstDifference } from "./replay_difference.js";
-import { fetchLastEpisode } from "./replay_link.js";
+import { fetchEpisode } from "./replay_link.js";
 import { Rows } from "./replay_rows.js";
 import { imageOf } from "./replay_view.js";
 
@@ -123,7 +123,7 @@ export class Comparison {
 
   async #openEpisode({ pool, environment }) {
     const { connection } = this.#current();
-    const trace = await attempt(() => fetchLastEpisode(connection, { pool: pool.value, environment: environment.valueAsNumber }));
+    const trace = await attempt(() => fetchEpisode(connection, { pool: pool.value, environment: environment.valueAsNumber }));
     if (trace) {
       this.#open({ ...trace, name: `${pool.value}, environment ${environment.value}` });
     }

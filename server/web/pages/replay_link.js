@@ -37,23 +37,11 @@ function isSameSource(one, other) {
   return one?.pool === other?.pool && one?.environment === other?.environment && one?.episode === other?.episode;
 }
 
-// The trace of the last episode of an environment, { bytes, name, source }.
-export async function fetchLastEpisode(connection, { pool, environment }) {
-  const answer = await connection.call("pool.episode", { pool, environment, selector: "last" });
+// The trace of an episode of an environment, { bytes, name, source }; without `episode`, of its last one.
+export async function fetchEpisode(connection, { pool, environment, episode = null }) {
+  const which = episode === null ? { selector: "last" } : { episode };
+  const answer = await connection.call("pool.episode", { pool, environment, ...which });
   return { bytes: partOf(answer, "trace").content, name: answer.file_name, source: sourceOf(answer) };
-}
-
-// The trace of the episode of a link. Throws an Error if the episode is gone.
-async function fetchEpisode(connection, { pool, environment, episode }) {
-  const trace = await fetchLastEpisode(connection, { pool, environment }).catch((error) => {
-    throw ["NOT_FOUND", "FAILED_PRECONDITION", "INVALID_ARGUMENT"].includes(error.code)
-      ? new Error(`The episode of this link is gone. ${sentence(error.message)}`) : error;
-  });
-  if (episode !== null && episode !== trace.source?.episode) {
-    throw new Error(`Episode ${episode} is gone: a server keeps only the last episode of each environment, and environment `
-      + `${environment} of ${pool} has ended another one since.`);
-  }
-  return trace;
 }
 
 // Returns { trace, step } of a link: its episode, or the trace that this tab keeps, if any. Throws an Error if it is invalid, or its
@@ -64,7 +52,10 @@ export async function followLink(connection, query) {
   if (source === null || isSameSource(source, kept?.source)) {
     return { trace: kept, step };
   }
-  const trace = await fetchEpisode(connection, source);
+  const trace = await fetchEpisode(connection, source).catch((error) => {
+    throw ["NOT_FOUND", "FAILED_PRECONDITION", "INVALID_ARGUMENT"].includes(error.code)
+      ? new Error(`The episode of this link is gone. ${sentence(error.message)}`) : error;
+  });
   keepTrace(trace);
   return { trace, step };
 }

@@ -4,6 +4,7 @@
 #include <utility>
 #include <vector>
 
+#include "absl/strings/numbers.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/string_view.h"
 #include "absl/types/span.h"
@@ -126,16 +127,24 @@ EpisodeChoice ReadEpisodeChoice(RequestParams* params) {
   EpisodeChoice choice;
   choice.pool = params->Text("pool");
   choice.environment = params->Integer32("environment", 0, INT32_MAX);
-  choice.is_current = params->Choice("selector", {"last", "current"}) == "current";
+  if (!params->Has("episode")) {
+    choice.is_current = params->Choice("selector", {"last", "current"}) == "current";
+  } else if (const std::string text = params->Text("episode");
+             text.size() != 16 || !absl::SimpleHexAtoi(text, &choice.fingerprint)) {
+    params->Refuse(absl::StrCat("episode is '", text, "', allowed: 16 hexadecimal digits"));
+  }
   return choice;
 }
 
 absl::StatusOr<EpisodeTrace> TraceOfEpisode(std::shared_ptr<procgen_client::Client> client,
                                             const EpisodeChoice& choice,
                                             const std::atomic<bool>& is_stopping) {
-  const absl::StatusOr<v1::Episode> episode = client->GetEpisode(
-      choice.pool, choice.environment,
-      choice.is_current ? v1::EPISODE_SELECTOR_CURRENT : v1::EPISODE_SELECTOR_LAST);
+  const absl::StatusOr<v1::Episode> episode =
+      choice.fingerprint != 0 ? client->FindEpisode(choice.pool, choice.environment,
+                                                    static_cast<int64_t>(choice.fingerprint))
+                              : client->GetEpisode(choice.pool, choice.environment,
+                                                   choice.is_current ? v1::EPISODE_SELECTOR_CURRENT
+                                                                     : v1::EPISODE_SELECTOR_LAST);
   if (!episode.ok()) {
     return episode.status();
   }

@@ -17,10 +17,11 @@ namespace procgen::web {
 struct EpisodeChoice {
   std::string pool;
   int32_t environment = 0;
-  bool is_current = false;  // the running episode; otherwise the last finished one
+  bool is_current = false;   // the running episode; otherwise the last finished one
+  uint64_t fingerprint = 0;  // not 0: of a finished one
 };
 
-// Reads the members pool, environment and selector of a request.
+// Reads the members pool, environment, and selector or episode of a request.
 EpisodeChoice ReadEpisodeChoice(RequestParams* params);
 
 // An episode of a pool, replayed to obtain all of its rows.

@@ -168,6 +168,7 @@ Json EpisodesJson(const v1::Pool& pool, const EpisodeList& list) {
   return {{"pool", pool.name()},
           {"create_time_s", SecondsOf(pool.create_time())},
           {"episode_count", list.count},
+          {"recorded_count", list.recorded_count},
           {"columns",
            {"number", "end_time_s", "environment", "level_seed", "total_reward", "length",
             "level_complete", "truncated", "fingerprint"}},

@@ -44,6 +44,7 @@ struct EndedEpisode {
 struct EpisodeList {
   int64_t count = 0;  // of all episodes of the pool
   std::vector<EndedEpisode> episodes;
+  int64_t recorded_count = 0;  // number of last episodes that have a recording
 };
 
 // A pause of a pool: requests of its learner wait. The pause ends with this object.

@@ -126,6 +126,30 @@ TEST_F(EpisodesTest, EpisodeHasActionsAndRewards) {
   EXPECT_EQ(current.outcome(), v1::EPISODE_OUTCOME_UNDER_WAY);
 }
 
+TEST_F(EpisodesTest, EarlierEpisodesAreFoundByFingerprint) {
+  const auto stream = CreateAndAttach(MazeSpec(2));
+  const std::string pool = stream->pool().name();
+  procgen_client::Batch batch;
+  std::vector<v1::Episode> ended;
+  for (int32_t length = 1; length <= 5; ++length) {
+    for (int32_t step = 1; step < length; ++step) {
+      ASSERT_THAT(stream->Step({7, 3}, &batch), IsOk());
+    }
+    ASSERT_THAT(stream->Step({7, -1}, &batch), IsOk());
+    ended.push_back(Last(pool, 1));
+  }
+  for (const v1::Episode& episode : ended) {
+    const auto found = client_->FindEpisode(pool, 1, episode.fingerprint());
+    ASSERT_THAT(found, IsOk());
+    EXPECT_EQ(found->actions(), episode.actions());
+    EXPECT_EQ(found->level_seed(), episode.level_seed());
+    EXPECT_EQ(found->fingerprint(), episode.fingerprint());
+    ExpectReplayIsEqual(*found);
+  }
+  EXPECT_THAT(client_->FindEpisode(pool, 0, ended[0].fingerprint()),
+              StatusIs(absl::StatusCode::kNotFound, HasSubstr("has no recording of episode")));
+}
+
 TEST_F(EpisodesTest, RepeatedActionsAreRecordedOneByOne) {
   v1::PoolSpec spec = MazeSpec(1);
   spec.set_games(0, "bigfish");

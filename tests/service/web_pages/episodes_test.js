@@ -79,13 +79,40 @@ test("an episode is replayed by one press, and ends with the return of its row",
   assert.equal(await figure(page, "#figures", "Level seed").textContent(), seed);
 });
 
-test("rows say that the recording is gone when their environment has ended another episode", async () => {
+test("every episode of the table can be replayed, also after its environment has ended others", async () => {
   const page = await openEpisodes("all", 20);
+  assert((await column(page, "Recording")).every((text) => text === "Replay"));
   const environments = await column(page, "Environment");
-  const recordings = await column(page, "Recording");
-  const isNewest = environments.map((environment, index) => environments.indexOf(environment) === index);
-  assert.deepEqual(recordings, isNewest.map((newest) => (newest ? "Replay" : "gone")));
-  assert(recordings.includes("gone"));
+  const earlier = environments.findLastIndex((environment, index) => environments.indexOf(environment) !== index);
+  const row = page.locator(ROWS).nth(earlier);
+  const [, value, , length] = await row.locator("td").allTextContents();
+  await row.locator("button").click();
+  await waitForText(page.locator("#verdict"), "Identical to the recording");
+  await page.click("#last");
+  await waitForText(figure(page, "#figures", "Step"), `${length} of ${length}`);
+  assert.equal(await figure(page, "#figures", "Score").textContent(), value);
+});
+
+test("rows say that the recording is gone when the server has no memory for it", async () => {
+  const small = await Server.start("--episode_history_bytes_max=6000");
+  const itsClient = await connect(small.address);
+  try {
+    const options = { distributionMode: DistributionMode.EASY, randSeed: 3n };
+    const pool = await itsClient.createPool({ games: ["maze"], envCount: 2, options }, { poolId: "small" });
+    for (let step = 1; step <= 2000; step += 1) {
+      await pool.step(Int32Array.of(step % 200 ? 4 : -1, step % 150 ? 4 : -1));
+    }
+    const page = await it.open(small.page("/?pool=pools%2Fsmall"));
+    await page.waitForFunction((rows) => document.querySelectorAll(rows).length === 23, ROWS);
+    const recordings = await column(page, "Recording");
+    const kept = recordings.indexOf("gone");
+    assert(kept >= 2, `${recordings}`);
+    assert.deepEqual(recordings, recordings.map((_, index) => (index < kept ? "Replay" : "gone")));
+    await waitForText(page.locator("#episodes-about"), /The recordings of the older ones are gone\.$/);
+  } finally {
+    itsClient.close();
+    assert.equal(await small.stop(), 0);
+  }
 });
 
 test("charts describe the returns and the levels", async () => {

@@ -36,12 +36,13 @@ std::string Episode(const std::string& what, const std::string& game, int64_t va
 
 TEST(PoolCountsTest, StepsAreCountedByRoundRobinGame) {
   Metrics metrics("test");
+  ByteBudget bytes(0);
   BatchNumbers memory;
-  PoolCounts counts(OptionsOf({"maze", "heist", "ninja"}, /*first_env=*/1), &metrics);
+  PoolCounts counts(OptionsOf({"maze", "heist", "ninja"}, /*first_env=*/1), &metrics, &bytes);
   // Environments 2 to 5 of the pool are 3 to 6 of the whole: maze, heist, ninja, maze.
-  EXPECT_EQ(counts.Add({2, 4}, {}, memory.ReplaceEmptyArrays({}, 4)), 4);
+  EXPECT_EQ(counts.Add({2, 4}, {}, memory.ReplaceEmptyArrays({}, 4), nullptr), 4);
   // Environment 0 is heist.
-  EXPECT_EQ(counts.Add({0, 1}, {}, memory.ReplaceEmptyArrays({}, 1)), 1);
+  EXPECT_EQ(counts.Add({0, 1}, {}, memory.ReplaceEmptyArrays({}, 1), nullptr), 1);
   EXPECT_EQ(counts.step_count(), 5);
   EXPECT_THAT(metrics.Text(), HasSubstr(Steps("maze", 2)));
   EXPECT_THAT(metrics.Text(), HasSubstr(Steps("heist", 2)));
@@ -50,19 +51,21 @@ TEST(PoolCountsTest, StepsAreCountedByRoundRobinGame) {
 
 TEST(PoolCountsTest, ResetIsNotCountedAsAStep) {
   Metrics metrics("test");
+  ByteBudget bytes(0);
   BatchNumbers memory;
-  PoolCounts counts(OptionsOf({"maze", "heist"}, 0), &metrics);
+  PoolCounts counts(OptionsOf({"maze", "heist"}, 0), &metrics, &bytes);
   Reset reset;
   reset.environment = 3;
-  EXPECT_EQ(counts.Add({0, 8}, {reset}, memory.ReplaceEmptyArrays({}, 8)), 7);
+  EXPECT_EQ(counts.Add({0, 8}, {reset}, memory.ReplaceEmptyArrays({}, 8), nullptr), 7);
   EXPECT_THAT(metrics.Text(), HasSubstr(Steps("maze", 4)));
   EXPECT_THAT(metrics.Text(), HasSubstr(Steps("heist", 3)));
 }
 
 TEST(PoolCountsTest, EpisodesAreCountedWhenTheyEnd) {
   Metrics metrics("test");
+  ByteBudget bytes(0);
   BatchNumbers memory;
-  PoolCounts counts(OptionsOf({"maze", "heist"}, 0), &metrics);
+  PoolCounts counts(OptionsOf({"maze", "heist"}, 0), &metrics, &bytes);
   const Batch batch = memory.ReplaceEmptyArrays({}, 4);
   std::fill(batch.terminated.begin(), batch.terminated.end(), 0);
   std::fill(batch.truncated.begin(), batch.truncated.end(), 0);
@@ -75,7 +78,7 @@ TEST(PoolCountsTest, EpisodesAreCountedWhenTheyEnd) {
   batch.truncated[2] = 1;  // environment 4, maze
   batch.episode_returns[2] = 0;
   batch.episode_lengths[2] = 500;
-  counts.Add({2, 4}, {}, batch);
+  counts.Add({2, 4}, {}, batch, nullptr);
   const std::string text = metrics.Text();
   EXPECT_THAT(text, HasSubstr(Episode("return_count", "heist", 1)));
   EXPECT_THAT(text, HasSubstr(Episode("return_sum", "heist", 10)));
