@@ -101,7 +101,7 @@ class Player {
     absl::Status status = stream_->Call(std::move(request), &batch_);
     for (int32_t row = 0; status.ok() && row < batch_.env_count(); ++row) {
       const auto at = static_cast<size_t>(row);
-      over_[static_cast<size_t>(batch_.first_env() + row)] =
+      over_[static_cast<size_t>(batch_.first_env()) + at] =
           batch_.terminated()[at] || batch_.truncated()[at];
     }
     return status;

@@ -28,7 +28,7 @@ class HostileNode::Catalogs final : public v1::CatalogService::Service {
 
   grpc::Status GetCatalog(grpc::ServerContext* context, const v1::GetCatalogRequest* request,
                           v1::Catalog* response) override {
-    const grpc::Status status =
+    grpc::Status status =
         Forward(target_.get(), &v1::CatalogService::Stub::GetCatalog, *context, *request, response);
     node_->Apply(node_->damage_.catalog, response);
     return status;
@@ -50,7 +50,7 @@ class HostileNode::Pools final : public v1::PoolService::Service {
 
   grpc::Status CreatePool(grpc::ServerContext* context, const v1::CreatePoolRequest* request,
                           v1::Pool* response) override {
-    const grpc::Status status =
+    grpc::Status status =
         Forward(target_.get(), &v1::PoolService::Stub::CreatePool, *context, *request, response);
     node_->Apply(node_->damage_.pool, response);
     return status;
@@ -108,7 +108,7 @@ class HostileNode::States final : public v1::StateService::Service {
 
   grpc::Status SaveStates(grpc::ServerContext* context, const v1::SaveStatesRequest* request,
                           v1::SaveStatesResponse* response) override {
-    const grpc::Status status =
+    grpc::Status status =
         Forward(target_.get(), &v1::StateService::Stub::SaveStates, *context, *request, response);
     node_->Apply(node_->damage_.states, response);
     return status;
@@ -132,7 +132,7 @@ class HostileNode::Renders final : public v1::RenderService::Service {
   grpc::Status RenderEnvironments(grpc::ServerContext* context,
                                   const v1::RenderEnvironmentsRequest* request,
                                   v1::RenderEnvironmentsResponse* response) override {
-    const grpc::Status status = Forward(target_.get(), &v1::RenderService::Stub::RenderEnvironments,
+    grpc::Status status = Forward(target_.get(), &v1::RenderService::Stub::RenderEnvironments,
                                         *context, *request, response);
     node_->Apply(node_->damage_.frames, response);
     return status;

@@ -146,7 +146,7 @@ class NonReadingConnection {
     return BigEndian(payload.size(), 3) + static_cast<char>(type) + static_cast<char>(flags) +
            BigEndian(stream, 4) + payload;
   }
-  void Write(const std::string& bytes) {
+  void Write(const std::string& bytes) const {
     EXPECT_EQ(write(socket_, bytes.data(), bytes.size()), static_cast<ssize_t>(bytes.size()));
   }
 
