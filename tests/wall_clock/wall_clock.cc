@@ -82,6 +82,7 @@ void SetWallClockOffset(int64_t nanoseconds) { CurrentOffset() = nanoseconds; }
 
 }  // namespace procgen
 
+// NOLINTBEGIN(readability-inconsistent-declaration-parameter-name): libc's names are reserved.
 extern "C" {
 
 int clock_gettime(clockid_t clock, timespec* time) noexcept {
@@ -140,6 +141,7 @@ long syscall(long number, ...) noexcept {  // NOLINT: libc's own signature
     return real(number, arguments[0], arguments[1], arguments[2], arguments[3], arguments[4],
                 arguments[5]);
   };
+  // NOLINTNEXTLINE(performance-no-int-to-ptr): an argument of a system call
   const auto* const deadline = reinterpret_cast<const timespec*>(arguments[3]);
   const auto operation = static_cast<int>(arguments[1]);
   if (number != SYS_futex || (operation & FUTEX_CLOCK_REALTIME) == 0 ||
@@ -160,3 +162,4 @@ long syscall(long number, ...) noexcept {  // NOLINT: libc's own signature
 }
 
 }  // extern "C"
+// NOLINTEND(readability-inconsistent-declaration-parameter-name)

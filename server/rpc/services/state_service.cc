@@ -107,13 +107,14 @@ void RestoreTargets(const SharedPool& target, const ClonedEnvironments& environm
          .snapshot = (*snapshots)[static_cast<size_t>(saved - environments.saved.begin())]});
   }
   // `states` points into the snapshots, which moving the vector does not move.
-  // NOLINTNEXTLINE(clang-analyzer-cplusplus.NewDeleteLeaks): the analyser loses a shared pointer
+  // NOLINTBEGIN(clang-analyzer-cplusplus.NewDeleteLeaks): the analyser loses a shared pointer
   InTurn(target, call,
          [target, states = std::move(states), owner = *std::move(snapshots), call]() mutable {
            target->RestoreStates(std::move(states),
                                  [owner = std::move(owner), end = EndOf(target, call)](
                                      absl::Status status) mutable { end(std::move(status)); });
          });
+  // NOLINTEND(clang-analyzer-cplusplus.NewDeleteLeaks)
 }
 
 // Clones within a pool, in one turn.
