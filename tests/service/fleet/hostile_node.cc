@@ -133,7 +133,7 @@ class HostileNode::Renders final : public v1::RenderService::Service {
                                   const v1::RenderEnvironmentsRequest* request,
                                   v1::RenderEnvironmentsResponse* response) override {
     grpc::Status status = Forward(target_.get(), &v1::RenderService::Stub::RenderEnvironments,
-                                        *context, *request, response);
+                                  *context, *request, response);
     node_->Apply(node_->damage_.frames, response);
     return status;
   }
