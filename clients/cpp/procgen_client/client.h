@@ -115,8 +115,8 @@ class Client {
   absl::StatusOr<procgen::v1::Episode> GetEpisode(
       const std::string& pool, int32_t environment,
       procgen::v1::EpisodeSelector selector = procgen::v1::EPISODE_SELECTOR_LAST);
-  // Returns an episode that ended, by its fingerprint; a server has those of a pool's last 1,000
-  // episodes, or fewer if they are long.
+  // Returns an episode that ended, by its fingerprint, which is not 0. A server has those of a
+  // pool's last 1,000 episodes, or fewer if they are long.
   absl::StatusOr<procgen::v1::Episode> FindEpisode(const std::string& pool, int32_t environment,
                                                    int64_t fingerprint);
 

@@ -66,10 +66,10 @@ class Convolution(nn.Conv2d):
         self.padding_channels = 1 if in_channels == 3 else 0
         self.prepared: list[torch.Tensor] = []
 
+    @torch.no_grad()
     def prepare(self, precision: torch.dtype) -> None:
         """Keeps kernel and bias of the merged columns, for forward passes without gradients."""
-        with torch.no_grad():
-            kernel, bias = (parameter.to(precision) for parameter in self.merged_parameters())
+        kernel, bias = (parameter.to(precision) for parameter in self.merged_parameters())
         kernel = kernel.contiguous(memory_format=torch.channels_last)
         if self.prepared:  # CUDA graphs use the same memory for each call.
             for mine, new in zip(self.prepared, (kernel, bias), strict=True):

@@ -149,7 +149,6 @@ class Ppo:
         )
         self.received = self.observations  # Where the client writes them.
         self.gradients = self.minibatch_gradients
-        self.prepare = self.agent.encoder.prepare
         if on_gpu:
             self.received = torch.zeros((shape[1], 64, 64, 3), dtype=torch.uint8).pin_memory()
             self.chosen = torch.zeros(shape[1], dtype=torch.int64).pin_memory()
@@ -159,7 +158,7 @@ class Ppo:
                 for rows in environments.halves
             }
             self.gradients = captured(self.minibatch_gradients)
-            self.prepare = captured(self.prepare)
+            self.prepare = captured(self.agent.encoder.prepare)
 
     def update(self) -> Update:
         """Collects a rollout and learns from it."""
@@ -184,7 +183,8 @@ class Ppo:
         episodes: list[Episode] = []
         environment_seconds = policy_seconds = 0.0
         self.noise.exponential_(generator=self.random)
-        self.prepare()
+        if self.device.type == "cuda":
+            self.prepare()
         clock = time.perf_counter
         begin = clock()
         sending = _called(float)

@@ -5,9 +5,8 @@ import { clock, count, plural, reward } from "./figures.js";
 import { LevelReturns, ReturnHistogram } from "./live_episode_charts.js";
 import { LevelSets } from "./live_level_sets.js";
 import { attempt } from "./page.js";
-import { partOf } from "./pictures.js";
 import { SortedHeader } from "./tables.js";
-import { sourceOf } from "./replay_link.js";
+import { fetchEpisode } from "./replay_link.js";
 import { replayTrace } from "./traces.js";
 
 const KEPT_MAX = 1000;
@@ -134,10 +133,10 @@ export class Episodes {
   async #replay(episode) {
     const say = (text) => setText(byId("episodes-problem"), text);
     say("");
-    const request = { pool: this.#pool.name, environment: episode.environment, episode: episode.fingerprint };
-    const found = await attempt(() => this.#connection.call("pool.episode", request), say);
-    if (found) {
-      replayTrace(partOf(found, "trace").content, found.file_name, sourceOf(found));
+    const place = { pool: this.#pool.name, environment: episode.environment, episode: episode.fingerprint };
+    const trace = await attempt(() => fetchEpisode(this.#connection, place), say);
+    if (trace) {
+      replayTrace(trace.bytes, trace.name, trace.source);
     }
   }
 }

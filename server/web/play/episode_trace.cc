@@ -130,8 +130,10 @@ EpisodeChoice ReadEpisodeChoice(RequestParams* params) {
   if (!params->Has("episode")) {
     choice.is_current = params->Choice("selector", {"last", "current"}) == "current";
   } else if (const std::string text = params->Text("episode");
-             text.size() != 16 || !absl::SimpleHexAtoi(text, &choice.fingerprint)) {
-    params->Refuse(absl::StrCat("episode is '", text, "', allowed: 16 hexadecimal digits"));
+             text.size() != 16 || !absl::SimpleHexAtoi(text, &choice.fingerprint) ||
+             choice.fingerprint == 0) {
+    params->Refuse(
+        absl::StrCat("episode is '", text, "', allowed: 16 hexadecimal digits, not all 0"));
   }
   return choice;
 }

@@ -46,8 +46,8 @@ def test_merged_columns_give_the_same_convolution(
         with torch.no_grad():
             layer.weight *= 2
             layer.bias -= 1
-            layer.prepare(torch.float64)
-            torch.testing.assert_close(layer.merged(x, *layer.prepared), layer(x))
+        layer.prepare(torch.float64)
+        torch.testing.assert_close(layer.merged(x, *layer.prepared), layer(x))
 
 
 def test_selected_maxima_are_those_of_max_pool() -> None:

@@ -1,7 +1,6 @@
 #include "server/session/episodes/recent_episodes.h"
 
 #include <optional>
-#include <utility>
 
 #include "gtest/gtest.h"
 
