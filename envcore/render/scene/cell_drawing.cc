@@ -190,13 +190,13 @@ bool CellDrawing::MayOverlapDiagonally() const {
 
 void CellDrawing::FindCells() {
   if (MayOverlapDiagonally()) {
-    FindSingleCells();
+    FindColumnRuns();
   } else {
-    FindRuns();
+    FindRowRuns();
   }
 }
 
-void CellDrawing::FindRuns() {
+void CellDrawing::FindRowRuns() {
   const Grid& grid = *cells_->grid;
   Look* outside = LookOf(cells_->out_of_bounds_kind);
   const int column_count = static_cast<int>(columns_.size());
@@ -207,7 +207,7 @@ void CellDrawing::FindRuns() {
   for (int row = 0; row < row_count; ++row) {
     const auto add = [&](Look* look, int from, int to) {
       if (look != nullptr && from < to) {
-        shown_.push_back({look, from, to, row});
+        shown_.push_back({look, from, to, row, row + 1});
       }
     };
     const int y = cells_->first_row + row;
@@ -235,17 +235,37 @@ void CellDrawing::FindRuns() {
   }
 }
 
-void CellDrawing::FindSingleCells() {
+void CellDrawing::FindColumnRuns() {
   const Grid& grid = *cells_->grid;
-  for (int column = 0; column < static_cast<int>(columns_.size()); ++column) {
+  Look* outside = LookOf(cells_->out_of_bounds_kind);
+  const int column_count = static_cast<int>(columns_.size());
+  const int row_count = static_cast<int>(rows_.size());
+  // The rows of the view that are inside the grid.
+  const int grid_first = std::clamp(-cells_->first_row, 0, row_count);
+  const int grid_end = std::clamp(grid.height() - cells_->first_row, grid_first, row_count);
+  for (int column = 0; column < column_count; ++column) {
+    const auto add = [&](Look* look, int from, int to) {
+      if (look != nullptr && from < to) {
+        shown_.push_back({look, column, column + 1, from, to});
+      }
+    };
     const int x = cells_->first_column + column;
-    for (int row = 0; row < static_cast<int>(rows_.size()); ++row) {
-      const int y = cells_->first_row + row;
-      const int kind = grid.Contains(x, y) ? grid.At(x, y) : cells_->out_of_bounds_kind;
-      if (Look* look = kind == kEmptyKind ? nullptr : LookOf(kind)) {
-        shown_.push_back({look, column, column + 1, row});
+    if (x < 0 || x >= grid.width()) {
+      add(outside, 0, row_count);
+      continue;
+    }
+    add(outside, 0, grid_first);
+    for (int row = grid_first; row < grid_end;) {
+      const int kind = grid.At(x, cells_->first_row + row);
+      const int begin = row;
+      do {
+        ++row;
+      } while (row < grid_end && grid.At(x, cells_->first_row + row) == kind);
+      if (kind != kEmptyKind) {
+        add(LookOf(kind), begin, row);
       }
     }
+    add(outside, grid_end, row_count);
   }
 }
 
@@ -256,23 +276,28 @@ void CellDrawing::AddHidden(PixelSet* hidden) {
       continue;
     }
     if (run.look->way == Look::Way::kStretched) {
-      const SourcePositions down = run.look->down->At(run.row, run.row + 1);
       const int count = run.look->across->adjoin ? run.end_column - run.column : 1;
       uint64_t columns = 0;
       for (int column = run.column; column < run.end_column; column += count) {
         const SourcePositions across = run.look->across->At(column, column + count);
         columns |= BitRange(across.first, across.end());
       }
-      for (int y = down.first; y < down.end(); ++y) {
-        hidden->Add(y, columns);
+      for (int row = run.row; row < run.end_row; ++row) {
+        const SourcePositions down = run.look->down->At(row, row + 1);
+        for (int y = down.first; y < down.end(); ++y) {
+          hidden->Add(y, columns);
+        }
       }
       continue;
     }
     const int count = columns_adjoin_ ? run.end_column - run.column : 1;
+    uint64_t columns = 0;
     for (int column = run.column; column < run.end_column; column += count) {
-      hidden_of_rows_[static_cast<size_t>(run.row)] |=
-          BitRange(columns_[static_cast<size_t>(column)].first,
-                   columns_[static_cast<size_t>(column + count - 1)].end);
+      columns |= BitRange(columns_[static_cast<size_t>(column)].first,
+                          columns_[static_cast<size_t>(column + count - 1)].end);
+    }
+    for (int row = run.row; row < run.end_row; ++row) {
+      hidden_of_rows_[static_cast<size_t>(row)] |= columns;
     }
   }
   for (size_t row = 0; row < rows_.size(); ++row) {
@@ -285,45 +310,62 @@ void CellDrawing::AddHidden(PixelSet* hidden) {
 
 void CellDrawing::Draw() {
   for (const CellRun& run : shown_) {
-    DrawRun(run);
+    switch (run.look->way) {
+      case Look::Way::kNothing:
+        break;
+      case Look::Way::kFlat:
+        DrawFlatRun(run);
+        break;
+      case Look::Way::kScaled:
+        ForEachCell(run, [&](size_t column, size_t row) {
+          DrawScaledCell(*run.look, columns_[column], rows_[row]);
+        });
+        break;
+      case Look::Way::kStretched:
+        DrawStretchedRun(run);
+        break;
+      case Look::Way::kPicture:
+        ForEachCell(run, [&](size_t column, size_t row) {
+          DrawPicture(*run.look, static_cast<int>(column), static_cast<int>(row));
+        });
+        break;
+      case Look::Way::kDot:
+        ForEachCell(
+            run, [&](size_t column, size_t row) { DrawDot(dot_columns_[column], dot_rows_[row]); });
+        break;
+    }
   }
 }
 
-void CellDrawing::DrawRun(const CellRun& run) {
-  Look& look = *run.look;
-  const PixelRange down = rows_[static_cast<size_t>(run.row)];
-  if (look.way == Look::Way::kFlat) {
-    const int count = columns_adjoin_ ? run.end_column - run.column : 1;
+template <typename DrawCell>
+void CellDrawing::ForEachCell(const CellRun& run, DrawCell draw) {
+  for (int row = run.row; row < run.end_row; ++row) {
+    for (int column = run.column; column < run.end_column; ++column) {
+      draw(static_cast<size_t>(column), static_cast<size_t>(row));
+    }
+  }
+}
+
+void CellDrawing::DrawFlatRun(const CellRun& run) const {
+  const int count = columns_adjoin_ ? run.end_column - run.column : 1;
+  for (int row = run.row; row < run.end_row; ++row) {
+    const PixelRange down = rows_[static_cast<size_t>(row)];
     for (int column = run.column; column < run.end_column; column += count) {
       FillPixels({columns_[static_cast<size_t>(column)].first, down.first,
                   columns_[static_cast<size_t>(column + count - 1)].end, down.end},
-                 look.color, *frame_);
+                 run.look->color, *frame_);
     }
-    return;
   }
-  if (look.way == Look::Way::kStretched) {
-    const SourcePositions rows = look.down->At(run.row, run.row + 1);
-    const int count = look.across->adjoin ? run.end_column - run.column : 1;
+}
+
+void CellDrawing::DrawStretchedRun(const CellRun& run) const {
+  const Look& look = *run.look;
+  const int count = look.across->adjoin ? run.end_column - run.column : 1;
+  for (int row = run.row; row < run.end_row; ++row) {
+    const SourcePositions down = look.down->At(row, row + 1);
     for (int column = run.column; column < run.end_column; column += count) {
       DrawAtPositions(look.art.picture->level(0), look.opaque,
-                      look.across->At(column, column + count), rows, *frame_);
-    }
-    return;
-  }
-  for (int column = run.column; column < run.end_column; ++column) {
-    const auto place = static_cast<size_t>(column);
-    switch (look.way) {
-      case Look::Way::kScaled:
-        DrawScaledCell(look, columns_[place], down);
-        break;
-      case Look::Way::kPicture:
-        DrawPicture(look, column, run.row);
-        break;
-      case Look::Way::kDot:
-        DrawDot(dot_columns_[place], dot_rows_[static_cast<size_t>(run.row)]);
-        break;
-      default:
-        break;
+                      look.across->At(column, column + count), down, *frame_);
     }
   }
 }

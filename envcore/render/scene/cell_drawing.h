@@ -87,12 +87,13 @@ class CellDrawing {
     std::array<std::array<std::shared_ptr<const ScaledImage>, 2>, 2> scaled;
   };
 
-  // Cells of one row and one look, by index in columns_ and rows_.
+  // Adjoining cells of one look in one row or one column, by index in columns_ and rows_.
   struct CellRun {
     Look* look;
     int column;
     int end_column;
     int row;
+    int end_row;
   };
 
   // Whether any cell in view is not empty.
@@ -102,10 +103,10 @@ class CellDrawing {
   bool MayOverlapDiagonally() const;
   // Lists the cells to draw.
   void FindCells();
-  // Lists them row by row, in runs.
-  void FindRuns();
-  // Lists them one by one, in upstream's order: column by column.
-  void FindSingleCells();
+  // Lists them row by row, in runs: cheapest to draw.
+  void FindRowRuns();
+  // Lists them column by column, in runs: upstream's order.
+  void FindColumnRuns();
   Look FindLook(int kind);
   // Returns where cells [first, last] of an axis show an image of `source_size`. `start_and_size`:
   // of a cell's rectangle on that axis.
@@ -126,7 +127,11 @@ class CellDrawing {
     }
     return look.way == Look::Way::kNothing ? nullptr : &look;
   }
-  void DrawRun(const CellRun& run);
+  // Calls draw(column, row) for the cells of a run.
+  template <typename DrawCell>
+  static void ForEachCell(const CellRun& run, DrawCell draw);
+  void DrawFlatRun(const CellRun& run) const;
+  void DrawStretchedRun(const CellRun& run) const;
   void DrawDot(PixelRange across, PixelRange down) const;
   void DrawPicture(const Look& look, int column, int row) const;
   void DrawScaledCell(Look& look, PixelRange across, PixelRange down) const;

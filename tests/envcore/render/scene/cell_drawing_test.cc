@@ -54,19 +54,21 @@ class CellDrawingTest : public testing::Test {
     }
   }
 
-  // A random camera and random cells, some of them empty. Half of the times few cells differ from
-  // their left neighbor, so that rows have long runs.
+  // A random camera and random cells, some of them empty. Two of three times few cells differ from
+  // their left or lower neighbor, so that rows or columns have long runs.
   void Shuffle() {
     scene_.camera.cells = random_.Int(4) == 0 ? 16 : 4 + 16 * random_.Unit();
     scene_.camera.center_x = (kGridSize + 4) * random_.Unit() - 2;
     scene_.camera.center_y = (kGridSize + 4) * random_.Unit() - 2;
     grid_.Reset(kGridSize, kGridSize, kEmptyKind);
-    const bool has_runs = random_.Int(2) == 0;
+    const int run = random_.Int(3);
+    const int left = run == 1 ? 1 : 0;
+    const int below = run == 2 ? 1 : 0;
     for (int x = 0; x < kGridSize; ++x) {
       for (int y = 0; y < kGridSize; ++y) {
         const int kind = random_.Int(static_cast<int>(std::size(kImages)) + 2);
-        if (has_runs && x > 0 && random_.Int(5) > 0) {
-          grid_.Set(x, y, grid_.At(x - 1, y));
+        if (run > 0 && x >= left && y >= below && random_.Int(5) > 0) {
+          grid_.Set(x, y, grid_.At(x - left, y - below));
           continue;
         }
         grid_.Set(x, y, kind < static_cast<int>(std::size(kImages)) ? kind : kEmptyKind);
