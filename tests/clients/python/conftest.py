@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -42,3 +43,18 @@ def client(server: ServerProcess) -> Iterator[Client]:
     """A client of this test."""
     with Client(server.address) as connected:
         yield connected
+
+
+@pytest.fixture
+def saved_figures(monkeypatch: pytest.MonkeyPatch) -> list[Any]:
+    """The figures that matplotlib saves during the test; skips the test without matplotlib."""
+    figure_class = pytest.importorskip("matplotlib.figure").Figure
+    figures: list[Any] = []
+    save = figure_class.savefig
+
+    def savefig(figure: Any, *arguments: Any, **options: Any) -> None:  # noqa: ANN401
+        figures.append(figure)
+        save(figure, *arguments, **options)
+
+    monkeypatch.setattr(figure_class, "savefig", savefig)
+    return figures

@@ -1,0 +1,48 @@
+"""The plot of an experiment shows its runs."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from learners import report
+
+
+def _run(game: str, seed: int, returns: list[float], test_return: float | None) -> report.Run:
+    steps = 512 * np.arange(1, len(returns) + 1)
+    return report.Run(game, "200 levels", seed, steps, np.array(returns), 2.0, test_return)
+
+
+def test_curves_are_the_mean_and_range_of_seeds(
+    tmp_path: Path, saved_figures: list[Any]
+) -> None:
+    runs = [
+        _run("coinrun", 0, [5.0, 6.0, 7.0], 4.5),
+        _run("coinrun", 1, [7.0, 8.0, 9.0, 9.5], 5.5),
+        _run("maze", 0, [5.0, 5.0, 10.0], None),
+        _run("maze", 1, [5.0, 7.5, 10.0], None),
+    ]
+    ranges: dict[str, report.Range | None] = {"coinrun": (5, 10), "maze": (5, 10)}
+    path = tmp_path / "curves.png"
+    report.plot(runs, ranges, {"coinrun": [2.5, 3.0]}, "levels", path)
+
+    assert path.read_bytes().startswith(b"\x89PNG")
+    coinrun, maze, mean = (axes for axes in saved_figures[0].axes if axes.axison)
+    assert [axes.get_title() for axes in (coinrun, maze, mean)] == [
+        "coinrun",
+        "maze",
+        "mean, normalised",
+    ]
+    curve, *others = coinrun.lines
+    assert curve.get_label() == "200 levels"
+    assert curve.get_xydata().tolist() == [[512, 6], [1024, 7], [1536, 8]]
+    shown = [(line.get_xdata()[0], line.get_ydata()[0]) for line in others]
+    assert shown == [(1536, 4.5), (2048, 5.5), (0, 2.5), (0, 3.0)], "test levels, random agents"
+    area = coinrun.collections[0].get_paths()[0].vertices[:, 1]
+    assert (area.min(), area.max()) == (5, 9)
+    assert maze.lines[0].get_ydata().tolist() == [5, 6.25, 10]
+    # Normalised: coinrun 0.2, 0.4, 0.6 and maze 0, 0.25, 1.
+    assert mean.lines[0].get_ydata().tolist() == pytest.approx([0.1, 0.325, 0.8])
