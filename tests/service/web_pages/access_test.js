@@ -1,10 +1,12 @@
 // Accessibility of every page: axe's rules, names, keyboard, contrast in both themes, narrow windows, reduced motion.
 
 import assert from "node:assert/strict";
+import { mkdtemp, rm, writeFile } from "node:fs/promises";
+import { tmpdir } from "node:os";
 import { join } from "node:path";
 import { after, before, test } from "node:test";
 import { axeViolations } from "./axe.js";
-import { figure, waitForText, withBrowser } from "./browser.js";
+import { enterToken, figure, waitForText, withBrowser } from "./browser.js";
 import { lowContrasts } from "./contrast.js";
 import { stickingOut } from "./overflow.js";
 import { COINRUN_1000, COINRUN_1000_PATH, playKeys } from "./playing.js";
@@ -17,8 +19,13 @@ const NARROW = { width: 390, height: 844 };
 const it = withBrowser();
 let server;
 let empty;
+let secured;
+let folder;
 let learner;
 before(async () => {
+  folder = await mkdtemp(join(tmpdir(), "procgen-web-"));
+  await writeFile(join(folder, "tokens"), "alice alices-token-0123456789\n", { mode: 0o600 });
+  secured = await Server.start(`--tokens=${join(folder, "tokens")}`);
   empty = await Server.start();
   server = await Server.start();
   learner = await Learner.start(server, "watched", ["coinrun"], 20);
@@ -27,6 +34,8 @@ after(async () => {
   await learner.stop();
   assert.equal(await server.stop(), 0);
   assert.equal(await empty.stop(), 0);
+  assert.equal(await secured.stop(), 0);
+  await rm(folder, { recursive: true });
 });
 
 // Each page, with its content in use.
@@ -42,6 +51,16 @@ const PAGES = {
   "an enlarged environment": async (page) => {
     await page.goto(server.page());
     await page.locator("#mosaic button").first().click();
+  },
+  "the request for a token": async (page) => {
+    await page.goto(secured.page());
+    await enterToken(page, "wrong-token-0123456789");
+    await waitForText(page.locator("#token-problem"), "The server does not know this token.");
+  },
+  "the deletion of a pool": async (page) => {
+    await page.goto(server.page());
+    await page.getByRole("button", { name: "Delete pools/watched" }).click();
+    await waitForText(page.locator("#delete-title"), "Delete pools/watched?");
   },
   play: async (page) => {
     await page.goto(server.page(COINRUN_1000_PATH));
@@ -65,6 +84,11 @@ const PAGES = {
     await page.click("#replay");
     await page.click("#last");
     await waitForText(figure(page, "#figures", "Episode"), "complete");
+  },
+  "the map of a replay": async (page) => {
+    await PAGES.replay(page);
+    await page.click("#map summary");
+    await waitForText(page.locator("#map-about"), "Level 1000");
   },
   "images and videos of a replay": async (page) => {
     await PAGES.replay(page);
