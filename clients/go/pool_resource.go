@@ -95,10 +95,21 @@ func (p *Pool) CloneStates(ctx context.Context, source CloneSource, pairs ...*pb
 // the current one (EPISODE_SELECTOR_CURRENT). Episode in proto/procgen/v1/states.proto documents
 // how to replay it. FAILED_PRECONDITION: no episode has ended yet, or the next has not started.
 func (p *Pool) GetEpisode(ctx context.Context, environment int32, selector pb.EpisodeSelector) (*pb.Episode, error) {
-	episode, err := p.client.states.GetEpisode(p.client.with(ctx),
-		&pb.GetEpisodeRequest{Pool: p.Name(), Environment: environment, Selector: selector})
-	if err == nil && episode.Environment != environment {
-		return nil, wrong("an episode of environment %d, expected: %d", episode.Environment, environment)
+	return p.episode(ctx, &pb.GetEpisodeRequest{Environment: environment, Selector: selector})
+}
+
+// FindEpisode returns an episode of an environment that ended, by its fingerprint
+// (Batch.Fingerprints), which is not 0. NOT_FOUND: the server has not this episode, or not any more:
+// it has those of a pool's last 1,000, or fewer if they are long.
+func (p *Pool) FindEpisode(ctx context.Context, environment int32, fingerprint uint64) (*pb.Episode, error) {
+	return p.episode(ctx, &pb.GetEpisodeRequest{Environment: environment, Fingerprint: int64(fingerprint)})
+}
+
+func (p *Pool) episode(ctx context.Context, request *pb.GetEpisodeRequest) (*pb.Episode, error) {
+	request.Pool = p.Name()
+	episode, err := p.client.states.GetEpisode(p.client.with(ctx), request)
+	if err == nil && episode.Environment != request.Environment {
+		return nil, wrong("an episode of environment %d, expected: %d", episode.Environment, request.Environment)
 	}
 	return episode, fromRPC(ctx, err)
 }

@@ -143,10 +143,24 @@ export abstract class PoolResource {
   // proto/procgen/v1/states.proto documents how to replay it. Throws FailedPreconditionError: no
   // episode has ended yet, or the next has not started.
   async getEpisode(environment: number, selector = EpisodeSelector.LAST, options?: CallOptions): Promise<Episode> {
-    const request = { pool: this.name, environment, selector };
+    return this.episode({ environment, selector }, options);
+  }
+
+  // Returns an episode of an environment that ended, by its fingerprint (Batch.fingerprints), which
+  // is not 0. Throws NotFoundError: the server has not this episode, or not any more: it has those of
+  // a pool's last 1,000, or fewer if they are long.
+  async findEpisode(environment: number, fingerprint: bigint, options?: CallOptions): Promise<Episode> {
+    return this.episode({ environment, fingerprint: BigInt.asIntN(64, fingerprint) }, options);
+  }
+
+  private async episode(
+    which: { environment: number; selector?: EpisodeSelector; fingerprint?: bigint },
+    options?: CallOptions,
+  ): Promise<Episode> {
+    const request = { pool: this.name, ...which };
     const episode = await this.connection.unary(StateService.method.getEpisode, request, options);
-    if (episode.environment !== environment) {
-      throw new InternalError(`the server's answer: an episode of environment ${episode.environment}, expected: ${environment}`);
+    if (episode.environment !== which.environment) {
+      throw new InternalError(`the server's answer: an episode of environment ${episode.environment}, expected: ${which.environment}`);
     }
     return episode;
   }

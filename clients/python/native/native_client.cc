@@ -113,7 +113,10 @@ const std::map<std::string, Method>& Methods() {
       {"CloneStates", MethodOf<v1::CloneStatesRequest>(CloneStates)},
       {"GetEpisode", MethodOf<v1::GetEpisodeRequest>([](Client* client, const auto& request) {
          return Serialised(
-             client->GetEpisode(request.pool(), request.environment(), request.selector()));
+             request.fingerprint() == 0
+                 ? client->GetEpisode(request.pool(), request.environment(), request.selector())
+                 : client->FindEpisode(request.pool(), request.environment(),
+                                       request.fingerprint()));
        })},
       {"RenderEnvironments",
        MethodOf<v1::RenderEnvironmentsRequest>([](Client* client, const auto& request) {

@@ -177,6 +177,28 @@ class PoolResource(abc.ABC):
         )
         return self._client._call("GetEpisode", request, states_pb2.Episode)
 
+    def find_episode(self, environment: int, fingerprint: int) -> states_pb2.Episode:
+        """Returns an episode that ended, as :meth:`get_episode`, by its fingerprint.
+
+        Args:
+            environment: Index in the pool.
+            fingerprint: An element of Batch.fingerprints: those of the environments where
+                Batch.ended is true, in order. Not 0.
+
+        Raises:
+            InvalidArgumentError: The environment or the fingerprint is out of range.
+            NotFoundError: The server has not this episode, or not any more: it has those of a
+                pool's last 1,000, or fewer if they are long.
+        """
+        value = in_range("fingerprint", int(fingerprint), 1, 2**64 - 1)
+        request = message_of(
+            states_pb2.GetEpisodeRequest,
+            pool=self.name,
+            environment=environment,
+            fingerprint=value if value < 2**63 else value - 2**64,  # int64 in the message
+        )
+        return self._client._call("GetEpisode", request, states_pb2.Episode)
+
     # The lease.
 
     def renew(self, lease_duration: float | None = None) -> None:

@@ -160,7 +160,7 @@ func TestContextEndsAWatch(t *testing.T) {
 	}
 }
 
-func TestEpisodeIsReplayed(t *testing.T) {
+func TestEpisodeIsFoundAndReplayed(t *testing.T) {
 	ctx := testContext(t)
 	client := connected(t, Options{})
 	pool := madePool(t, client, easy(2, "coinrun"), PoolOptions{})
@@ -192,6 +192,14 @@ func TestEpisodeIsReplayed(t *testing.T) {
 	}
 	_, err = pool.GetEpisode(ctx, 2, pb.EpisodeSelector_EPISODE_SELECTOR_LAST)
 	expectError(t, err, codes.InvalidArgument, "environment")
+	stepped(t, pool, []int32{4, -1}, StepOptions{})
+	found, err := pool.FindEpisode(ctx, 1, fingerprints[0])
+	must(t, err)
+	if !bytes.Equal(found.Actions, episode.Actions) || found.Fingerprint != episode.Fingerprint {
+		t.Error(found, episode)
+	}
+	_, err = pool.FindEpisode(ctx, 0, fingerprints[0])
+	expectError(t, err, codes.NotFound)
 
 	spec := &pb.PoolSpec{Games: []string{episode.Game}, EnvCount: 1, Options: episode.Options}
 	again := madePool(t, client, spec, PoolOptions{})

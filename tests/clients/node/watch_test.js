@@ -108,7 +108,7 @@ test("an AbortSignal ends a watch", async () => {
   await pool.close();
 });
 
-test("an episode is replayed", async () => {
+test("an episode is found and replayed", async () => {
   const pool = await it.client.createPool(easy(["coinrun"], 2));
   await assert.rejects(pool.getEpisode(1), FailedPreconditionError);
   const rewards = [];
@@ -125,6 +125,11 @@ test("an episode is replayed", async () => {
   assert.equal(BigInt.asUintN(64, episode.fingerprint), fingerprint);
   assert.deepEqual([...(await pool.getEpisode(0, EpisodeSelector.CURRENT)).actions], [4, 4, 4, 4]);
   await assert.rejects(pool.getEpisode(2), InvalidArgumentError);
+  await pool.step([4, -1]);
+  const found = await pool.findEpisode(1, fingerprint);
+  assert.deepEqual([...found.actions], [...episode.actions]);
+  assert.equal(found.fingerprint, episode.fingerprint);
+  await assert.rejects(pool.findEpisode(0, fingerprint), NotFoundError);
   await pool.close();
 
   const again = await it.client.createPool({ games: [episode.game], envCount: 1, options: episode.options });

@@ -100,17 +100,25 @@ def test_watch_ends_with_an_error(client: Client) -> None:
         next(pool.watch())
 
 
-def test_episode_is_replayed(client: Client) -> None:
+def test_episode_is_found_and_replayed(client: Client) -> None:
     with client.create_pool("coinrun", 2, rand_seed=1) as pool:
         with pytest.raises(FailedPreconditionError, match="ended no episode"):
             pool.get_episode(1)
-        rewards = [pool.step([4, action]).rewards[1] for action in (7, 8, 7, -1)]
+        batches = [pool.step([4, action]) for action in (7, 8, 7, -1)]
+        rewards = [batch.rewards[1] for batch in batches]
         episode = pool.get_episode(1)
         assert list(episode.actions) == [7, 8, 7, 255]
         assert list(episode.rewards) == rewards
         assert list(pool.get_episode(0, "current").actions) == [4] * 4
         with pytest.raises(InvalidArgumentError, match="current"):
             pool.get_episode(0, "next")
+        pool.step([4, -1])
+        found = pool.find_episode(1, batches[-1].fingerprints[0])
+        assert (found.actions, found.fingerprint) == (episode.actions, episode.fingerprint)
+        with pytest.raises(NotFoundError):
+            pool.find_episode(0, batches[-1].fingerprints[0])
+        with pytest.raises(InvalidArgumentError, match="fingerprint is 0"):
+            pool.find_episode(1, 0)
     with client.create_pool(
         episode.game, 1, start_level=episode.level_seed, num_levels=1
     ) as again:
