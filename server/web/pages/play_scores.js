@@ -1,7 +1,8 @@
-// The best scores of this browser, by game and mode, beside the mean return of a random agent.
+// The best scores of this browser, by game and mode, beside the mean returns of a random agent and of the reference learner.
 
 import { byId, setText } from "./elements.js";
 import { reward } from "./figures.js";
+import { LEARNER_BASELINE } from "./learner_baseline.js";
 import { RANDOM_BASELINE } from "./random_baseline.js";
 
 const KEY = "best scores";
@@ -31,8 +32,10 @@ export function showScores(level) {
   const { game, mode } = level;
   const best = bestScores()[keyOf(level)];
   const random = RANDOM_BASELINE[game]?.[mode];
+  const learner = LEARNER_BASELINE[game]?.[mode];
   setText(byId("scores"), [
     best === undefined ? "" : `Your best score in ${game}, ${mode}: ${reward(best)}.`,
     random === undefined ? "" : `A random agent's mean: ${reward(random)}.`,
+    learner === undefined ? "" : `PPO's after 2 million steps: ${reward(learner)}.`,
   ].join(" ").trim());
 }

@@ -1,4 +1,4 @@
-// Best scores of the browser on the play page, beside a random agent's mean return; and the help of the keys.
+// Best scores of the browser on the play page, beside the mean returns of a random agent and a learner; and the help of the keys.
 
 import assert from "node:assert/strict";
 import { readFile } from "node:fs/promises";
@@ -6,6 +6,7 @@ import { join } from "node:path";
 import { after, before, test } from "node:test";
 import { waitForText, withBrowser } from "./browser.js";
 import { COINRUN_1000, COINRUN_1000_PATH, playKeys } from "./playing.js";
+import { LEARNER_BASELINE } from "../../../server/web/pages/learner_baseline.js";
 import { RANDOM_BASELINE } from "../../../server/web/pages/random_baseline.js";
 import { Server } from "./server.js";
 
@@ -25,9 +26,9 @@ async function win(page) {
 
 test("a best score is announced once, kept by the browser, and shown beside a random agent's mean", async () => {
   const page = await it.open(server.page(COINRUN_1000_PATH));
-  await waitForText(page.locator("#scores"), /^A random agent's mean: 2.62\.$/);
+  await waitForText(page.locator("#scores"), /^A random agent's mean: 2.62\. PPO's after 2 million steps: 7.6\.$/);
   assert.match(await win(page), /New best\./);
-  await waitForText(page.locator("#scores"), /^Your best score in coinrun, easy: 10\. A random agent's mean: 2.62\.$/);
+  await waitForText(page.locator("#scores"), /^Your best score in coinrun, easy: 10\. A random agent's mean: 2.62\. PPO's/);
   await page.reload();
   await waitForText(page.locator("#scores"), /^Your best score in coinrun, easy: 10\./);
   assert.doesNotMatch(await win(page), /New best/);
@@ -59,6 +60,15 @@ test("the random agent's means are those of the table of procgen-random-baseline
   const rows = [...table.matchAll(ROW)].map(([, game, easy, hard]) => [game, { easy: Number(easy), hard: Number(hard) }]);
   assert.equal(rows.length, 16);
   assert.deepEqual(RANDOM_BASELINE, Object.fromEntries(rows));
+});
+
+test("the reference learner's means are those on test levels in the table of its results", async () => {
+  const table = await readFile(join(import.meta.dirname, "../../../clients/python/learners/results/all_games-small/table.md"), "utf8");
+  const [head, , ...rows] = table.trim().split("\n").map((line) => line.split(" | ").map((cell) => cell.replace(/^\| /, "")));
+  const column = head.indexOf("test levels");
+  const means = rows.filter(([game]) => game !== "mean").map((cells) => [cells[0], { easy: Number.parseFloat(cells[column]) }]);
+  assert(means.length >= 13);
+  assert.deepEqual(LEARNER_BASELINE, Object.fromEntries(means));
 });
 
 test("keys with the same effect are explained together", async () => {
