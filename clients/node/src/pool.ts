@@ -80,7 +80,7 @@ export class Pool extends PoolResource {
   #requestsInFlightMax: number;
   readonly #chunkCount: number;
   readonly #reconnectTimeoutMs: number;
-  readonly #deletesOnClose: boolean;
+  #deletesOnClose: boolean;
   #stream: Promise<Stream> | undefined;
   #inFlight = 0;
   #closed = false;
@@ -220,6 +220,9 @@ export class Pool extends PoolResource {
       signal?.addEventListener("abort", abort, { once: true });
       return await stream.send(body);
     } catch (error) {
+      if (isLost(error)) {
+        this.#deletesOnClose = false; // By then its name may be another pool's.
+      }
       const stream = await opening.catch(() => undefined);
       if (this.#stream === opening && (stream?.over ?? true)) {
         this.#stream = undefined;
@@ -258,8 +261,8 @@ export class Pool extends PoolResource {
     try {
       await this.connection.unary(PoolService.method.deletePool, { name: this.name });
     } catch (error) {
-      if (!(error instanceof NotFoundError || error instanceof UnavailableError)) {
-        throw error; // The others mean that the pool or the server is gone.
+      if (!isLost(error)) {
+        throw error;
       }
     }
   }
@@ -290,6 +293,11 @@ export class Pool extends PoolResource {
       );
     }
   }
+}
+
+// Whether an error means that the pool or the server is gone.
+function isLost(error: unknown): boolean {
+  return error instanceof NotFoundError || error instanceof UnavailableError;
 }
 
 function checkedActions(actions: ArrayLike<number>): number[] {

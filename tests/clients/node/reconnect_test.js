@@ -2,8 +2,12 @@
 
 import assert from "node:assert/strict";
 import { createHash } from "node:crypto";
+import { once } from "node:events";
+import { mkdtemp, rm } from "node:fs/promises";
+import { tmpdir } from "node:os";
+import { join } from "node:path";
 import { test } from "node:test";
-import { connect, Encoding, ServerProcess, UnavailableError } from "../../../clients/node/dist/index.js";
+import { connect, Encoding, NotFoundError, ServerProcess, UnavailableError } from "../../../clients/node/dist/index.js";
 import { actionsOf, FaultProxy, easy, withServer } from "./server.js";
 
 const it = withServer();
@@ -105,4 +109,27 @@ test("a draining server is not contacted again", async () => {
   await pool.close();
   client.close();
   await stopped;
+});
+
+test("a lost pool's namesake on a restarted server is not deleted", async (t) => {
+  const folder = await mkdtemp(join(tmpdir(), "procgen-node-"));
+  t.after(() => rm(folder, { recursive: true }));
+  const flags = [`--address=unix:${folder}/socket`, "--workers=1"];
+  const lost = await ServerProcess.start({ flags });
+  const client = await connect(lost.address);
+  const pool = await client.createPool(easy(["maze"], 2));
+  await pool.step([4, 4]);
+  lost.process.kill("SIGKILL");
+  await once(lost.process, "exit");
+  await rm(`${folder}/socket`, { force: true });
+  const server = await ServerProcess.start({ flags });
+  t.after(() => server.stop());
+  await assert.rejects(untilLost(pool), NotFoundError);
+  const other = await connect(server.address);
+  t.after(() => other.close());
+  const namesake = await other.createPool(easy(["maze"], 2));
+  assert.equal(namesake.name, pool.name);
+  await pool.close();
+  assert.equal((await other.getPool(pool.name)).name, pool.name);
+  client.close();
 });
