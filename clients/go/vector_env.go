@@ -4,6 +4,9 @@ import (
 	"context"
 	"math/rand"
 
+	"google.golang.org/grpc/codes"
+	"google.golang.org/grpc/status"
+
 	pb "procgenclient/procgenv1"
 )
 
@@ -56,7 +59,11 @@ func (e *VectorEnv) SampleActions() []int32 {
 
 // Close deletes the pool, closes the connection, and returns the first error.
 func (e *VectorEnv) Close() error {
-	if e.pool != nil {
+	switch code := status.Code(e.err); {
+	case e.pool == nil:
+	case code == codes.NotFound || code == codes.Unavailable: // Lost: its name may be another pool's.
+		e.pool.Detach(e.ctx)
+	default:
 		if err := e.pool.Delete(e.ctx); e.err == nil {
 			e.err = err
 		}

@@ -46,3 +46,29 @@ func TestVectorEnvKeepsTheFirstError(t *testing.T) {
 	cancel()
 	expectError(t, NewVectorEnv(ctx, server.Address, "maze", 3).Close(), codes.Canceled)
 }
+
+func TestClosedVectorEnvLeavesTheNamesakeOfALostPool(t *testing.T) {
+	address := "--address=unix:" + t.TempDir() + "/socket"
+	lost, err := StartServer("", address, "--workers=1")
+	must(t, err)
+	env := NewVectorEnv(testContext(t), lost.Address, "maze", 2)
+	name := env.pool.Name()
+	must(t, lost.Process.Kill())
+	_, _ = lost.Process.Wait()
+	again, err := StartServer("", address, "--workers=1")
+	must(t, err)
+	t.Cleanup(func() { _ = again.Stop() })
+	for env.Step([]int32{4, 4}) {
+	}
+	client, err := Connect(testContext(t), again.Address, Options{})
+	must(t, err)
+	t.Cleanup(func() { client.Close() })
+	namesake, err := client.CreatePool(testContext(t), "", easy(2, "maze"), PoolOptions{})
+	must(t, err)
+	if namesake.Name() != name {
+		t.Fatal(namesake.Name(), name)
+	}
+	expectError(t, env.Close(), codes.NotFound)
+	_, err = client.GetPool(testContext(t), name, PoolOptions{})
+	must(t, err)
+}
