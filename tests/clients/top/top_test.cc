@@ -1,7 +1,9 @@
 // procgen-top, next to a server process whose pool is stepped.
 
+#include <netinet/in.h>
 #include <pty.h>
 #include <sys/ioctl.h>
+#include <sys/socket.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -16,6 +18,7 @@
 #include <vector>
 
 #include "absl/strings/match.h"
+#include "absl/strings/str_cat.h"
 #include "absl/strings/str_split.h"
 #include "absl/time/clock.h"
 #include "absl/time/time.h"
@@ -167,13 +170,32 @@ TEST(TopTest, FlagsOfThisProgramAreListed) {
               HasSubstr("--color is 'red', allowed: auto, always, never"));
 }
 
-TEST(TopTest, ServerThatIsNotThereIsReportedSoon) {
+// Expects that the program says within 2 seconds, and its start on a busy machine, that there is no
+// server at an address.
+void ExpectReportedSoon(const std::string& address) {
   const absl::Time begin = absl::Now();
-  const Result result = RunTop("--server=unix:/nonexistent/socket");
+  const Result result = RunTop("--server=" + address);
   EXPECT_EQ(result.exit_status, 1);
-  EXPECT_THAT(result.output, HasSubstr("/nonexistent/socket"));
-  // 2 seconds, and the start of the program on a busy machine.
+  EXPECT_THAT(result.output, HasSubstr(address));
   EXPECT_LT(absl::Now() - begin, absl::Seconds(8));
+}
+
+TEST(TopTest, ServerThatIsNotThereIsReportedSoon) {
+  ExpectReportedSoon("unix:/nonexistent/socket");
+}
+
+TEST(TopTest, PeerThatIsSilentIsReportedSoon) {
+  const int listener = socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
+  sockaddr_in address = {};
+  address.sin_family = AF_INET;
+  address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+  socklen_t size = sizeof(address);
+  auto* const generic = reinterpret_cast<sockaddr*>(&address);
+  ASSERT_EQ(bind(listener, generic, size), 0);
+  ASSERT_EQ(listen(listener, 8), 0);
+  ASSERT_EQ(getsockname(listener, generic, &size), 0);
+  ExpectReportedSoon(absl::StrCat("127.0.0.1:", ntohs(address.sin_port)));
+  close(listener);
 }
 
 TEST(TopTest, ColorIsAChoice) {
