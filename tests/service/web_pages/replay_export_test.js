@@ -83,6 +83,22 @@ test("a video has all frames, in the chosen view, size and speed", async () => {
   await waitForText(figure(page, "#figures", "Step"), `${SHOWN} of ${STEPS}`);
 });
 
+test("a video ends with the last frame of the episode, not with the next start", async () => {
+  const page = await openExport();
+  const video = await save(page, "#export-video");
+  await page.keyboard.press("Escape");
+  // The last step, action -1, ends the episode without a move.
+  await page.locator("#row").fill(String(STEPS - 1));
+  await waitForText(figure(page, "#figures", "Step"), `${STEPS - 1} of ${STEPS}`);
+  const differenceAt = async (step) => {
+    const { content } = await decode(it, video.content, (step + 0.5) / STEPS_PER_SECOND);
+    return (await differenceFrom(page, "#human", content)).difference;
+  };
+  const difference = await differenceAt(STEPS);
+  const further = await differenceAt(0);
+  assert(further > 4 * difference, `a start differs by ${further}, the last frame by ${difference}`);
+});
+
 test("a video is cancelled by the button and by closing the dialog", async () => {
   const page = await openExport();
   const downloads = [];

@@ -47,9 +47,13 @@ export async function decode(it, content, timeS) {
     });
     video.src = URL.createObjectURL(new Blob([bytes], { type: "video/webm" }));
     await loaded;
-    const sought = new Promise((resolve) => { video.onseeked = resolve; });
+    // The event "seeked" may come before its frame can be drawn.
+    const presented = new Promise((resolve) => {
+      const wait = () => video.requestVideoFrameCallback((_, { mediaTime }) => (Math.abs(mediaTime - time) < 0.1 ? resolve() : wait()));
+      wait();
+    });
     video.currentTime = time;
-    await sought;
+    await presented;
     const canvas = document.createElement("canvas");
     canvas.width = video.videoWidth;
     canvas.height = video.videoHeight;
