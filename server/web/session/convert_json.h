@@ -20,7 +20,8 @@ Json PoolJson(const procgen::v1::Pool& pool);
 // Each episode is a row of the columns in the answer of pool.episodes.
 Json EpisodesJson(const procgen::v1::Pool& pool, const EpisodeList& list);
 Json NodesJson(const procgen::v1::ListNodesResponse& nodes);
-// Counts of pools, environments and streams are those of `pools`, without pools of pages.
+// Counts of pools, environments and streams are those of `pools`, without pools of pages, like
+// `steps_per_second`.
 Json LoadJson(const procgen::v1::Load& load, const std::vector<PoolReport>& pools,
               double steps_per_second);
 

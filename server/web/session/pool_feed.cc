@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "absl/time/clock.h"
+#include "server/web/play/single_env_pool.h"
 #include "server/web/session/convert_json.h"
 
 namespace procgen::web {
@@ -128,8 +129,9 @@ absl::StatusOr<Json> PoolFeed::EventFor(procgen_client::Client* client,
   std::set<std::pair<std::string, std::string>> paused;  // owner and name
   for (const PoolReport& report : all_pools) {
     const Json newest = history_.NewestOf(report.pool);
-    steps_per_second +=
-        newest["steps_per_second"].is_null() ? 0 : newest["steps_per_second"].get<double>();
+    if (KindOfPool(report.pool.name()) == "pool" && !newest["steps_per_second"].is_null()) {
+      steps_per_second += newest["steps_per_second"].get<double>();
+    }
     if (report.paused) {
       paused.emplace(report.pool.owner(), report.pool.name());
     }

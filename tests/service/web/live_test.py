@@ -57,10 +57,17 @@ def test_pools_are_reported_once_a_second(server: WebServer, learner: Learner) -
             assert 0 < pool["request_p50_ms"] <= pool["request_p99_ms"]
             assert pool["create_time_s"] <= last.result["time_s"]
             # Pools of pages are listed and not counted.
-            await page.call("play.start", game="maze", mode="easy", level_seed=1, human_size_px=0)
-            while len(last.result["pools"]) == 1:
+            level = {"game": "maze", "mode": "easy", "level_seed": 1}
+            play = await page.call("play.start", **level, human_size_px=0)
+            rates = {"pool": 0.0}
+            while not rates.get("play"):
+                await page.call("play.step", play=play.result["play"], action=4)
                 last = await page.event("pools")
+                rates = {
+                    pool["kind"]: pool["steps_per_second"] for pool in last.result["pools"]
+                }
             load = last.result["server"]["load"]
+            assert load["steps_per_second"] == rates["pool"]
             assert load["pool_count"] == 1 and load["env_count"] == 20
             assert load["stream_count"] == 1
             assert load["worker_count"] == 2 and load["draining"] is False
