@@ -269,6 +269,16 @@ void CellDrawing::FindColumnRuns() {
   }
 }
 
+uint64_t CellDrawing::ColumnsOf(const CellRun& run) const {
+  const int count = columns_adjoin_ ? run.end_column - run.column : 1;
+  uint64_t columns = 0;
+  for (int column = run.column; column < run.end_column; column += count) {
+    columns |= BitRange(columns_[static_cast<size_t>(column)].first,
+                        columns_[static_cast<size_t>(column + count - 1)].end);
+  }
+  return columns;
+}
+
 void CellDrawing::AddHidden(PixelSet* hidden) {
   hidden_of_rows_.assign(rows_.size(), 0);
   for (const CellRun& run : shown_) {
@@ -290,12 +300,7 @@ void CellDrawing::AddHidden(PixelSet* hidden) {
       }
       continue;
     }
-    const int count = columns_adjoin_ ? run.end_column - run.column : 1;
-    uint64_t columns = 0;
-    for (int column = run.column; column < run.end_column; column += count) {
-      columns |= BitRange(columns_[static_cast<size_t>(column)].first,
-                          columns_[static_cast<size_t>(column + count - 1)].end);
-    }
+    const uint64_t columns = ColumnsOf(run);
     for (int row = run.row; row < run.end_row; ++row) {
       hidden_of_rows_[static_cast<size_t>(row)] |= columns;
     }

@@ -127,6 +127,8 @@ class CellDrawing {
     }
     return look.way == Look::Way::kNothing ? nullptr : &look;
   }
+  // The columns of pixels that a run covers, as bits.
+  uint64_t ColumnsOf(const CellRun& run) const;
   // Calls draw(column, row) for the cells of a run.
   template <typename DrawCell>
   static void ForEachCell(const CellRun& run, DrawCell draw);

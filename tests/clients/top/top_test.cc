@@ -9,6 +9,7 @@
 
 #include <atomic>
 #include <csignal>
+#include <cstdint>
 #include <cstdio>
 #include <cstdlib>
 #include <fstream>
@@ -209,7 +210,7 @@ TEST(TopTest, ColorIsAChoice) {
 class TopOnTerminal {
  public:
   // `environment`: "NAME=VALUE" or empty.
-  TopOnTerminal(const std::string& address, unsigned short rows, const char* environment = "") {
+  TopOnTerminal(const std::string& address, uint16_t rows, const char* environment = "") {
     const winsize size = {rows, 200, 0, 0};
     const std::string server = "--server=" + address;
     process_ = forkpty(&terminal_, nullptr, nullptr, &size);
