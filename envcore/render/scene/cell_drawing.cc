@@ -196,76 +196,59 @@ void CellDrawing::FindCells() {
   }
 }
 
+template <typename KindAt, typename Add>
+void CellDrawing::FindRunsOfLine(int first, int end, int count, KindAt kind_at, Add add) {
+  const auto add_run = [&](Look* look, int from, int to) {
+    if (look != nullptr && from < to) {
+      add(look, from, to);
+    }
+  };
+  Look* outside = LookOf(cells_->out_of_bounds_kind);
+  add_run(outside, 0, first);
+  for (int cell = first; cell < end;) {
+    const int kind = kind_at(cell);
+    const int begin = cell;
+    do {
+      ++cell;
+    } while (cell < end && kind_at(cell) == kind);
+    if (kind != kEmptyKind) {
+      add_run(LookOf(kind), begin, cell);
+    }
+  }
+  add_run(outside, end, count);
+}
+
 void CellDrawing::FindRowRuns() {
   const Grid& grid = *cells_->grid;
-  Look* outside = LookOf(cells_->out_of_bounds_kind);
-  const int column_count = static_cast<int>(columns_.size());
-  const int row_count = static_cast<int>(rows_.size());
-  // The columns of the view that are inside the grid.
-  const int grid_first = std::clamp(-cells_->first_column, 0, column_count);
-  const int grid_end = std::clamp(grid.width() - cells_->first_column, grid_first, column_count);
-  for (int row = 0; row < row_count; ++row) {
-    const auto add = [&](Look* look, int from, int to) {
-      if (look != nullptr && from < to) {
-        shown_.push_back({look, from, to, row, row + 1});
-      }
-    };
+  const int count = static_cast<int>(columns_.size());
+  const int first = std::clamp(-cells_->first_column, 0, count);
+  const int end = std::clamp(grid.width() - cells_->first_column, first, count);
+  for (int row = 0; row < static_cast<int>(rows_.size()); ++row) {
     const int y = cells_->first_row + row;
-    if (y < 0 || y >= grid.height()) {
-      add(outside, 0, column_count);
-      continue;
-    }
-    add(outside, 0, grid_first);
-    const absl::Span<const int16_t> kinds = grid.Row(y);
-    const auto kind_at = [&](int column) {
-      const int x = cells_->first_column + column;
-      return kinds[static_cast<size_t>(x)];
-    };
-    for (int column = grid_first; column < grid_end;) {
-      const int kind = kind_at(column);
-      const int begin = column;
-      do {
-        ++column;
-      } while (column < grid_end && kind_at(column) == kind);
-      if (kind != kEmptyKind) {
-        add(LookOf(kind), begin, column);
-      }
-    }
-    add(outside, grid_end, column_count);
+    const bool is_inside = y >= 0 && y < grid.height();
+    FindRunsOfLine(
+        is_inside ? first : count, is_inside ? end : count, count,
+        [&](int column) { return grid.At(cells_->first_column + column, y); },
+        [&](Look* look, int from, int to) {
+          shown_.push_back({look, from, to, row, row + 1});
+        });
   }
 }
 
 void CellDrawing::FindColumnRuns() {
   const Grid& grid = *cells_->grid;
-  Look* outside = LookOf(cells_->out_of_bounds_kind);
-  const int column_count = static_cast<int>(columns_.size());
-  const int row_count = static_cast<int>(rows_.size());
-  // The rows of the view that are inside the grid.
-  const int grid_first = std::clamp(-cells_->first_row, 0, row_count);
-  const int grid_end = std::clamp(grid.height() - cells_->first_row, grid_first, row_count);
-  for (int column = 0; column < column_count; ++column) {
-    const auto add = [&](Look* look, int from, int to) {
-      if (look != nullptr && from < to) {
-        shown_.push_back({look, column, column + 1, from, to});
-      }
-    };
+  const int count = static_cast<int>(rows_.size());
+  const int first = std::clamp(-cells_->first_row, 0, count);
+  const int end = std::clamp(grid.height() - cells_->first_row, first, count);
+  for (int column = 0; column < static_cast<int>(columns_.size()); ++column) {
     const int x = cells_->first_column + column;
-    if (x < 0 || x >= grid.width()) {
-      add(outside, 0, row_count);
-      continue;
-    }
-    add(outside, 0, grid_first);
-    for (int row = grid_first; row < grid_end;) {
-      const int kind = grid.At(x, cells_->first_row + row);
-      const int begin = row;
-      do {
-        ++row;
-      } while (row < grid_end && grid.At(x, cells_->first_row + row) == kind);
-      if (kind != kEmptyKind) {
-        add(LookOf(kind), begin, row);
-      }
-    }
-    add(outside, grid_end, row_count);
+    const bool is_inside = x >= 0 && x < grid.width();
+    FindRunsOfLine(
+        is_inside ? first : count, is_inside ? end : count, count,
+        [&](int row) { return grid.At(x, cells_->first_row + row); },
+        [&](Look* look, int from, int to) {
+          shown_.push_back({look, column, column + 1, from, to});
+        });
   }
 }
 

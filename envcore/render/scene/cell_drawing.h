@@ -103,6 +103,10 @@ class CellDrawing {
   bool MayOverlapDiagonally() const;
   // Lists the cells to draw.
   void FindCells();
+  // Calls add(look, from, to) for the runs of a row or column of `count` cells in view, of which
+  // [first, end) are in the grid and have the kinds kind_at(cell).
+  template <typename KindAt, typename Add>
+  void FindRunsOfLine(int first, int end, int count, KindAt kind_at, Add add);
   // Lists them row by row, in runs: cheapest to draw.
   void FindRowRuns();
   // Lists them column by column, in runs: upstream's order.
