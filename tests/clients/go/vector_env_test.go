@@ -4,6 +4,7 @@ package procgenclient
 
 import (
 	"context"
+	"os"
 	"testing"
 
 	"google.golang.org/grpc/codes"
@@ -48,7 +49,10 @@ func TestVectorEnvKeepsTheFirstError(t *testing.T) {
 }
 
 func TestClosedVectorEnvLeavesTheNamesakeOfALostPool(t *testing.T) {
-	address := "--address=unix:" + t.TempDir() + "/socket"
+	folder, err := os.MkdirTemp("", "") // t.TempDir is too long for a socket's path.
+	must(t, err)
+	t.Cleanup(func() { _ = os.RemoveAll(folder) })
+	address := "--address=unix:" + folder + "/socket"
 	lost, err := StartServer("", address, "--workers=1")
 	must(t, err)
 	env := NewVectorEnv(testContext(t), lost.Address, "maze", 2)
