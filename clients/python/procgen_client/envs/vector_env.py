@@ -216,12 +216,14 @@ class ProcgenVectorEnv(VectorEnv):
         self,
         actions: npt.ArrayLike,
         *,
+        annotations: Mapping[str, npt.ArrayLike] | None = None,
         out: Any = None,  # noqa: ANN401 - an array or tensor
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, dict[str, Any]]:
         """Steps all environments.
 
         Args:
             actions: int [N], each in [0, 15), or -1.
+            annotations: Values for viewers, by name, as for :meth:`Pool.step`.
             out: A writable, C-contiguous array or tensor, uint8 [N, *pool.observation_shape], into
                 which the observations are copied, and which is returned in their place: a numpy
                 array, a torch tensor on the CPU (also in pinned memory) or a buffer.
@@ -237,10 +239,12 @@ class ProcgenVectorEnv(VectorEnv):
         """
         if out is not None:
             self._check_out(out)
-        self.step_async(actions)
+        self.step_async(actions, annotations=annotations)
         return self.step_wait(out=out)
 
-    def step_async(self, actions: npt.ArrayLike) -> None:
+    def step_async(
+        self, actions: npt.ArrayLike, *, annotations: Mapping[str, npt.ArrayLike] | None = None
+    ) -> None:
         """Sends a step of all environments; step_wait returns its results.
 
         As in Gymnasium's AsyncVectorEnv. The server steps while the program does other work. Only
@@ -263,6 +267,7 @@ class ProcgenVectorEnv(VectorEnv):
             repeat_count=self._frame_skip,
             final_observations=self._mode is AutoresetMode.SAME_STEP,
             next_levels=self._next_levels,
+            annotations=annotations,
         )
         self._next_levels = {}
 
