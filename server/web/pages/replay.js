@@ -116,9 +116,9 @@ function frameOf(step) {
   return frames.ofRow(Math.min(step, replay.rows - 1));
 }
 
-async function show(index, view) {
+async function show(index, view, rows) {
   const shown = replay;
-  const other = comparison.show(frames.at(index));
+  const other = comparison.show(frames.at(index), rows);
   map.show(frames.at(index));
   if (await drawFrame(replay, view, frames.at(index), actionNames, () => replay !== null && replay === shown)) {
     redraw();

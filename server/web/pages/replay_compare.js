@@ -54,13 +54,14 @@ export class Comparison {
     }
   }
 
-  // Draws the row of a frame, or the last if there are fewer.
-  async show(frame) {
+  // Draws the row of a frame, or the last if there are fewer. `rows`: that row and those to be requested ahead.
+  async show(frame, rows = [frame.row]) {
     if (!this.#rows) {
       return;
     }
-    const row = Math.min(frame.row, this.#replay.rows - 1);
-    const view = await this.#rows.fetch([row]);
+    const wanted = [...new Set(rows.map((each) => Math.min(each, this.#replay.rows - 1)))];
+    const [row] = wanted;
+    const view = await this.#rows.fetch(wanted);
     if (view) {
       await drawPart(byId("other"), imageOf(view, frame, "human"));
       byId("other").setAttribute("aria-label", `${this.#trace.name}, step ${row}, as people see it`);

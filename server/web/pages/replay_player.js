@@ -19,8 +19,8 @@ export class Player {
 
   isLooping = false;
 
-  // `onWant(index)` is called when a frame is requested, `onShow(index, view)` draws it and may return a promise,
-  // `onRun(isRunning)` is called when the player starts or stops.
+  // `onWant(index)` is called when a frame is requested, `onShow(index, view, rows)` draws it and may return a
+  // promise (`rows`: its row and those that are requested ahead), `onRun(isRunning)` is called when the player starts or stops.
   constructor({ onWant, onShow, onRun }) {
     this.#onWant = onWant;
     this.#onShow = onShow;
@@ -82,7 +82,8 @@ export class Player {
     while (this.#rows && this.#shown !== this.#wanted) {
       const asked = this.#wanted;
       const rows = this.#rows;
-      const view = await rows.fetch(this.#ahead(asked));
+      const ahead = this.#ahead(asked);
+      const view = await rows.fetch(ahead);
       if (rows !== this.#rows) {
         continue;
       }
@@ -90,7 +91,7 @@ export class Player {
         break;
       }
       this.#shown = asked;
-      await this.#onShow(asked, view);
+      await this.#onShow(asked, view, ahead);
     }
     this.#isBusy = false;
   }

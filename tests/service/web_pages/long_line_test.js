@@ -26,22 +26,25 @@ function headerOf(payload) {
   return JSON.parse(typeof payload === "string" ? payload : payload.subarray(4, 4 + payload.readUInt32LE(0)).toString());
 }
 
-// Opens a page over the line. `most(method)` is the largest number of unanswered requests of this method so far.
+// Opens a page over the line. `most(method)` is the largest number of unanswered requests of this method so far; for a method of
+// replays, the smallest of these numbers of all replays.
 async function openFar(path) {
   const page = await it.open("about:blank");
-  const unanswered = new Map();  // id -> method
+  const unanswered = new Map();  // id -> method and replay
   const largest = new Map();
   page.on("websocket", (socket) => {
     socket.on("framesent", ({ payload }) => {
-      const { id, method } = headerOf(payload);
-      unanswered.set(id, method);
-      const now = [...unanswered.values()].filter((one) => one === method).length;
-      largest.set(method, Math.max(largest.get(method) ?? 0, now));
+      const { id, method, replay = "" } = headerOf(payload);
+      const kind = `${method} ${replay}`;
+      unanswered.set(id, kind);
+      const now = [...unanswered.values()].filter((one) => one === kind).length;
+      largest.set(kind, Math.max(largest.get(kind) ?? 0, now));
     });
     socket.on("framereceived", ({ payload }) => unanswered.delete(headerOf(payload).id));
   });
   await page.goto(`${line.web}${path}`);
-  return { page, most: (method) => largest.get(method) ?? 0 };
+  const most = (method) => Math.min(...[...largest].filter(([kind]) => kind.startsWith(`${method} `)).map(([, count]) => count));
+  return { page, most };
 }
 
 test("play sends steps ahead, and none of them reaches the next episode", async () => {
@@ -56,13 +59,16 @@ test("play sends steps ahead, and none of them reaches the next episode", async 
   assert.equal(await page.locator("#notices .bad").count(), 0);
 });
 
-test("a running replay requests rows ahead, and shows each of them", async () => {
+test("running replays side by side request rows ahead, and the first shows each of them", async () => {
   const { page: play } = await openFar(COINRUN_1000_PATH);
   await playKeys(play, COINRUN_1000);
   const [trace] = await Promise.all([play.waitForEvent("download"), play.click("#save")]);
   const { page, most } = await openFar("/replay");
   await page.setInputFiles("#file", await trace.path());
   await waitForText(figure(page, "#figures", "Step"), `0 of ${COINRUN_1000_STEPS}`);
+  await page.click("#compare summary");
+  await page.setInputFiles("#other-file", await trace.path());
+  await waitForText(page.locator("#difference"), "No difference");
   await page.evaluate(() => {
     window.shown = new Set();
     const canvas = document.querySelector("#human");
@@ -72,4 +78,5 @@ test("a running replay requests rows ahead, and shows each of them", async () =>
   await waitForText(figure(page, "#figures", "Step"), `${COINRUN_1000_STEPS} of ${COINRUN_1000_STEPS}`);
   assert(most("replay.seek") >= 3, `${most("replay.seek")} rows were in flight`);
   assert.equal(await page.evaluate(() => window.shown.size), COINRUN_1000_STEPS);
+  await waitForText(page.locator("#other-name"), `step ${COINRUN_1000_STEPS} of ${COINRUN_1000_STEPS}`);
 });
