@@ -1,10 +1,10 @@
 // The gallery: all games, or the levels of the game in the URL. Each image links to its level.
 
-import { byId, element, setText } from "./elements.js";
-import { addressOf, drawGames, drawOptions, optionsOf, readAddress } from "./level_choice.js";
-import { LEVEL_MAX, showLinkProblems } from "./level_link.js";
+import { byId, element, setText } from "./elements/elements.js";
+import { drawPart } from "./elements/pictures.js";
+import { addressOf, drawGames, drawOptions, optionsOf, readAddress } from "./links/level_choice.js";
+import { LEVEL_MAX, showLinkProblems } from "./links/level_link.js";
 import { attempt, openPage } from "./page.js";
-import { drawPart } from "./pictures.js";
 
 const SAMPLE_COUNT = 4;     // levels of a game in the overview
 const PAGE_COUNT = 24;      // levels of a page

@@ -1,16 +1,16 @@
 // The live view: follows the server's pools and opens the one in the URL, or else the first.
 
-import { byId, setText, setTiles } from "./elements.js";
-import { count, milliseconds, rate, reward } from "./figures.js";
-import { tellOptions } from "./level_choice.js";
-import { EnlargedView } from "./live_enlarged.js";
-import { Episodes } from "./live_episodes.js";
-import { Mosaic } from "./live_mosaic.js";
-import { NodeTable } from "./live_nodes.js";
-import { LearnerPause } from "./live_pause.js";
-import { Plots } from "./live_plots.js";
-import { PoolTable } from "./live_pools.js";
-import { notify } from "./notices.js";
+import { byId, setText, setTiles } from "./elements/elements.js";
+import { count, milliseconds, rate, reward } from "./elements/figures.js";
+import { notify } from "./elements/notices.js";
+import { tellOptions } from "./links/level_choice.js";
+import { EnlargedView } from "./live/enlarged.js";
+import { Episodes } from "./live/episodes.js";
+import { Mosaic } from "./live/mosaic.js";
+import { NodeTable } from "./live/nodes.js";
+import { LearnerPause } from "./live/pause.js";
+import { Plots } from "./live/plots.js";
+import { PoolTable } from "./live/pools.js";
 import { attempt, openPage } from "./page.js";
 
 let connection = null;

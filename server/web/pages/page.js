@@ -1,10 +1,10 @@
 // Shared by all pages: the top bar, the connection and its state, the theme and the token prompt.
 
-import { Connection, LOST } from "./connection.js";
-import { byId, element, setText } from "./elements.js";
-import { clock } from "./figures.js";
-import { notify, sentence } from "./notices.js";
-import { askToken, forgetToken, savedToken } from "./token.js";
+import { Connection, LOST } from "./connection/connection.js";
+import { askToken, forgetToken, savedToken } from "./connection/token.js";
+import { byId, element, setText } from "./elements/elements.js";
+import { clock } from "./elements/figures.js";
+import { notify, sentence } from "./elements/notices.js";
 
 const PAGES = [["/", "Live"], ["/play", "Play"], ["/replay", "Replay"], ["/gallery", "Gallery"]];
 // Close code of the WebSocket: the server has as many pages as it takes.

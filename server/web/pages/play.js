@@ -1,19 +1,19 @@
 // The play page: starts a level, steps it with the held keys and shows it.
 
-import { byId, setText } from "./elements.js";
-import { requestsInFlight } from "./latency.js";
-import { addressOf, drawGames, drawOptions, optionsOf, readAddress } from "./level_choice.js";
-import { showLinkProblems } from "./level_link.js";
+import { requestsInFlight } from "./connection/latency.js";
+import { byId, setText } from "./elements/elements.js";
+import { partOf } from "./elements/pictures.js";
+import { addressOf, drawGames, drawOptions, optionsOf, readAddress } from "./links/level_choice.js";
+import { showLinkProblems } from "./links/level_link.js";
 import { attempt, openPage } from "./page.js";
-import { partOf } from "./pictures.js";
-import { followBranch } from "./play_branch.js";
-import { listenToGamepads } from "./play_gamepad.js";
-import { actionOf, Keys, takesKeys } from "./play_keys.js";
-import { describeEnd, factsOf, hasNext, isTouched, levelOf, tellLevel } from "./play_level.js";
-import { recordScore } from "./play_scores.js";
-import { listenToTraceButtons } from "./play_traces.js";
-import { drawView } from "./play_view.js";
-import { StepPace } from "./step_pace.js";
+import { followBranch } from "./play/branch.js";
+import { listenToGamepads } from "./play/gamepad.js";
+import { actionOf, Keys, takesKeys } from "./play/keys.js";
+import { describeEnd, factsOf, hasNext, isTouched, levelOf, tellLevel } from "./play/level.js";
+import { recordScore } from "./play/scores.js";
+import { StepPace } from "./play/step_pace.js";
+import { listenToTraceButtons } from "./play/traces.js";
+import { drawView } from "./play/view.js";
 
 const STEPS_PER_SECOND = 15;
 // Keys pressed this soon after the end of an episode were meant for it.

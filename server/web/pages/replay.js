@@ -1,22 +1,22 @@
 // The replay page: opens a trace, shows any frame of it, and compares it with the recording.
 
-import { copy } from "./clipboard.js";
-import { byId, setText } from "./elements.js";
-import { requestsInFlight } from "./latency.js";
-import { clearNotices, notify } from "./notices.js";
+import { requestsInFlight } from "./connection/latency.js";
+import { byId, setText } from "./elements/elements.js";
+import { clearNotices, notify } from "./elements/notices.js";
+import { copy } from "./export/clipboard.js";
+import { replayProgram } from "./export/python_code.js";
+import { followLink, placeAddress, showWrongLink } from "./links/replay_link.js";
+import { keepTrace, saveTrace } from "./links/traces.js";
 import { attempt, openPage } from "./page.js";
-import { replayProgram } from "./python_code.js";
-import { takesKeys } from "./play_keys.js";
-import { Comparison } from "./replay_compare.js";
-import { ExportDialog } from "./replay_export.js";
-import { Frames } from "./replay_frames.js";
-import { followLink, placeAddress, showWrongLink } from "./replay_link.js";
-import { LevelMap } from "./replay_map.js";
-import { FRAMES_PER_SECOND_MAX, Player } from "./replay_player.js";
-import { Rows } from "./replay_rows.js";
-import { drawTimeline } from "./replay_timeline.js";
-import { describe, drawFrame, judge } from "./replay_view.js";
-import { keepTrace, saveTrace } from "./traces.js";
+import { takesKeys } from "./play/keys.js";
+import { Comparison } from "./replay/compare.js";
+import { ExportDialog } from "./replay/export.js";
+import { Frames } from "./replay/frames.js";
+import { LevelMap } from "./replay/map.js";
+import { FRAMES_PER_SECOND_MAX, Player } from "./replay/player.js";
+import { Rows } from "./replay/rows.js";
+import { drawTimeline } from "./replay/timeline.js";
+import { describe, drawFrame, judge } from "./replay/view.js";
 
 const LINK_DELAY_MS = 250;  // browsers limit how often the URL changes
 

@@ -111,7 +111,7 @@ test("a long result fits a narrow window", async () => {
   await page.click("#mosaic button");
   await waitForDrawing(page, "#large-picture");
   await page.evaluate(async () => {
-    const { markEnd } = await import("/assets/live_ends.js");
+    const { markEnd } = await import("/assets/live/ends.js");
     markEnd(document.querySelector("#large-frame"), { truncated: true, return: -1234.5, length: 1_000_000 });
   });
   await waitForText(page.locator("#large-frame .result"), /Time limit: return .* in 1,000,000 steps/);

@@ -96,7 +96,7 @@ test("the span, the axis and the band are chosen", async () => {
 test("the first value of a new pool's rate is no zero", async () => {
   const page = await openPlots("one");
   const rows = await page.evaluate(async () => {
-    const { Connection } = await import("/assets/connection.js");
+    const { Connection } = await import("/assets/connection/connection.js");
     const connection = new Connection();
     connection.open();
     await new Promise((resolve) => { connection.addEventListener("open", resolve); });

@@ -83,7 +83,7 @@ test("requests of a closed connection are rejected, and nothing is due after it 
   const server = await Server.start();
   const page = await it.open(server.page());
   const outcome = await page.evaluate(async () => {
-    const { Connection } = await import("/assets/connection.js");
+    const { Connection } = await import("/assets/connection/connection.js");
     const connection = new Connection();
     const opened = () => new Promise((resolve) => connection.addEventListener("open", resolve, { once: true }));
     connection.open();

@@ -6,8 +6,8 @@ import { join } from "node:path";
 import { after, before, test } from "node:test";
 import { waitForText, withBrowser } from "./browser.js";
 import { COINRUN_1000, COINRUN_1000_PATH, playKeys } from "./playing.js";
-import { LEARNER_BASELINE } from "../../../server/web/pages/learner_baseline.js";
-import { RANDOM_BASELINE } from "../../../server/web/pages/random_baseline.js";
+import { LEARNER_BASELINE } from "../../../server/web/pages/play/learner_baseline.js";
+import { RANDOM_BASELINE } from "../../../server/web/pages/play/random_baseline.js";
 import { Server } from "./server.js";
 
 const ROW = /^\| (\w+) \| (-?[\d.]+) ± [\d.]+ \| [\d.]+ \| (-?[\d.]+) ± /gm;

@@ -97,7 +97,7 @@ test("play asks for a smaller human view if the line is too thin for a large one
 test("steps that have to wait are sent further ahead, with smaller views; few late ones change nothing", async () => {
   const page = await it.open(server.page("/gallery"));
   const states = await page.evaluate(async () => {
-    const { StepPace } = await import("/assets/step_pace.js");
+    const { StepPace } = await import("/assets/play/step_pace.js");
     const pace = new StepPace(2);
     const state = () => [pace.sizePx, [1, 2, 3, 4, 5, 6, 7, 8, 9].filter((inFlight) => pace.mayStep(inFlight, 0)).at(-1)];
     // A second in which some steps are late.

@@ -1,0 +1,150 @@
+// The last episodes of the open pool: a sorted table from which they are replayed, and charts.
+
+import { byId, element, setText } from "../elements/elements.js";
+import { clock, count, plural, reward } from "../elements/figures.js";
+import { SortedHeader } from "../elements/tables.js";
+import { fetchEpisode } from "../links/replay_link.js";
+import { replayTrace } from "../links/traces.js";
+import { attempt } from "../page.js";
+import { LevelReturns, ReturnHistogram } from "./episode_charts.js";
+import { LevelSets } from "./level_sets.js";
+
+const KEPT_MAX = 1000;
+const SHOWN_COUNT = 25;
+const INTERVAL_MS = 5000;
+
+const COLUMNS = [
+  { title: "Ended", isNumber: true, value: ({ number }) => number, write: ({ end_time_s: time }) => clock(time) },
+  { title: "Return", isNumber: true, value: ({ total_reward: value }) => value, write: (episode) => reward(episode.total_reward) },
+  { title: "Recording", value: ({ isKept }) => (isKept ? "kept" : "lost") },
+  { title: "Length", isNumber: true, value: ({ length }) => length, write: ({ length }) => count(length) },
+  { title: "Level seed", isNumber: true, value: ({ level_seed: seed }) => seed, write: (episode) => String(episode.level_seed) },
+  { title: "Game", value: ({ game }) => game, write: ({ game }) => game },
+  { title: "End", value: (episode) => endOf(episode), write: (episode) => endOf(episode) },
+  { title: "Environment", isNumber: true, value: ({ environment }) => environment, write: (episode) => String(episode.environment) },
+];
+
+function endOf({ level_complete: isComplete, truncated }) {
+  return isComplete ? "completed" : truncated ? "time limit" : "failed";
+}
+
+export class Episodes {
+  #connection = null;
+  #pool = null;
+  #episodes = [];     // oldest first
+  #count = 0;         // episodes of the pool that were requested
+  #recordedFrom = 1;  // number of the oldest with a recording
+  #requestTime = -INTERVAL_MS;
+  #isBusy = false;
+  #shown = SHOWN_COUNT;
+  #header = new SortedHeader(byId("episode-columns"), COLUMNS, "Ended", true, () => this.#drawRows());
+  #histogram = new ReturnHistogram(byId("episode-charts"));
+  #levels = new LevelReturns(byId("episode-charts"));
+  #sets = new LevelSets();
+
+  constructor() {
+    byId("episodes-more").addEventListener("click", () => {
+      this.#shown += SHOWN_COUNT;
+      this.#drawRows();
+    });
+  }
+
+  // Shows the episodes of a pool; null: none.
+  open(connection, pool) {
+    this.#connection = connection;
+    this.#pool = pool ?? null;
+    this.#episodes = [];
+    this.#count = 0;
+    this.#requestTime = -INTERVAL_MS;
+    this.#shown = SHOWN_COUNT;
+    this.#draw();
+    this.#drawRows();
+  }
+
+  // Requests what has ended since the last request. `pool`, `pools`: of an event.
+  async follow(pool, pools) {
+    const isDue = performance.now() - this.#requestTime >= INTERVAL_MS;
+    if (!this.#connection || this.#isBusy || !isDue || document.hidden || pool.episode_count === this.#count) {
+      return;
+    }
+    this.#isBusy = true;
+    this.#requestTime = performance.now();
+    const list = await attempt(() => this.#request(pool.name, this.#count), () => {});
+    this.#isBusy = false;
+    if (!list || list.pool !== this.#pool?.name || list.create_time_s !== this.#pool.create_time_s) {
+      return;
+    }
+    this.#count = list.episode_count;
+    this.#recordedFrom = list.episode_count - list.recorded_count + 1;
+    this.#episodes = [...this.#episodes, ...episodesOf(list, pool)].slice(-KEPT_MAX);
+    this.#sets.offer(pool, pools, async (other) => {
+      const answer = await attempt(() => this.#request(other.name, 0), () => {});
+      return answer ? episodesOf(answer, other) : [];
+    });
+    this.#draw();
+    // Rows stay where they are while the user is about to press one.
+    if (!byId("episode-rows").matches(":hover, :focus-within")) {
+      this.#drawRows();
+    }
+  }
+
+  #request(pool, after) {
+    return this.#connection.call("pool.episodes", { pool, after });
+  }
+
+  #draw() {
+    const isEmpty = this.#episodes.length === 0;
+    byId("episodes-content").hidden = isEmpty;
+    setText(byId("episodes-about"), isEmpty ? "No episode has ended yet."
+      : `The last ${plural(this.#episodes.length, "episode")} of ${count(this.#count)}.`
+        + (this.#recordedFrom > this.#episodes[0].number ? " The recordings of the older ones are gone." : ""));
+    setText(byId("episodes-problem"), "");
+    if (!isEmpty) {
+      this.#histogram.draw(this.#episodes);
+      this.#levels.draw(this.#episodes);
+      this.#sets.draw(this.#episodes);
+    }
+  }
+
+  #drawRows() {
+    const newest = new Map(this.#episodes.map(({ environment, number }) => [environment, number]));
+    this.#episodes.forEach((episode) => {
+      episode.isKept = episode.number >= this.#recordedFrom || newest.get(episode.environment) === episode.number;
+    });
+    // Of equals, the newest first.
+    const sorted = this.#header.sort([...this.#episodes].reverse());
+    byId("episode-rows").replaceChildren(...sorted.slice(0, this.#shown).map((episode) => element("tr", {},
+      ...COLUMNS.map(({ isNumber, write }) =>
+        element("td", { class: isNumber ? "number" : null }, write ? write(episode) : this.#makeRecording(episode))))));
+    byId("episodes-more").hidden = sorted.length <= this.#shown;
+  }
+
+  #makeRecording(episode) {
+    const { environment, level_seed: seed, isKept } = episode;
+    if (!isKept) {
+      return element("span", { class: "quiet", title: "The server keeps recordings of the last episodes" }, "gone");
+    }
+    return element("button", {
+      type: "button", onclick: () => this.#replay(episode),
+      "aria-label": `Replay the episode of environment ${environment} in level ${seed}`,
+    }, "Replay");
+  }
+
+  async #replay(episode) {
+    const say = (text) => setText(byId("episodes-problem"), text);
+    say("");
+    const place = { pool: this.#pool.name, environment: episode.environment, episode: episode.fingerprint };
+    const trace = await attempt(() => fetchEpisode(this.#connection, place), say);
+    if (trace) {
+      replayTrace(trace.bytes, trace.name, trace.source);
+    }
+  }
+}
+
+// The rows of pool.episodes as objects, with the game of each.
+function episodesOf({ columns, rows }, { games, first_env: first }) {
+  return rows.map((row) => {
+    const episode = Object.fromEntries(columns.map((name, index) => [name, row[index]]));
+    return { ...episode, game: games[(first + episode.environment) % games.length] };
+  });
+}

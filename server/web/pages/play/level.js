@@ -1,0 +1,65 @@
+// The level of the play page: its facts, and what the page says about it.
+
+import { byId, setText } from "../elements/elements.js";
+import { count, reward } from "../elements/figures.js";
+import { addressOf, offeredOptions } from "../links/level_choice.js";
+import { LEVEL_MAX } from "../links/level_link.js";
+import { showScores } from "./scores.js";
+
+export function factsOf(catalog, game) {
+  return catalog.games.find(({ name }) => name === game);
+}
+
+// Whether a level, { game, mode, level, options }, has a next one.
+export function hasNext(catalog, { game, mode, level }) {
+  const isOnly = factsOf(catalog, game).modes.find(({ name }) => name === mode).level_seed !== undefined;
+  return !isOnly && level < LEVEL_MAX;
+}
+
+// The level at the view of a play that continues a replay with this header.
+export function levelOf({ games, mode, options, environment }, view, catalog) {
+  const chosen = offeredOptions(catalog).filter(({ name, default: usual }) => (options[name] ?? usual) !== usual);
+  return {
+    game: games[environment % games.length], mode, level: view.level_seed,
+    options: Object.fromEntries(chosen.map(({ name }) => [name, options[name]])),
+  };
+}
+
+// Shows a level in the URL, the title and the page. `from`: what a continued replay starts from; its URL stays.
+export function tellLevel(level, catalog, from = null) {
+  if (!from) {
+    history.replaceState(null, "", addressOf("/play", level));
+  }
+  document.title = `${level.game}, level ${level.level} – Procgen Server`;
+  setText(byId("playing"), `${level.game}, ${level.mode}, level ${level.level}`);
+  showScores(level);
+  setText(byId("from"), from ? `Continues ${from}. Restart returns to it.` : "");
+  const specials = factsOf(catalog, level.game).special_actions.map(({ action, description }) => [catalog.actions[action].name, description]);
+  setText(byId("special_keys"), describeKeys(specials));
+  for (const button of document.querySelectorAll(".letters button")) {
+    const special = specials.find(([key]) => key === button.dataset.key);
+    button.hidden = !special;
+    button.title = special?.[1] ?? "";
+  }
+}
+
+// [["D", "Fires."], ["W", "Fires."], ["A", "Jumps."]] -> "D, W: Fires. A: Jumps."
+function describeKeys(specials) {
+  const descriptions = [...new Set(specials.map(([, description]) => description))];
+  return descriptions.map((description) => {
+    const keys = specials.filter(([, other]) => other === description).map(([key]) => key);
+    return `${keys.join(", ")}: ${description}`;
+  }).join(" ");
+}
+
+export function isTouched() {
+  return matchMedia("(pointer: coarse)").matches;
+}
+
+// What is said at the end of an episode. `leadsOn`: the main button starts the next level; `isBest`: the score is a new best.
+export function describeEnd(view, { leadsOn, isBest }) {
+  const result = `${view.prev_level_complete ? "Level complete" : "Episode over"}: score ${reward(view.total_reward)} in `
+    + `${count(view.episode_step)} steps.`;
+  const again = `${isTouched() ? "An arrow" : "An arrow key"} plays ${leadsOn ? "this level" : "it"} again`;
+  return `${result}${isBest ? " New best." : ""} ${again}${leadsOn && !isTouched() ? ", Enter the next one" : ""}.`;
+}

@@ -1,0 +1,151 @@
+// A dialog that saves a frame of a replay as PNG, or all frames as a video, in either view and several sizes.
+
+import { byId, element, setText } from "../elements/elements.js";
+import { plural } from "../elements/figures.js";
+import { drawPart } from "../elements/pictures.js";
+import { saveFile } from "../export/files.js";
+import { encodesVideo, Video } from "../export/video.js";
+import { attempt } from "../page.js";
+import { FRAMES_PER_SECOND_MAX, STEPS_PER_SECOND } from "./player.js";
+import { Rows } from "./rows.js";
+import { imageOf } from "./view.js";
+
+const AGENT_SIZE_PX = 64;
+const ROWS_AHEAD = 4;
+const STOPPED = "The connection was lost.";
+
+export class ExportDialog {
+  #dialog = byId("export");
+  #current;
+  #isCancelled = false;
+
+  // `current()` returns what the page shows: { connection, trace, replay, frames, index, speed }.
+  constructor(current) {
+    this.#current = current;
+    byId("export-image").addEventListener("click", () => this.#run((rows) => this.#saveImage(rows)));
+    byId("export-video").addEventListener("click", () => this.#run((rows) => this.#saveVideo(rows)));
+    byId("export-cancel").addEventListener("click", () => this.#cancel());
+    byId("export-close").addEventListener("click", () => this.#dialog.close());
+    this.#dialog.addEventListener("close", () => this.#cancel());
+  }
+
+  show() {
+    const { frames, index, speed } = this.#current();
+    setText(byId("export-image"), `Save image of step ${frames.at(index).row}`);
+    setText(byId("export-about"), encodesVideo()
+      ? `The video has the whole replay at ${speed}× speed, ${plural(Math.ceil(this.#durationS()), "second")}.`
+      : isSecureContext ? "This browser does not encode videos." : "This browser encodes videos only on HTTPS and localhost.");
+    byId("export-video").disabled = !encodesVideo();
+    this.#say("");
+    this.#dialog.showModal();
+  }
+
+  #durationS() {
+    const { frames, speed } = this.#current();
+    return (frames.last + 1) / (STEPS_PER_SECOND * speed);
+  }
+
+  get #view() {
+    return byId("export-view").value;
+  }
+
+  get #sizePx() {
+    return AGENT_SIZE_PX * Number(byId("export-scale").value);
+  }
+
+  get #name() {
+    return `${this.#current().replay.file_name.replace(/\.trace$/, "")}.${this.#view}`;
+  }
+
+  #cancel() {
+    this.#isCancelled = true;
+  }
+
+  // Runs `work(rows)` on a replay of its own, with the chosen size, so that the one on the page stays where it is.
+  async #run(work) {
+    const { connection, trace } = this.#current();
+    this.#isCancelled = false;
+    this.#setBusy(true);
+    this.#say("Replaying.");
+    const size = this.#view === "human" ? this.#sizePx : 0;
+    const opened = await attempt(() => connection.call("replay.open", { human_size_px: size }, trace.bytes), (text) => this.#say(text));
+    if (opened) {
+      const rows = new Rows(connection, opened);
+      try {
+        await work(rows);
+      } catch (error) {
+        this.#say(error.message);
+      } finally {
+        rows.close();
+      }
+    }
+    this.#setBusy(false);
+  }
+
+  async #saveImage(rows) {
+    const { frames, index } = this.#current();
+    const canvas = this.#canvas();
+    await this.#draw(canvas, rows, [index]);
+    const name = `${this.#name}.step-${frames.at(index).row}.png`;
+    saveFile(await new Promise((resolve) => { canvas.toBlob(resolve); }), name);
+    this.#say(`Saved ${name}.`);
+  }
+
+  async #saveVideo(rows) {
+    const { frames, speed } = this.#current();
+    const stride = Math.ceil(STEPS_PER_SECOND * speed / FRAMES_PER_SECOND_MAX);
+    const indexes = Array.from({ length: Math.floor(frames.last / stride) + 1 }, (_, i) => i * stride);
+    const canvas = this.#canvas();
+    const video = new Video({ width: canvas.width, height: canvas.height, framesPerSecond: STEPS_PER_SECOND * speed / stride });
+    try {
+      for (let i = 0; i < indexes.length && !this.#isCancelled; i += 1) {
+        await this.#draw(canvas, rows, indexes.slice(i, i + ROWS_AHEAD));
+        await video.add(canvas);
+        byId("export-progress").value = (i + 1) / indexes.length;
+        this.#say(`Frame ${i + 1} of ${indexes.length}.`);
+      }
+      if (this.#isCancelled) {
+        this.#say("Cancelled.");
+        return;
+      }
+      const name = `${this.#name}.webm`;
+      saveFile(await video.finish(), name);
+      this.#say(`Saved ${name}.`);
+    } finally {
+      video.cancel();
+    }
+  }
+
+  // Draws the first of some frames, and requests the rows of all.
+  async #draw(canvas, rows, indexes) {
+    const { frames } = this.#current();
+    const wanted = indexes.map((index) => frames.at(index));
+    const view = await rows.fetch([...new Set(wanted.map(({ row }) => row))]);
+    if (!view) {
+      throw new Error(STOPPED);
+    }
+    const image = element("canvas");
+    await drawPart(image, imageOf(view, wanted[0], this.#view));
+    canvas.getContext("2d").drawImage(image, 0, 0, canvas.width, canvas.height);
+  }
+
+  #canvas() {
+    const canvas = element("canvas", { width: this.#sizePx, height: this.#sizePx });
+    canvas.getContext("2d", { alpha: false }).imageSmoothingEnabled = false;
+    return canvas;
+  }
+
+  #setBusy(isBusy) {
+    for (const id of ["export-image", "export-view", "export-scale"]) {
+      byId(id).disabled = isBusy;
+    }
+    byId("export-video").disabled = isBusy || !encodesVideo();
+    byId("export-progress").hidden = !isBusy;
+    byId("export-progress").value = 0;
+    byId("export-cancel").hidden = !isBusy;
+  }
+
+  #say(text) {
+    setText(byId("export-state"), text);
+  }
+}
