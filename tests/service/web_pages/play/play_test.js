@@ -7,9 +7,9 @@ import { tmpdir } from "node:os";
 import { join } from "node:path";
 import { after, before, test } from "node:test";
 import { promisify } from "node:util";
-import { figure, picture, waitForPicture, waitForText, withBrowser } from "./browser.js";
-import { COINRUN_1000, COINRUN_1000_PATH, COINRUN_1000_STEPS, playKeys } from "./playing.js";
-import { Server } from "./server.js";
+import { figure, picture, waitForPicture, waitForText, withBrowser } from "../browser.js";
+import { COINRUN_1000, COINRUN_1000_PATH, COINRUN_1000_STEPS, playKeys } from "../playing.js";
+import { Server } from "../server.js";
 
 // Action numbers of the catalog.
 const ACTIONS = { LEFT: 1, "LEFT+UP": 2, none: 4, "RIGHT+DOWN": 6, RIGHT: 7, "RIGHT+UP": 8, D: 9 };

@@ -2,9 +2,9 @@
 
 import assert from "node:assert/strict";
 import { after, before, test } from "node:test";
-import { connect, DistributionMode } from "../../../clients/node/dist/index.js";
-import { waitForText, withBrowser } from "./browser.js";
-import { Learner, Server } from "./server.js";
+import { connect, DistributionMode } from "../../../../clients/node/dist/index.js";
+import { waitForText, withBrowser } from "../browser.js";
+import { Learner, Server } from "../server.js";
 
 const POOL_COUNT = 43;
 const it = withBrowser();

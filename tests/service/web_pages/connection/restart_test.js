@@ -2,9 +2,9 @@
 
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { figure, waitForChange, waitForText, withBrowser } from "./browser.js";
-import { COINRUN_1000, COINRUN_1000_PATH, playKeys } from "./playing.js";
-import { Learner, Server } from "./server.js";
+import { figure, waitForChange, waitForText, withBrowser } from "../browser.js";
+import { COINRUN_1000, COINRUN_1000_PATH, playKeys } from "../playing.js";
+import { Learner, Server } from "../server.js";
 
 const FIRST = "#mosaic li:first-child canvas";
 const it = withBrowser();

@@ -2,8 +2,8 @@
 
 import assert from "node:assert/strict";
 import { after, before, test } from "node:test";
-import { figure, waitForText, withBrowser } from "./browser.js";
-import { Learner, Server } from "./server.js";
+import { figure, waitForText, withBrowser } from "../browser.js";
+import { Learner, Server } from "../server.js";
 
 const FIRST = "#mosaic canvas >> nth=0";
 const ENV_COUNT = 2;

@@ -5,9 +5,9 @@ import { mkdtemp, readFile, rm, writeFile } from "node:fs/promises";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
 import { after, before, test } from "node:test";
-import { figure, picture, waitForPicture, waitForText, withBrowser } from "./browser.js";
-import { COINRUN_1000, COINRUN_1000_PATH, COINRUN_1000_STEPS, playKeys } from "./playing.js";
-import { Server } from "./server.js";
+import { figure, picture, waitForPicture, waitForText, withBrowser } from "../browser.js";
+import { COINRUN_1000, COINRUN_1000_PATH, COINRUN_1000_STEPS, playKeys } from "../playing.js";
+import { Server } from "../server.js";
 
 const it = withBrowser();
 let server;

@@ -4,11 +4,11 @@ import assert from "node:assert/strict";
 import { readFile } from "node:fs/promises";
 import { join } from "node:path";
 import { after, before, test } from "node:test";
-import { waitForText, withBrowser } from "./browser.js";
-import { COINRUN_1000, COINRUN_1000_PATH, playKeys } from "./playing.js";
-import { LEARNER_BASELINE } from "../../../server/web/pages/play/learner_baseline.js";
-import { RANDOM_BASELINE } from "../../../server/web/pages/play/random_baseline.js";
-import { Server } from "./server.js";
+import { waitForText, withBrowser } from "../browser.js";
+import { COINRUN_1000, COINRUN_1000_PATH, playKeys } from "../playing.js";
+import { LEARNER_BASELINE } from "../../../../server/web/pages/play/learner_baseline.js";
+import { RANDOM_BASELINE } from "../../../../server/web/pages/play/random_baseline.js";
+import { Server } from "../server.js";
 
 const ROW = /^\| (\w+) \| (-?[\d.]+) ± [\d.]+ \| [\d.]+ \| (-?[\d.]+) ± /gm;
 
@@ -56,14 +56,14 @@ test("levels with other options and continued replays set no best score", async 
 });
 
 test("the random agent's means are those of the table of procgen-random-baseline", async () => {
-  const table = await readFile(join(import.meta.dirname, "../../../envcore/README.md"), "utf8");
+  const table = await readFile(join(import.meta.dirname, "../../../../envcore/README.md"), "utf8");
   const rows = [...table.matchAll(ROW)].map(([, game, easy, hard]) => [game, { easy: Number(easy), hard: Number(hard) }]);
   assert.equal(rows.length, 16);
   assert.deepEqual(RANDOM_BASELINE, Object.fromEntries(rows));
 });
 
 test("the reference learner's means are those on test levels in the table of its results", async () => {
-  const table = await readFile(join(import.meta.dirname, "../../../clients/python/learners/results/all_games-small/table.md"), "utf8");
+  const table = await readFile(join(import.meta.dirname, "../../../../clients/python/learners/results/all_games-small/table.md"), "utf8");
   const [head, , ...rows] = table.trim().split("\n").map((line) => line.split(" | ").map((cell) => cell.replace(/^\| /, "")));
   const column = head.indexOf("test levels");
   const means = rows.filter(([game]) => game !== "mean").map((cells) => [cells[0], { easy: Number.parseFloat(cells[column]) }]);

@@ -2,10 +2,10 @@
 
 import assert from "node:assert/strict";
 import { after, before, test } from "node:test";
-import { figure, waitForText, withBrowser } from "./browser.js";
-import { COINRUN_1000, COINRUN_1000_PATH, COINRUN_1000_STEPS, playKeys } from "./playing.js";
-import { Server } from "./server.js";
-import { SlowLine } from "./slow_line.js";
+import { figure, waitForText, withBrowser } from "../browser.js";
+import { COINRUN_1000, COINRUN_1000_PATH, COINRUN_1000_STEPS, playKeys } from "../playing.js";
+import { Server } from "../server.js";
+import { SlowLine } from "../slow_line.js";
 
 const ONE_WAY_MS = 75;
 

@@ -2,9 +2,9 @@
 
 import assert from "node:assert/strict";
 import { after, before, beforeEach, test } from "node:test";
-import { connect, DistributionMode } from "../../../clients/node/dist/index.js";
-import { figure, picture, waitForPicture, waitForText, withBrowser } from "./browser.js";
-import { Server } from "./server.js";
+import { connect, DistributionMode } from "../../../../clients/node/dist/index.js";
+import { figure, picture, waitForPicture, waitForText, withBrowser } from "../browser.js";
+import { Server } from "../server.js";
 
 const STEPS = 60;
 const RIGHT = 7;

@@ -7,8 +7,8 @@ import { tmpdir } from "node:os";
 import { join } from "node:path";
 import { test } from "node:test";
 import { promisify } from "node:util";
-import { enterToken, figure, waitForChange, waitForText, withBrowser } from "./browser.js";
-import { Learner, Server } from "./server.js";
+import { enterToken, figure, waitForChange, waitForText, withBrowser } from "../browser.js";
+import { Learner, Server } from "../server.js";
 
 const TOKEN = "alices-token-0123456789";
 const it = withBrowser();

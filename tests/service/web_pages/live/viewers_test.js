@@ -2,8 +2,8 @@
 
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { waitForChange, waitForText, withBrowser } from "./browser.js";
-import { Learner, Server } from "./server.js";
+import { waitForChange, waitForText, withBrowser } from "../browser.js";
+import { Learner, Server } from "../server.js";
 
 const VIEWER_COUNT = 20;
 const FIRST = "#mosaic li:first-child canvas";

@@ -3,11 +3,11 @@
 import assert from "node:assert/strict";
 import { EventEmitter, once } from "node:events";
 import { after, before, test } from "node:test";
-import { connect, DistributionMode } from "../../../clients/node/dist/index.js";
-import { waitForText, withBrowser } from "./browser.js";
-import { COINRUN_1000_PATH } from "./playing.js";
-import { Learner, Server } from "./server.js";
-import { SlowLine } from "./slow_line.js";
+import { connect, DistributionMode } from "../../../../clients/node/dist/index.js";
+import { waitForText, withBrowser } from "../browser.js";
+import { COINRUN_1000_PATH } from "../playing.js";
+import { Learner, Server } from "../server.js";
+import { SlowLine } from "../slow_line.js";
 
 const ENV_COUNT = 16;
 const FRAMES_PER_SECOND = 15;

@@ -4,11 +4,11 @@ import assert from "node:assert/strict";
 import { spawn } from "node:child_process";
 import { once } from "node:events";
 import { after, before, test } from "node:test";
-import { connect, DistributionMode } from "../../../clients/node/dist/index.js";
-import { figure, picture, waitForDrawing, waitForPicture, waitForText, withBrowser } from "./browser.js";
-import { stickingOut } from "./overflow.js";
-import { COINRUN_1000_ACTIONS, COINRUN_1000_STEPS } from "./playing.js";
-import { Server } from "./server.js";
+import { connect, DistributionMode } from "../../../../clients/node/dist/index.js";
+import { figure, picture, waitForDrawing, waitForPicture, waitForText, withBrowser } from "../browser.js";
+import { stickingOut } from "../overflow.js";
+import { COINRUN_1000_ACTIONS, COINRUN_1000_STEPS } from "../playing.js";
+import { Server } from "../server.js";
 
 const FIRST = "#mosaic li:first-child canvas";
 const NONE = 4;

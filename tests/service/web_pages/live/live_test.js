@@ -3,10 +3,10 @@
 import assert from "node:assert/strict";
 import { readFile } from "node:fs/promises";
 import { after, before, test } from "node:test";
-import { figure, picture, waitForChange, waitForText, withBrowser } from "./browser.js";
-import { replayLastEpisode } from "./episodes.js";
-import { decode, differenceFromMosaic } from "./saved_images.js";
-import { Learner, Server } from "./server.js";
+import { figure, picture, waitForChange, waitForText, withBrowser } from "../browser.js";
+import { replayLastEpisode } from "../episodes.js";
+import { decode, differenceFromMosaic } from "../saved_images.js";
+import { Learner, Server } from "../server.js";
 
 const FIRST = "#mosaic li:first-child canvas";
 const it = withBrowser();

@@ -2,9 +2,9 @@
 
 import assert from "node:assert/strict";
 import { after, before, test } from "node:test";
-import { connect, DistributionMode } from "../../../clients/node/dist/index.js";
-import { figure, waitForText, withBrowser } from "./browser.js";
-import { Server } from "./server.js";
+import { connect, DistributionMode } from "../../../../clients/node/dist/index.js";
+import { figure, waitForText, withBrowser } from "../browser.js";
+import { Server } from "../server.js";
 
 const ENV_COUNT = 16;
 const STEPS = 600;

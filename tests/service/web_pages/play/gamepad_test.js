@@ -2,8 +2,8 @@
 
 import assert from "node:assert/strict";
 import { after, before, test } from "node:test";
-import { figure, waitForText, withBrowser } from "./browser.js";
-import { Server } from "./server.js";
+import { figure, waitForText, withBrowser } from "../browser.js";
+import { Server } from "../server.js";
 
 const ACTIONS = { "RIGHT": 7, "LEFT+UP": 2, "D": 9, "NONE": 4, "RIGHT+DOWN": 6 };
 const [LOWEST, START, BACK, CROSS_DOWN, CROSS_RIGHT] = [0, 9, 8, 13, 15];

@@ -3,10 +3,10 @@
 import assert from "node:assert/strict";
 import { readFile } from "node:fs/promises";
 import { after, before, test } from "node:test";
-import { connect, DistributionMode } from "../../../clients/node/dist/index.js";
-import { figure, waitForText, withBrowser } from "./browser.js";
-import { decode, differenceFrom } from "./saved_images.js";
-import { Server } from "./server.js";
+import { connect, DistributionMode } from "../../../../clients/node/dist/index.js";
+import { figure, waitForText, withBrowser } from "../browser.js";
+import { decode, differenceFrom } from "../saved_images.js";
+import { Server } from "../server.js";
 
 const STEPS = 40;
 const STEPS_PER_SECOND = 15;

@@ -7,11 +7,11 @@ import { tmpdir } from "node:os";
 import { join } from "node:path";
 import { after, before, test } from "node:test";
 import { promisify } from "node:util";
-import { figure, picture, waitForPicture, waitForText, withBrowser } from "./browser.js";
-import { COINRUN_1000, COINRUN_1000_PATH, COINRUN_1000_STEPS, playKeys } from "./playing.js";
-import { Server } from "./server.js";
+import { figure, picture, waitForPicture, waitForText, withBrowser } from "../browser.js";
+import { COINRUN_1000, COINRUN_1000_PATH, COINRUN_1000_STEPS, playKeys } from "../playing.js";
+import { Server } from "../server.js";
 
-const GOLDEN = join(import.meta.dirname, "../../conformance/golden");
+const GOLDEN = join(import.meta.dirname, "../../../conformance/golden");
 
 const it = withBrowser();
 let server;

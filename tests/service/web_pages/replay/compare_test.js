@@ -5,9 +5,9 @@ import { mkdtemp, rm } from "node:fs/promises";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
 import { after, before, test } from "node:test";
-import { connect, DistributionMode } from "../../../clients/node/dist/index.js";
-import { figure, picture, waitForPicture, waitForText, withBrowser } from "./browser.js";
-import { Server } from "./server.js";
+import { connect, DistributionMode } from "../../../../clients/node/dist/index.js";
+import { figure, picture, waitForPicture, waitForText, withBrowser } from "../browser.js";
+import { Server } from "../server.js";
 
 const STEPS = 30;
 const DIFFERENT = 13;  // the step from which environment 1 acts differently
@@ -100,7 +100,7 @@ test("a trace from a file is compared, an equal one has no difference, and inval
   await waitForText(page.locator("#notices .bad").last(), "Environment 2 has ended no episode yet");
   await waitForText(page.locator("#difference"), "No difference from same.trace.");
 
-  const golden = join(import.meta.dirname, "../../conformance/golden/maze.easy.solved-1000.trace");
+  const golden = join(import.meta.dirname, "../../../conformance/golden/maze.easy.solved-1000.trace");
   await page.setInputFiles("#other-file", golden);
   await waitForText(page.locator("#difference"), "First difference at step 0: the game is coinrun, in maze.easy.solved-1000.trace it is maze.");
   // The second replay stays when the first is replaced, and is compared with it.

@@ -5,8 +5,8 @@ import { mkdtemp, rm, writeFile } from "node:fs/promises";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
 import { test } from "node:test";
-import { enterToken, figure, waitForText, withBrowser } from "./browser.js";
-import { Learner, Server } from "./server.js";
+import { enterToken, figure, waitForText, withBrowser } from "../browser.js";
+import { Learner, Server } from "../server.js";
 
 const TOKEN = "alices-token-0123456789";
 const it = withBrowser();

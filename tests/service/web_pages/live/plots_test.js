@@ -3,8 +3,8 @@
 import assert from "node:assert/strict";
 import { readFile } from "node:fs/promises";
 import { after, before, test } from "node:test";
-import { waitForText, withBrowser } from "./browser.js";
-import { Learner, Server } from "./server.js";
+import { waitForText, withBrowser } from "../browser.js";
+import { Learner, Server } from "../server.js";
 
 const FIRST = "#plots .drawing >> nth=0";
 const RETURNS = "#plots .plot:has(h3:has-text('Mean return'))";
