@@ -15,10 +15,10 @@
 #include "envcore/games/game_catalog.h"
 #include "envcore/pool/pool.h"
 #include "envcore/pool/worker_pool.h"
-#include "tests/benchmark/action_script.h"
-#include "tests/benchmark/benchmark_run.h"
-#include "tests/benchmark/resident_memory.h"
-#include "tests/benchmark/round_clock.h"
+#include "tests/benchmark/measuring/action_script.h"
+#include "tests/benchmark/measuring/benchmark_run.h"
+#include "tests/benchmark/measuring/resident_memory.h"
+#include "tests/benchmark/measuring/round_clock.h"
 
 namespace procgen {
 namespace {

@@ -26,9 +26,9 @@
 #include "procgen_client/observation_decoder.h"
 #include "server/encoding/observation_encoder.h"
 #include "tests/benchmark/art_flag.h"
-#include "tests/benchmark/benchmark_run.h"
-#include "tests/benchmark/local_learner.h"
-#include "tests/benchmark/round_clock.h"
+#include "tests/benchmark/learners/local_learner.h"
+#include "tests/benchmark/measuring/benchmark_run.h"
+#include "tests/benchmark/measuring/round_clock.h"
 
 namespace procgen {
 namespace {

@@ -19,10 +19,10 @@
 #include "benchmark/benchmark.h"
 #include "envcore/games/game_catalog.h"
 #include "tests/benchmark/art_flag.h"
-#include "tests/benchmark/benchmark_run.h"
-#include "tests/benchmark/local_learner.h"
-#include "tests/benchmark/round_clock.h"
-#include "tests/benchmark/upstream_costs.h"
+#include "tests/benchmark/learners/local_learner.h"
+#include "tests/benchmark/measuring/benchmark_run.h"
+#include "tests/benchmark/measuring/round_clock.h"
+#include "tests/benchmark/measuring/upstream_costs.h"
 
 namespace procgen {
 namespace {

@@ -12,8 +12,8 @@
 #include "benchmark/benchmark.h"
 #include "envcore/games/game_catalog.h"
 #include "procgen_client/client.h"
-#include "tests/benchmark/benchmark_run.h"
-#include "tests/benchmark/time_now.h"
+#include "tests/benchmark/measuring/benchmark_run.h"
+#include "tests/benchmark/measuring/time_now.h"
 #include "tests/service/server_process.h"
 
 namespace procgen {

@@ -11,9 +11,9 @@
 #include "absl/time/time.h"
 #include "benchmark/benchmark.h"
 #include "envcore/games/game_catalog.h"
-#include "tests/benchmark/benchmark_run.h"
-#include "tests/benchmark/local_learner.h"
-#include "tests/benchmark/time_now.h"
+#include "tests/benchmark/learners/local_learner.h"
+#include "tests/benchmark/measuring/benchmark_run.h"
+#include "tests/benchmark/measuring/time_now.h"
 
 namespace procgen {
 namespace {

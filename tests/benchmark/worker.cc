@@ -15,10 +15,10 @@
 #include "absl/strings/numbers.h"
 #include "absl/strings/string_view.h"
 #include "absl/time/time.h"
-#include "tests/benchmark/cost.h"
-#include "tests/benchmark/local_learner.h"
-#include "tests/benchmark/remote_learner.h"
-#include "tests/benchmark/stream_cases.h"
+#include "tests/benchmark/learners/local_learner.h"
+#include "tests/benchmark/learners/remote_learner.h"
+#include "tests/benchmark/measuring/cost.h"
+#include "tests/benchmark/stream/stream_cases.h"
 
 ABSL_FLAG(int32_t, workers, procgen::kStreamWorkerCount, "threads of a pool in this process");
 
