@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "absl/strings/str_cat.h"
-#include "procgen_client/frame_content.h"
+#include "procgen_client/internal/frame_content.h"
 #include "server/encoding/observation_encoder.h"
 
 namespace {

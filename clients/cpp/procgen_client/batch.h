@@ -9,8 +9,8 @@
 #include "absl/status/status.h"
 #include "absl/types/span.h"
 #include "procgen/v1/step.pb.h"
+#include "procgen_client/internal/shared_mapping.h"
 #include "procgen_client/observation_decoder.h"
-#include "procgen_client/shared_mapping.h"
 
 namespace procgen_client {
 

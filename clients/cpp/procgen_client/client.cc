@@ -9,11 +9,11 @@
 #include "grpcpp/create_channel.h"
 #include "grpcpp/security/credentials.h"
 #include "grpcpp/support/async_unary_call.h"
-#include "procgen_client/answer_validation.h"
-#include "procgen_client/call_completions.h"
-#include "procgen_client/connect_error.h"
-#include "procgen_client/grpc_error.h"
-#include "procgen_client/timing.h"
+#include "procgen_client/internal/answer_validation.h"
+#include "procgen_client/internal/call_completions.h"
+#include "procgen_client/internal/connect_error.h"
+#include "procgen_client/internal/grpc_error.h"
+#include "procgen_client/internal/timing.h"
 
 namespace procgen_client {
 namespace {

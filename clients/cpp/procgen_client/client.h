@@ -20,9 +20,9 @@
 #include "procgen/v1/states.grpc.pb.h"
 #include "procgen/v1/step.grpc.pb.h"
 #include "procgen_client/batch.h"
-#include "procgen_client/call_options.h"
 #include "procgen_client/cancellation.h"
 #include "procgen_client/credentials.h"
+#include "procgen_client/internal/call_options.h"
 #include "procgen_client/step_stream.h"
 #include "procgen_client/watch.h"
 

@@ -6,7 +6,7 @@
 #include <string>
 
 #include "absl/strings/str_cat.h"
-#include "procgen_client/frame_content.h"
+#include "procgen_client/internal/frame_content.h"
 
 namespace procgen_client {
 namespace {

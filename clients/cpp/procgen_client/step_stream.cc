@@ -6,9 +6,9 @@
 #include <vector>
 
 #include "absl/strings/str_cat.h"
-#include "procgen_client/call_end.h"
-#include "procgen_client/grpc_error.h"
-#include "procgen_client/timing.h"
+#include "procgen_client/internal/call_end.h"
+#include "procgen_client/internal/grpc_error.h"
+#include "procgen_client/internal/timing.h"
 
 namespace procgen_client {
 namespace {

@@ -15,12 +15,12 @@
 #include "absl/types/span.h"
 #include "procgen/v1/step.grpc.pb.h"
 #include "procgen_client/batch.h"
-#include "procgen_client/call_options.h"
 #include "procgen_client/cancellation.h"
+#include "procgen_client/internal/call_options.h"
+#include "procgen_client/internal/response_validator.h"
+#include "procgen_client/internal/shared_mapping.h"
+#include "procgen_client/internal/stream_connection.h"
 #include "procgen_client/observation_decoder.h"
-#include "procgen_client/response_validator.h"
-#include "procgen_client/shared_mapping.h"
-#include "procgen_client/stream_connection.h"
 
 namespace procgen_client {
 

@@ -12,9 +12,9 @@
 #include "grpcpp/support/sync_stream.h"
 #include "procgen/v1/cluster.pb.h"
 #include "procgen/v1/render.pb.h"
-#include "procgen_client/call_end.h"
 #include "procgen_client/credentials.h"
-#include "procgen_client/grpc_error.h"
+#include "procgen_client/internal/call_end.h"
+#include "procgen_client/internal/grpc_error.h"
 
 namespace procgen_client {
 

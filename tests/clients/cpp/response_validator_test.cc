@@ -1,4 +1,4 @@
-#include "procgen_client/response_validator.h"
+#include "procgen_client/internal/response_validator.h"
 
 #include <functional>
 #include <string>

@@ -1,6 +1,6 @@
 // The pipe transport: messages of shared-memory streams through pipes instead of gRPC.
 
-#include "procgen_client/pipe_transport.h"
+#include "procgen_client/internal/pipe_transport.h"
 
 #include <cstdint>
 #include <memory>
@@ -14,7 +14,7 @@
 #include "grpcpp/create_channel.h"
 #include "grpcpp/security/credentials.h"
 #include "gtest/gtest.h"
-#include "procgen_client/grpc_error.h"
+#include "procgen_client/internal/grpc_error.h"
 #include "tests/service/service_fixture.h"
 #include "tests/service/stream/shared_memory_fixture.h"
 #include "tests/status_matchers.h"

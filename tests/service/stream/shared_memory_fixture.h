@@ -13,7 +13,7 @@
 #include "grpcpp/security/credentials.h"
 #include "gtest/gtest.h"
 #include "procgen_client/client.h"
-#include "procgen_client/grpc_error.h"
+#include "procgen_client/internal/grpc_error.h"
 #include "server/rpc/server.h"
 #include "tests/service/service_fixture.h"
 #include "tests/status_matchers.h"

@@ -1,4 +1,4 @@
-#include "procgen_client/answer_validation.h"
+#include "procgen_client/internal/answer_validation.h"
 
 #include <numeric>
 

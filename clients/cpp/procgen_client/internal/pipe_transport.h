@@ -1,5 +1,5 @@
-#ifndef PROCGEN_CLIENT_PIPE_TRANSPORT_H_
-#define PROCGEN_CLIENT_PIPE_TRANSPORT_H_
+#ifndef PROCGEN_CLIENT_INTERNAL_PIPE_TRANSPORT_H_
+#define PROCGEN_CLIENT_INTERNAL_PIPE_TRANSPORT_H_
 
 #include <cstddef>
 #include <memory>
@@ -67,4 +67,4 @@ class PipeTransport {
 
 }  // namespace procgen_client
 
-#endif  // PROCGEN_CLIENT_PIPE_TRANSPORT_H_
+#endif  // PROCGEN_CLIENT_INTERNAL_PIPE_TRANSPORT_H_

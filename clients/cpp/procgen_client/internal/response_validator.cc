@@ -1,4 +1,4 @@
-#include "procgen_client/response_validator.h"
+#include "procgen_client/internal/response_validator.h"
 
 #include <algorithm>
 #include <string>
@@ -6,7 +6,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/string_view.h"
-#include "procgen_client/answer_validation.h"
+#include "procgen_client/internal/answer_validation.h"
 
 namespace procgen_client {
 namespace {

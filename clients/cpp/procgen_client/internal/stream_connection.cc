@@ -1,11 +1,11 @@
-#include "procgen_client/stream_connection.h"
+#include "procgen_client/internal/stream_connection.h"
 
 #include <utility>
 
 #include "absl/strings/str_cat.h"
-#include "procgen_client/call_end.h"
 #include "procgen_client/credentials.h"
-#include "procgen_client/timing.h"
+#include "procgen_client/internal/call_end.h"
+#include "procgen_client/internal/timing.h"
 
 namespace procgen_client {
 namespace {

@@ -1,5 +1,5 @@
-#ifndef PROCGEN_CLIENT_FRAME_CONTENT_H_
-#define PROCGEN_CLIENT_FRAME_CONTENT_H_
+#ifndef PROCGEN_CLIENT_INTERNAL_FRAME_CONTENT_H_
+#define PROCGEN_CLIENT_INTERNAL_FRAME_CONTENT_H_
 
 #include <cstddef>
 #include <string>
@@ -15,4 +15,4 @@ absl::StatusOr<std::string> FrameContent(absl::string_view frame, size_t content
 
 }  // namespace procgen_client
 
-#endif  // PROCGEN_CLIENT_FRAME_CONTENT_H_
+#endif  // PROCGEN_CLIENT_INTERNAL_FRAME_CONTENT_H_

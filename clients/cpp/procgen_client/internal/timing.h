@@ -1,5 +1,5 @@
-#ifndef PROCGEN_CLIENT_TIMING_H_
-#define PROCGEN_CLIENT_TIMING_H_
+#ifndef PROCGEN_CLIENT_INTERNAL_TIMING_H_
+#define PROCGEN_CLIENT_INTERNAL_TIMING_H_
 
 #include "absl/time/time.h"
 
@@ -22,4 +22,4 @@ inline constexpr absl::Duration kEndReportTimeout = absl::Seconds(2);
 
 }  // namespace procgen_client
 
-#endif  // PROCGEN_CLIENT_TIMING_H_
+#endif  // PROCGEN_CLIENT_INTERNAL_TIMING_H_

@@ -1,5 +1,5 @@
-#ifndef PROCGEN_CLIENT_ANSWER_VALIDATION_H_
-#define PROCGEN_CLIENT_ANSWER_VALIDATION_H_
+#ifndef PROCGEN_CLIENT_INTERNAL_ANSWER_VALIDATION_H_
+#define PROCGEN_CLIENT_INTERNAL_ANSWER_VALIDATION_H_
 
 #include <cstdint>
 #include <string>
@@ -35,4 +35,4 @@ absl::Status ValidateEpisode(const procgen::v1::Episode& episode, int32_t enviro
 
 }  // namespace procgen_client
 
-#endif  // PROCGEN_CLIENT_ANSWER_VALIDATION_H_
+#endif  // PROCGEN_CLIENT_INTERNAL_ANSWER_VALIDATION_H_

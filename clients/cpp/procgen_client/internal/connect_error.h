@@ -1,5 +1,5 @@
-#ifndef PROCGEN_CLIENT_CONNECT_ERROR_H_
-#define PROCGEN_CLIENT_CONNECT_ERROR_H_
+#ifndef PROCGEN_CLIENT_INTERNAL_CONNECT_ERROR_H_
+#define PROCGEN_CLIENT_INTERNAL_CONNECT_ERROR_H_
 
 #include <string>
 
@@ -19,4 +19,4 @@ absl::string_view LikelyCause(absl::string_view reason, bool uses_tls);
 
 }  // namespace procgen_client
 
-#endif  // PROCGEN_CLIENT_CONNECT_ERROR_H_
+#endif  // PROCGEN_CLIENT_INTERNAL_CONNECT_ERROR_H_

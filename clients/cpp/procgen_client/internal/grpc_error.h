@@ -1,5 +1,5 @@
-#ifndef PROCGEN_CLIENT_GRPC_ERROR_H_
-#define PROCGEN_CLIENT_GRPC_ERROR_H_
+#ifndef PROCGEN_CLIENT_INTERNAL_GRPC_ERROR_H_
+#define PROCGEN_CLIENT_INTERNAL_GRPC_ERROR_H_
 
 #include "absl/status/status.h"
 #include "grpcpp/client_context.h"
@@ -16,4 +16,4 @@ bool IsBrokenConnection(const grpc::Status& status, const grpc::ClientContext& c
 
 }  // namespace procgen_client
 
-#endif  // PROCGEN_CLIENT_GRPC_ERROR_H_
+#endif  // PROCGEN_CLIENT_INTERNAL_GRPC_ERROR_H_

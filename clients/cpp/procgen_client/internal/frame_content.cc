@@ -1,4 +1,4 @@
-#include "procgen_client/frame_content.h"
+#include "procgen_client/internal/frame_content.h"
 
 #include <cstdint>
 

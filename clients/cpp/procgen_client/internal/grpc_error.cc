@@ -1,4 +1,4 @@
-#include "procgen_client/grpc_error.h"
+#include "procgen_client/internal/grpc_error.h"
 
 namespace procgen_client {
 

@@ -1,5 +1,5 @@
-#ifndef PROCGEN_CLIENT_CALL_COMPLETIONS_H_
-#define PROCGEN_CLIENT_CALL_COMPLETIONS_H_
+#ifndef PROCGEN_CLIENT_INTERNAL_CALL_COMPLETIONS_H_
+#define PROCGEN_CLIENT_INTERNAL_CALL_COMPLETIONS_H_
 
 #include <array>
 #include <cstddef>
@@ -62,4 +62,4 @@ class CallCompletions {
 
 }  // namespace procgen_client
 
-#endif  // PROCGEN_CLIENT_CALL_COMPLETIONS_H_
+#endif  // PROCGEN_CLIENT_INTERNAL_CALL_COMPLETIONS_H_

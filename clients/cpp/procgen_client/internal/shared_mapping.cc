@@ -1,4 +1,4 @@
-#include "procgen_client/shared_mapping.h"
+#include "procgen_client/internal/shared_mapping.h"
 
 #include <fcntl.h>
 #include <sys/mman.h>

@@ -1,5 +1,5 @@
-#ifndef PROCGEN_CLIENT_SHARED_MAPPING_H_
-#define PROCGEN_CLIENT_SHARED_MAPPING_H_
+#ifndef PROCGEN_CLIENT_INTERNAL_SHARED_MAPPING_H_
+#define PROCGEN_CLIENT_INTERNAL_SHARED_MAPPING_H_
 
 #include <array>
 #include <cstddef>
@@ -139,4 +139,4 @@ class SharedRows {
 
 }  // namespace procgen_client
 
-#endif  // PROCGEN_CLIENT_SHARED_MAPPING_H_
+#endif  // PROCGEN_CLIENT_INTERNAL_SHARED_MAPPING_H_

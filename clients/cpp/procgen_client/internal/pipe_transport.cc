@@ -1,4 +1,4 @@
-#include "procgen_client/pipe_transport.h"
+#include "procgen_client/internal/pipe_transport.h"
 
 #include <fcntl.h>
 #include <poll.h>

@@ -1,5 +1,5 @@
-#ifndef PROCGEN_CLIENT_STREAM_CONNECTION_H_
-#define PROCGEN_CLIENT_STREAM_CONNECTION_H_
+#ifndef PROCGEN_CLIENT_INTERNAL_STREAM_CONNECTION_H_
+#define PROCGEN_CLIENT_INTERNAL_STREAM_CONNECTION_H_
 
 #include <cstdint>
 #include <memory>
@@ -11,9 +11,9 @@
 #include "grpcpp/client_context.h"
 #include "grpcpp/support/async_stream.h"
 #include "procgen/v1/step.grpc.pb.h"
-#include "procgen_client/call_completions.h"
 #include "procgen_client/cancellation.h"
-#include "procgen_client/pipe_transport.h"
+#include "procgen_client/internal/call_completions.h"
+#include "procgen_client/internal/pipe_transport.h"
 
 namespace procgen_client {
 
@@ -73,4 +73,4 @@ class StreamConnection : public std::enable_shared_from_this<StreamConnection> {
 
 }  // namespace procgen_client
 
-#endif  // PROCGEN_CLIENT_STREAM_CONNECTION_H_
+#endif  // PROCGEN_CLIENT_INTERNAL_STREAM_CONNECTION_H_

@@ -1,4 +1,4 @@
-#include "procgen_client/call_end.h"
+#include "procgen_client/internal/call_end.h"
 
 #include "grpc/support/time.h"
 

@@ -1,5 +1,5 @@
-#ifndef PROCGEN_CLIENT_CALL_OPTIONS_H_
-#define PROCGEN_CLIENT_CALL_OPTIONS_H_
+#ifndef PROCGEN_CLIENT_INTERNAL_CALL_OPTIONS_H_
+#define PROCGEN_CLIENT_INTERNAL_CALL_OPTIONS_H_
 
 #include <string>
 
@@ -17,4 +17,4 @@ struct CallOptions {
 
 }  // namespace procgen_client
 
-#endif  // PROCGEN_CLIENT_CALL_OPTIONS_H_
+#endif  // PROCGEN_CLIENT_INTERNAL_CALL_OPTIONS_H_

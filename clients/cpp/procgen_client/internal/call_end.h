@@ -1,5 +1,5 @@
-#ifndef PROCGEN_CLIENT_CALL_END_H_
-#define PROCGEN_CLIENT_CALL_END_H_
+#ifndef PROCGEN_CLIENT_INTERNAL_CALL_END_H_
+#define PROCGEN_CLIENT_INTERNAL_CALL_END_H_
 
 #include <atomic>
 #include <memory>
@@ -8,7 +8,7 @@
 #include "absl/time/time.h"
 #include "grpcpp/alarm.h"
 #include "grpcpp/client_context.h"
-#include "procgen_client/timing.h"
+#include "procgen_client/internal/timing.h"
 
 namespace procgen_client {
 
@@ -45,4 +45,4 @@ absl::Status AwaitEnd(const std::shared_ptr<grpc::ClientContext>& context, Strea
 
 }  // namespace procgen_client
 
-#endif  // PROCGEN_CLIENT_CALL_END_H_
+#endif  // PROCGEN_CLIENT_INTERNAL_CALL_END_H_

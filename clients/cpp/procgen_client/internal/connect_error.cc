@@ -1,4 +1,4 @@
-#include "procgen_client/connect_error.h"
+#include "procgen_client/internal/connect_error.h"
 
 #include <algorithm>
 

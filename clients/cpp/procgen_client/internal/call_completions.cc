@@ -1,4 +1,4 @@
-#include "procgen_client/call_completions.h"
+#include "procgen_client/internal/call_completions.h"
 
 #include "grpc/support/time.h"
 
