@@ -14,5 +14,8 @@ export const LEARNER_BASELINE = {
   jumper: { easy: 4.20 },
   leaper: { easy: 2.40 },
   maze: { easy: 4.70 },
+  miner: { easy: 0.94 },
+  ninja: { easy: 4.30 },
+  plunder: { easy: 4.31 },
   starpilot: { easy: 3.01 },
 };
