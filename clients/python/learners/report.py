@@ -26,9 +26,9 @@ class Run(NamedTuple):
 def table(
     runs: Sequence[Run], ranges: dict[str, Range | None], random: dict[str, list[float]]
 ) -> str:
-    """Returns the last returns as a Markdown table: means over seeds, with their range."""
+    """Returns the runs as a Markdown table: means over seeds, with their range."""
     has_test = any(run.test_return is not None for run in runs)
-    head = ["game", "variant", "seeds", "last training episodes"]
+    head = ["game", "variant", "seeds", "last tenth of training"]
     head += ["train levels", "test levels"] if has_test else []
     head += ["random agent"] if random else []
     head += ["normalised"] + (["normalised, test"] if has_test else [])
@@ -36,7 +36,7 @@ def table(
     normalized: dict[str, list[list[float]]] = {}
     for game, label in _unique((run.game, run.label) for run in runs):
         its_runs = [run for run in runs if (run.game, run.label) == (game, label)]
-        columns: list[Callable[[Run], Any]] = [lambda run: _last(run.returns)]
+        columns: list[Callable[[Run], Any]] = [_last]
         if has_test:
             columns += [lambda run: run.train_return, lambda run: run.test_return]
         means = [[column(run) for run in its_runs] for column in columns]
@@ -138,8 +138,11 @@ def _normalized(value: Any, its_range: Range | None) -> Any:  # noqa: ANN401
     return (value - low) / (high - low)
 
 
-def _last(returns: np.ndarray) -> float:
-    return float(returns[-1])
+def _last(run: Run) -> float:
+    """Returns the mean over the last tenth of the training; NaN: no episode had ended."""
+    returns = run.returns[run.steps >= 0.9 * run.steps[-1]]
+    ended = returns[~np.isnan(returns)]
+    return float(ended.mean()) if ended.size else float("nan")
 
 
 def _spread(values: Sequence[float]) -> str:

@@ -38,7 +38,7 @@ def test_a_grid_is_run_once(
     root = _run("generalization", server, tmp_path, "--games", "bigfish")
     assert "[4/4] bigfish, 1000 levels, seed 0" in capfd.readouterr().out
     table = (root / "table.md").read_text().splitlines()
-    assert table[0].startswith("| game | variant | seeds | last training episodes | train levels |")
+    assert table[0].startswith("| game | variant | seeds | last tenth of training | train levels |")
     assert [line.split(" | ")[1] for line in table[2:]] == [
         f"{count} levels" for count in (1, 10, 100, 1000)
     ]

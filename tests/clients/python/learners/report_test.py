@@ -1,4 +1,4 @@
-"""The plot of an experiment shows its runs."""
+"""The plot and the table of an experiment show its runs."""
 
 from __future__ import annotations
 
@@ -46,3 +46,12 @@ def test_curves_are_the_mean_and_range_of_seeds(
     assert maze.lines[0].get_ydata().tolist() == [5, 6.25, 10]
     # Normalised: coinrun 0.2, 0.4, 0.6 and maze 0, 0.25, 1.
     assert mean.lines[0].get_ydata().tolist() == pytest.approx([0.1, 0.325, 0.8])
+
+
+def test_table_has_the_mean_of_the_last_tenth_of_the_training() -> None:
+    late = [float("nan")] * 10 + [9.0] * 8 + [3.0, 4.0, 5.0]
+    runs = [_run("coinrun", 0, late, None), _run("maze", 0, [float("nan")], None)]
+    lines = report.table(runs, {"coinrun": (0, 10), "maze": None}, {}).splitlines()
+    coinrun, maze = ([cell.strip() for cell in line.split("|")] for line in lines[2:4])
+    assert coinrun[4] == "4.00"
+    assert maze[4] == "", "no episode had ended"
