@@ -136,7 +136,13 @@ long syscall(long number, ...) noexcept {  // NOLINT: libc's own signature
     argument = va_arg(list, long);    // NOLINT
   }
   va_end(list);
-  static const auto real = Real<long (*)(long, ...)>("syscall");  // NOLINT
+  using Syscall = long (*)(long, ...);  // NOLINT: libc's own signature
+  // Not a guarded static: threads that wait for its guard call syscall.
+  static constinit std::atomic<Syscall> found = nullptr;
+  if (found.load() == nullptr) {
+    found = Real<Syscall>("syscall");
+  }
+  const Syscall real = found;
   const auto call = [&] {
     return real(number, arguments[0], arguments[1], arguments[2], arguments[3], arguments[4],
                 arguments[5]);
