@@ -43,7 +43,11 @@ async function openFar(path) {
     socket.on("framereceived", ({ payload }) => unanswered.delete(headerOf(payload).id));
   });
   await page.goto(`${line.web}${path}`);
-  const most = (method) => Math.min(...[...largest].filter(([kind]) => kind.startsWith(`${method} `)).map(([, count]) => count));
+  const most = (method) => {
+    const counts = [...largest].filter(([kind]) => kind.startsWith(`${method} `)).map(([, count]) => count);
+    assert(counts.length > 0, `${method} was never requested`);
+    return Math.min(...counts);
+  };
   return { page, most };
 }
 
