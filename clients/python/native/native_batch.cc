@@ -11,36 +11,32 @@ namespace py = pybind11;
 // Number of batches whose memory is kept for reuse: requests in flight plus one in use.
 constexpr size_t kReserveMax = 4;
 
+// Copies numbers into a new array. The stride is given, because pybind11 before 2.12 reads a wrong
+// item size from the dtypes of NumPy 2: 0, so that each element would be the first.
+template <typename Number>
+py::array MakeArray(py::ssize_t count, const void* numbers) {
+  const std::vector<py::ssize_t> strides = {sizeof(Number)};
+  return py::array_t<Number>({count}, strides, static_cast<const Number*>(numbers));
+}
+
 struct NumberArray {
   const char* name;
-  const char* dtype;
+  py::array (*make)(py::ssize_t count, const void* numbers);
 };
 
 // In the order of NativeBatch::places_.
 constexpr NumberArray kNumberArrays[] = {
-    {"rewards", "f4"},
-    {"first", "?"},
-    {"terminated", "?"},
-    {"truncated", "?"},
-    {"level_seeds", "i4"},
-    {"prev_level_seeds", "i4"},
-    {"prev_level_complete", "?"},
-    {"episode_returns", "f4"},
-    {"episode_lengths", "i4"},
-    {"fingerprints", "u8"},
+    {"rewards", MakeArray<float>},
+    {"first", MakeArray<bool>},
+    {"terminated", MakeArray<bool>},
+    {"truncated", MakeArray<bool>},
+    {"level_seeds", MakeArray<int32_t>},
+    {"prev_level_seeds", MakeArray<int32_t>},
+    {"prev_level_complete", MakeArray<bool>},
+    {"episode_returns", MakeArray<float>},
+    {"episode_lengths", MakeArray<int32_t>},
+    {"fingerprints", MakeArray<uint64_t>},
 };
-
-// The types of kNumberArrays. Never destroyed, since the interpreter ends first.
-const std::vector<py::dtype>& NumberTypes() {
-  static const auto* const types = [] {
-    auto* made = new std::vector<py::dtype>();
-    for (const NumberArray& array : kNumberArrays) {
-      made->emplace_back(array.dtype);
-    }
-    return made;
-  }();
-  return *types;
-}
 
 }  // namespace
 
@@ -119,8 +115,8 @@ py::object NativeBatch::Array(const std::string& name) const {
   }
   for (size_t i = 0; i < kNumberArrayCount; ++i) {
     if (name == kNumberArrays[i].name) {
-      return py::array(NumberTypes()[i], static_cast<py::ssize_t>(places_[i].count),
-                       numbers_.data() + places_[i].offset);
+      return kNumberArrays[i].make(static_cast<py::ssize_t>(places_[i].count),
+                                   numbers_.data() + places_[i].offset);
     }
   }
   throw py::attribute_error("a batch has no " + name);
