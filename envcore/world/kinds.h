@@ -11,6 +11,8 @@ inline constexpr int kExitKind = 52;
 inline constexpr int kExplosionKind = 54;  // first of five images, 54 to 58
 inline constexpr int kLastExplosionKind = 58;
 inline constexpr int kTrailKind = 59;
+// Explosions and trails neither block nor reflect.
+inline constexpr bool IsEffect(int kind) { return kind >= kExplosionKind && kind <= kTrailKind; }
 inline constexpr int kEmptyKind = 100;
 inline constexpr int kOutsideKind = -1;  // outside the world, unless a game sets another kind
 // Kinds that can be drawn are below this number.

@@ -69,8 +69,8 @@ float ThrowBack(float center, float radius, float other_center, float other_radi
   return toward_upper ? -2 * (reach - distance) : 2 * (reach + distance);
 }
 
-// The entities near one entity. A move is divided into many sub-steps; only these entities are
-// tested in each.
+// The entities near one entity, without effects. A move is divided into many sub-steps; only these
+// entities are tested in each.
 class Neighbours {
  public:
   Neighbours(const World& world, const Entity& entity) : world_(world), entity_(entity) {
@@ -111,7 +111,7 @@ class Neighbours {
       const Entity& other = world_.entities[i];
       if (std::fabs(other.x - center_x_) > other.rx + entity_.rx + reach_x_ + kSpare ||
           std::fabs(other.y - center_y_) > other.ry + entity_.ry + reach_y_ + kSpare ||
-          &other == &entity_) {
+          IsEffect(other.kind) || &other == &entity_) {
         continue;
       }
       if (count_ == kCountMax) {

@@ -19,7 +19,8 @@ class Rules {
   virtual bool Blocks(const Entity& mover, int kind, Axis axis) = 0;
   // Whether `mover` bounces off a cell or entity of `kind`.
   virtual bool Reflects(const Entity& mover, int kind) = 0;
-  // Whether `other` stops `mover` on this axis. Default: like a cell of its kind.
+  // Whether `other`, which is no effect, stops `mover` on this axis. Default: like a cell of its
+  // kind.
   virtual bool EntityBlocks(const Entity& mover, const Entity& other, Axis axis) {
     return Blocks(mover, other.kind, axis);
   }

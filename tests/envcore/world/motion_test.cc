@@ -353,6 +353,22 @@ TEST(MoveSmartTest, MarkedEntitiesDoNotBlock) {
   EXPECT_EQ(rules.entity_question_count, 0);
 }
 
+TEST(MoveSmartTest, EffectsDoNotBlockAndTheirNeighboursDo) {
+  World world = DrawWorld(kRoom, 1.5F, 1.5F, 0.5F);
+  AddBall(world, 2.6F, 1.5F);
+  for (const int kind : {kExplosionKind, kLastExplosionKind, kTrailKind}) {
+    AddBall(world, 1.6F, 1.5F).kind = kind;
+  }
+  world.agent().vx = 0.5F;
+  ScriptedRules rules;
+  rules.entity_blocks = [](const Entity& other) {
+    EXPECT_EQ(other.kind, kBallKind);
+    return true;
+  };
+  MoveSmart(world, rules, world.agent());
+  EXPECT_THAT(world.agent().x, FloatEq(1.6F));
+}
+
 TEST(MoveSmartTest, EntitiesAreTestedFromTheLastToTheFirst) {
   World world = DrawWorld(kRoom, 1.5F, 1.5F, 0.5F);
   AddBall(world, 1.6F, 1.5F).theme = 1;
