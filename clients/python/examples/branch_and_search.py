@@ -49,7 +49,8 @@ def search(
     for number in range(1, rounds + 1):
         gained, next_state, is_over = branch(pool, state, moves, random)
         total += gained
-        print(f"round {number}: return {total:.1f}{', the episode is over' if is_over else ''}")
+        ending = ", the episode is over" if is_over else ""
+        print(f"round {number}: return {total:.1f}{ending}", flush=True)
         if is_over:
             break
         state = next_state

@@ -291,7 +291,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     jobs = list(jobs_of(experiment, scale, root))
     done = []
     for number, job in enumerate(jobs, 1):
-        print(f"[{number}/{len(jobs)}] {job.game}, {job.variant.label}, seed {job.seed}")
+        label = f"{job.game}, {job.variant.label}, seed {job.seed}"
+        print(f"[{number}/{len(jobs)}] {label}", flush=True)
         train(job, scale, more)
         test(client, job, experiment, scale)
         done.append(run_of(job))

@@ -40,7 +40,7 @@ def main(argv: Sequence[str] | None = None) -> None:
     with procgen_client.connect(arguments.server) as client, client.create_pool(
         options["game"], arguments.environments, distribution_mode=options["mode"]
     ) as pool:
-        print(f"playing {options['game']} as {pool.name}; Ctrl-C ends it")
+        print(f"playing {options['game']} as {pool.name}; Ctrl-C ends it", flush=True)
         observations = pool.observe().observations
         due = time.monotonic()
         try:
