@@ -1,0 +1,106 @@
+// Accessibility of play, replay and gallery, and what all pages share: header and theme.
+
+import assert from "node:assert/strict";
+import { join } from "node:path";
+import { after, before, test } from "node:test";
+import { axeViolations } from "../axe.js";
+import { figure, waitForText, withBrowser } from "../browser.js";
+import { COINRUN_1000, COINRUN_1000_PATH, playKeys } from "../playing.js";
+import { Server } from "../server.js";
+import { testPages } from "./checks.js";
+
+const it = withBrowser();
+let server;
+before(async () => {
+  server = await Server.start();
+});
+after(async () => {
+  assert.equal(await server.stop(), 0);
+});
+
+// Each page, with its content in use.
+const PAGES = {
+  play: async (page) => {
+    await page.goto(server.page(COINRUN_1000_PATH));
+    await waitForText(page.locator("#message"), "Press an arrow key to begin.");
+    await page.click("summary");
+  },
+  "replay without a trace": async (page) => {
+    await page.goto(server.page("/replay"));
+    await waitForText(page.locator(".link"), "Connected");
+  },
+  replay: async (page) => {
+    await page.goto(server.page(COINRUN_1000_PATH));
+    await playKeys(page, COINRUN_1000.slice(0, 2));
+    await page.click("#replay");
+    await waitForText(figure(page, "#figures", "Step"), "0 of 3");
+  },
+  "the end of a replay": async (page) => {
+    await page.goto(server.page(COINRUN_1000_PATH));
+    await playKeys(page, COINRUN_1000);
+    await waitForText(page.locator("#message"), "Level complete");
+    await page.click("#replay");
+    await page.click("#last");
+    await waitForText(figure(page, "#figures", "Episode"), "complete");
+  },
+  "the map of a replay": async (page) => {
+    await PAGES.replay(page);
+    await page.click("#map summary");
+    await waitForText(page.locator("#map-about"), "Level 1000");
+  },
+  "images and videos of a replay": async (page) => {
+    await PAGES.replay(page);
+    await page.click("#open-export");
+  },
+  "a comparison of two replays": async (page) => {
+    await PAGES.replay(page);
+    await page.click("#compare summary");
+    await page.setInputFiles("#other-file", join(import.meta.dirname, "../../../conformance/golden/maze.easy.solved-1000.trace"));
+    await waitForText(page.locator("#difference"), "First difference at step 0");
+  },
+  "a wrong link": async (page) => {
+    await page.goto(server.page("/play?game=pong"));
+    await page.locator("#wrong").waitFor();
+  },
+  gallery: async (page) => {
+    await page.goto(server.page("/gallery"));
+    await page.waitForFunction(() => document.querySelectorAll(".strip canvas").length === 64);
+  },
+  "levels of a game": async (page) => {
+    await page.goto(server.page("/gallery?game=maze&mode=easy&level=24"));
+    await page.locator("#pictures canvas").first().waitFor();
+  },
+};
+
+testPages(it, PAGES, () => server.page("/play"));
+
+test("axe finds what is wrong", async () => {
+  const page = await it.open(server.page("/gallery"));
+  await page.evaluate(() => document.querySelector("main").append(document.createElement("button")));
+  const [violation] = await axeViolations(page);
+  assert.match(violation, /^button-name /);
+});
+
+test("the header can be skipped", async () => {
+  for (const path of ["/", "/play", "/replay", "/gallery"]) {
+    const page = await it.open(server.page(path));
+    await waitForText(page.locator(".link"), "Connected");
+    const target = await page.getAttribute(".skip", "href");
+    await page.locator(".skip").focus();
+    await page.keyboard.press("Enter");
+    await page.locator(`${target}:focus`).waitFor();
+  }
+});
+
+test("the theme follows the system until one is chosen, which applies to every page", async () => {
+  const page = await it.open(server.page("/play"), { colorScheme: "dark" });
+  const ground = () => page.evaluate(() => getComputedStyle(document.documentElement).backgroundColor);
+  const dark = await ground();
+  await page.emulateMedia({ colorScheme: "light" });
+  const light = await ground();
+  assert.notEqual(light, dark);
+  await page.click("text=Dark");
+  assert.equal(await ground(), dark);
+  await page.goto(server.page("/gallery"));
+  assert.equal(await ground(), dark);
+});
