@@ -55,18 +55,18 @@ def complete(options: argparse.Namespace) -> argparse.Namespace:
         options.levels = TRAIN_LEVELS.get(options.mode, 0)
     if options.total_steps is None:
         options.total_steps = 25_000_000 if options.mode == "easy" else 200_000_000
-    if options.device == "cuda":
-        options.device = f"cuda:{os.environ.get('LOCAL_RANK', 0)}"
-    device = torch.device(options.device)
     if options.precision is None:
-        options.precision = str(default_precision(device)).removeprefix("torch.")
+        precision = default_precision(torch.device(options.device))
+        options.precision = str(precision).removeprefix("torch.")
     return options
 
 
 def set_device(options: argparse.Namespace) -> torch.device:
-    """Sets the current device from the options, and returns it."""
+    """Returns the device, and makes it the current one: of several GPUs, the rank's."""
     device = torch.device(options.device)
     if device.type == "cuda":
+        if device.index is None:
+            device = torch.device("cuda", int(os.environ.get("LOCAL_RANK", 0)))
         torch.cuda.set_device(device)
         torch.backends.cudnn.benchmark = True
     else:

@@ -45,7 +45,7 @@ class Agent(nn.Module):
     """An actor and a critic with a shared encoder."""
 
     def __init__(self, network: str, width: int, precision: torch.dtype) -> None:
-        """Takes the encoder's name, width and precision."""
+        """Makes the network; its encoder is described in networks.py."""
         super().__init__()
         self.encoder = make_encoder(network, width, precision)
         self.policy = nn.Linear(self.encoder.feature_count, ACTION_COUNT)
@@ -162,7 +162,7 @@ class Ppo:
 
     def update(self) -> Update:
         """Collects a rollout and learns from it."""
-        before = self.random.get_state()
+        random, normalizer = self.random.get_state(), self.normalize.state_dict()
         while True:
             try:
                 update = self.collect()
@@ -172,7 +172,8 @@ class Ppo:
                 break
             except LOST:  # The server was restarted: repeat the same steps.
                 self.environments.reopen(self.states)
-                self.random.set_state(before)
+                self.random.set_state(random)
+                self.normalize.load_state_dict(normalizer)
         return update._replace(environment_seconds=waited, metrics=self.learn())
 
     def collect(self) -> Update:
@@ -239,7 +240,7 @@ class Ppo:
         return choice[0]
 
     def act_on_gpu(self, t: torch.Tensor, rows: slice) -> None:
-        """The same, from received observations to chosen actions, as one graph."""
+        """Copies received observations to the GPU, and chooses and copies actions, as a graph."""
         self.observations[t, rows] = self.received[rows].to(self.device, non_blocking=True)
         self.chosen[rows].copy_(self.act(t, rows), non_blocking=True)
 

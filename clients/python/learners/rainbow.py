@@ -36,9 +36,12 @@ from learners.networks import captured, make_encoder
 from learners.options import complete, run_parser, set_device
 from learners.ranks import Ranks
 from learners.replay import Replay
+from learners.run_folder import CHECKPOINT
 from learners.training_run import TrainingRun, Update
 from procgen_client import ACTION_COUNT
 from procgen_client.errors import ProcgenError
+
+REPLAY = "replay.bin"  # In the folder of a run.
 
 
 class NoisyLinear(nn.Module):
@@ -73,7 +76,7 @@ class QNetwork(nn.Module):
     def __init__(
         self, network: str, width: int, precision: torch.dtype, atoms: torch.Tensor
     ) -> None:
-        """Takes the encoder's name, width and precision, and the atoms, [Z]."""
+        """Makes the network; its encoder is described in networks.py. `atoms`: [Z]."""
         super().__init__()
         self.encoder = make_encoder(network, width, precision)
         self.value = NoisyLinear(self.encoder.feature_count, len(atoms))
@@ -163,30 +166,41 @@ class Rainbow:
     def update(self) -> Update:
         """Takes num_steps steps of each environment, and learns after each.
 
-        After a restart of the server the environments are restored to the update's start.
+        A restart of the server ends the update early: the steps that were taken count, and the
+        environments continue from the update's start.
         """
-        while True:
+        episodes: list[Episode] = []
+        metrics: list[torch.Tensor] = []
+        seconds = np.zeros(2)
+        first_row = self.replay.row_count
+        while self.replay.row_count == first_row:
             try:
-                update = self.play()
+                self.collect(episodes, metrics, seconds)
                 begin = time.perf_counter()
                 self.states = self.environments.save_states()
-                waited = update.environment_seconds + time.perf_counter() - begin
-                return update._replace(environment_seconds=waited)
+                seconds[0] += time.perf_counter() - begin
             except LOST:
                 self.environments.reopen(self.states)
                 self.replay.cut()
+        means = torch.stack(metrics).mean(0).tolist() if metrics else ["", ""]
+        return Update(self.replay.row_count - first_row, episodes, *seconds.tolist(), means)
 
-    def play(self) -> Update:
-        """Takes the steps. The server steps both halves while the network learns."""
+    def collect(
+        self, episodes: list[Episode], metrics: list[torch.Tensor], seconds: np.ndarray
+    ) -> None:
+        """Takes the steps; the server steps both halves while the network learns.
+
+        Args:
+            episodes: Ended episodes are appended.
+            metrics: metric_names of each minibatch are appended.
+            seconds: Time of waiting for environments and of choosing actions is added, [2].
+        """
         step_count = self.options.num_steps
-        episodes: list[Episode] = []
-        metrics: list[torch.Tensor] = []
-        environment_seconds = policy_seconds = 0.0
         clock = time.perf_counter
         begin = clock()
         for t, rows, batch in self.environments.rollout(step_count, self.received):
             received = clock()
-            environment_seconds += received - begin
+            seconds[0] += received - begin
             if t > 0:
                 self.replay.set_outcome(rows, batch.rewards, batch.ended)
                 episodes += episodes_of(batch, t, rows.start)
@@ -195,15 +209,13 @@ class Rainbow:
                 decided = clock()
                 self.replay.add(rows, self.received[rows].numpy(), actions)
                 self.environments.send(actions)
-                policy_seconds += decided - received
+                seconds[1] += decided - received
                 if rows == self.environments.halves[-1]:
                     self.replay.finish()
                     steps = self.replay.row_count * self.options.num_envs
                     if steps >= self.options.learning_starts:
                         metrics.append(self.learn())
             begin = clock()
-        means = torch.stack(metrics).mean(0).tolist() if metrics else ["", ""]
-        return Update(step_count, episodes, environment_seconds, policy_seconds, means)
 
     def choose(self, rows: slice) -> np.ndarray:
         """Returns the best actions with new noise; random ones before learning starts."""
@@ -239,10 +251,10 @@ class Rainbow:
         with torch.no_grad():
             chosen = self.online.best(next_observations)
             rows = torch.arange(len(chosen), device=self.device)
-            following = self.target(next_observations)[rows, chosen].exp()
-            wanted = project(following, self.online.atoms, returns, discounts)
+            next_probabilities = self.target(next_observations)[rows, chosen].exp()
+            targets = project(next_probabilities, self.online.atoms, returns, discounts)
         predicted = self.evaluate(observations)[rows, actions]
-        losses = -(wanted * predicted).sum(-1)
+        losses = -(targets * predicted).sum(-1)
         values = predicted.detach().exp() @ self.online.atoms
         return (weights * losses).sum(), torch.stack([losses.detach(), values])
 
@@ -335,6 +347,9 @@ def train(options: argparse.Namespace) -> int:
     ranks = Ranks("nccl" if device.type == "cuda" else "gloo")
     if ranks.count > 1:
         raise SystemExit("Rainbow has one rank: only one process can use its replay")
+    folder = Path(options.output)
+    if (folder / CHECKPOINT).exists() and not (folder / REPLAY).exists():
+        raise SystemExit(f"{folder / REPLAY} is missing: the run cannot be continued without it")
     environments = Environments(
         options.game,
         options.num_envs,
@@ -349,7 +364,7 @@ def train(options: argparse.Namespace) -> int:
         if options.value_max is None:
             options.value_max = high
         replay = Replay(
-            Path(options.output) / "replay.bin",
+            folder / REPLAY,
             options.replay_size,
             options.num_envs,
             slack_min=options.num_steps,

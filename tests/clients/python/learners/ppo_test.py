@@ -4,22 +4,19 @@ from __future__ import annotations
 
 import os
 import signal
-import socket
 import subprocess
 import sys
 import zipfile
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 import torch
-from small_runs import STEPS_OF_UPDATE, options, results, train
+from small_runs import STEPS_OF_UPDATE, RestartedEnvironments, options, results, train
 
 from learners import ppo
-from learners.environments import Environments
-from procgen_client import Batch, ServerProcess
+from procgen_client import ServerProcess
 
 
 @pytest.fixture(scope="module")
@@ -130,26 +127,6 @@ def test_checkpoint_is_neither_overwritten_nor_resumed_with_other_options(
         train(tmp_path, server.address, resume=True, seed=1)
 
 
-class _RestartedEnvironments(Environments):
-    """Environments that kill and restart their server in the middle of a rollout."""
-
-    server: ServerProcess
-    received = 0
-    restarts = 0
-
-    def rollout(
-        self, step_count: int, out: Any  # noqa: ANN401
-    ) -> Iterator[tuple[int, slice, Batch]]:
-        for turn in super().rollout(step_count, out):
-            yield turn
-            self.received += 1
-            if self.received % 100 == 50 and self.restarts < 3:
-                self.restarts += 1
-                os.kill(self.server.process_id, signal.SIGKILL)
-                self.server.stop()
-                type(self).server = ServerProcess(address=self.server.address)
-
-
 @pytest.mark.parametrize("background", [False, True])
 def test_training_survives_server_restarts(
     uninterrupted: dict[str, str],
@@ -158,48 +135,48 @@ def test_training_survives_server_restarts(
     background: bool,  # noqa: FBT001 - a parameter of the test
 ) -> None:
     monkeypatch.setattr(ppo.Ppo, "sends_in_background", lambda self: background)
-    made: list[_RestartedEnvironments] = []
-
-    def make(*arguments: Any, **keywords: Any) -> _RestartedEnvironments:  # noqa: ANN401
-        made.append(_RestartedEnvironments(*arguments, **keywords))
-        return made[-1]
-
-    _RestartedEnvironments.server = ServerProcess()
-    try:
-        address = _RestartedEnvironments.server.address
-        assert ppo.train(ppo.parse(options(tmp_path, address)), make) == 0
-    finally:
-        _RestartedEnvironments.server.stop()
-    assert made[0].restarts == 3
+    with RestartedEnvironments.server_to_restart() as address:
+        assert ppo.train(ppo.parse(options(tmp_path, address)), RestartedEnvironments) == 0
+    assert RestartedEnvironments.restarts == 4
     assert results(tmp_path) == uninterrupted
 
 
-def _train_on_two_ranks(output: Path, servers: str) -> dict[str, str]:
-    """Starts two ranks as torchrun does. Debian's torchrun does not work with Python 3.11."""
-    with socket.socket() as unused:
-        unused.bind(("127.0.0.1", 0))
-        place = {"MASTER_ADDR": "127.0.0.1", "MASTER_PORT": str(unused.getsockname()[1])}
-    words = options(output, servers, total_steps=2 * 2 * STEPS_OF_UPDATE)
-    ranks = [
-        subprocess.Popen(
-            [sys.executable, "-m", "learners.ppo", *words],
-            env=os.environ | place | {"RANK": str(rank), "WORLD_SIZE": "2"},
-        )
-        for rank in range(2)
-    ]
-    assert [rank.wait() for rank in ranks] == [0, 0]
+def _train_on_two_ranks(
+    output: Path, servers: str, **others: Any  # noqa: ANN401
+) -> dict[str, str]:
+    torchrun = ["torch.distributed.run", "--standalone", "--nproc_per_node", "2"]
+    # PyTorch 1.13 needs -r and -t with Python 3.11.
+    torchrun += ["-r", "1", "-t", "2", "--log_dir", str(output / "log")]
+    words = options(output, servers, total_steps=2 * 2 * STEPS_OF_UPDATE, **others)
+    subprocess.run(
+        [sys.executable, "-m", *torchrun, "-m", "learners.ppo", *words], check=True
+    )
     return results(output)
 
 
-def test_two_ranks_on_one_or_two_servers_give_equal_runs(
+def test_two_ranks_on_two_servers_or_stopped_give_equal_runs(
     server: ServerProcess, tmp_path: Path
 ) -> None:
     one = _train_on_two_ranks(tmp_path / "one", server.address)
     with ServerProcess() as other:
         two = _train_on_two_ranks(tmp_path / "two", f"{server.address},{other.address}")
     assert one == two
+    for update in range(1, 3):
+        stopped = _train_on_two_ranks(
+            tmp_path / "stopped", server.address, time_limit=0, resume=True
+        )
+        assert len(stopped["learning"].splitlines()) == 1 + update
+    assert stopped == one
     environments = {int(row.split(",")[1]) for row in one["episodes"].splitlines()[1:]}
     assert min(environments) < 8 <= max(environments) < 16
+
+
+def test_ranks_on_different_gpus_can_resume_the_same_run(monkeypatch: pytest.MonkeyPatch) -> None:
+    parsed = []
+    for rank in ("0", "1"):
+        monkeypatch.setenv("LOCAL_RANK", rank)
+        parsed.append(ppo.parse(["--device", "cuda"]))
+    assert parsed[0] == parsed[1]
 
 
 def test_advantages_are_generalized_advantage_estimates() -> None:

@@ -5,9 +5,10 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from small_runs import train_rainbow
+from small_runs import RestartedEnvironments, train_rainbow
 
 from learners import rainbow
+from learners.run_folder import CHECKPOINT, load_checkpoint
 from procgen_client import ServerProcess
 
 torch = pytest.importorskip("torch")
@@ -41,6 +42,25 @@ def test_run_stopped_after_each_update_equals_an_uninterrupted_run(
     for _ in range(4):
         stopped = train_rainbow(tmp_path, server.address, time_limit=0, resume=True)
     assert stopped == uninterrupted
+
+
+def test_steps_are_those_of_the_replay_after_restarts_of_the_server(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(rainbow, "Environments", RestartedEnvironments)
+    with RestartedEnvironments.server_to_restart() as address:
+        found = train_rainbow(tmp_path, address)
+    assert RestartedEnvironments.restarts == 4
+    checkpoint = load_checkpoint(tmp_path / CHECKPOINT)
+    assert checkpoint["step"] == 8 * checkpoint["ranks"][0]["replay"]["row_count"] >= 1024
+    assert found["progress"].splitlines()[-1].startswith(f"{checkpoint['step']},")
+
+
+def test_run_is_not_continued_without_its_replay(server: ServerProcess, tmp_path: Path) -> None:
+    train_rainbow(tmp_path, server.address, time_limit=0)
+    (tmp_path / "replay.bin").unlink()
+    with pytest.raises(SystemExit, match=r"replay\.bin is missing"):
+        train_rainbow(tmp_path, server.address, resume=True)
 
 
 def test_projection_preserves_the_mean_within_the_range() -> None:

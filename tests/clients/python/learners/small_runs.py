@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+import os
+import signal
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -10,6 +14,8 @@ import pytest
 pytest.importorskip("torch")
 
 from learners import ppo, rainbow
+from learners.environments import Environments
+from procgen_client import Batch, ServerProcess
 
 # Columns of progress.csv that do not depend on the time.
 _TIMELESS_COLUMNS = 3
@@ -61,3 +67,44 @@ def results(output: Path) -> dict[str, str]:
             ",".join(line.split(",")[:_TIMELESS_COLUMNS]) for line in progress
         ),
     }
+
+
+class RestartedEnvironments(Environments):
+    """Environments that kill and restart their server: three times in rollouts, once after one."""
+
+    server: ServerProcess
+    restarts = 0
+    received = 0
+
+    @classmethod
+    @contextmanager
+    def server_to_restart(cls) -> Iterator[str]:
+        """Starts the server; yields its address."""
+        cls.server, cls.restarts = ServerProcess(), 0
+        try:
+            yield cls.server.address
+        finally:
+            cls.server.stop()
+
+    def rollout(
+        self, step_count: int, out: Any  # noqa: ANN401
+    ) -> Iterator[tuple[int, slice, Batch]]:
+        """As Environments.rollout, with restarts."""
+        for turn in super().rollout(step_count, out):
+            yield turn
+            self.received += 1
+            if self.received % 100 == 50 and self.restarts < 3:
+                self._restart_server()
+
+    def save_states(self) -> list[bytes]:
+        """As Environments.save_states, with a restart."""
+        if self.restarts == 3:
+            self._restart_server()
+        return super().save_states()
+
+    @classmethod
+    def _restart_server(cls) -> None:
+        cls.restarts += 1
+        os.kill(cls.server.process_id, signal.SIGKILL)
+        cls.server.stop()
+        cls.server = ServerProcess(address=cls.server.address)
