@@ -3,7 +3,8 @@
     python3 -m learners.experiments generalization --scale small --games coinrun bigfish
 
 The same command resumes an interrupted experiment: it keeps finished runs and continues a stopped
-one. DIR/EXPERIMENT-SCALE has a folder for each run, curves.png (with matplotlib) and table.md.
+one. DIR/EXPERIMENT-SCALE has a folder for each run, table.md and, with matplotlib, curves.png;
+that of generalization also levels.png.
 """
 
 from __future__ import annotations
@@ -23,7 +24,8 @@ import numpy as np
 from learners import report
 from learners.environments import games_with_mode, open_client, return_range_or_none
 from learners.policy import load_run
-from learners.run_folder import CHECKPOINT
+from learners.rainbow import REPLAY
+from learners.run_folder import CHECKPOINT, load_checkpoint
 from learners.training_run import PROGRESS_COLUMNS
 from procgen_client import ACTION_COUNT, ENV_NAMES, Client
 from procgen_client.tools.play_episodes import play_episodes
@@ -41,15 +43,16 @@ class Scale(NamedTuple):
     levels: int  # Number of training levels, unless an experiment varies it.
     total_steps: int
     network: str
-    games: tuple[str, ...]
+    games: tuple[str, ...]  # If the mode is one of theirs, else all that have it.
     seeds: int  # Runs of each variant.
     episode_count: int  # Of a policy's test, per set of levels.
+    num_envs: int = 64  # Of PPO.
 
 
 SCALES = {
     "small": Scale("easy", 200, 150_000, "nature", SMALL_GAMES, 1, 100),
     "easy": Scale("easy", 200, 25_000_000, "impala", ENV_NAMES, 3, 1000),
-    "paper": Scale("hard", 500, 200_000_000, "impala", ENV_NAMES, 3, 1000),
+    "paper": Scale("hard", 500, 200_000_000, "impala", ENV_NAMES, 3, 1000, 256),
 }
 
 
@@ -70,6 +73,7 @@ class Experiment(NamedTuple):
     test_levels: int | None = 0  # Number of test levels, 0: all; None: no test.
     seeds_of: Callable[[str, Scale], int] = lambda game, scale: scale.seeds
     has_random_agent: bool = False
+    varies_levels: bool = False  # The variants are numbers of training levels.
 
 
 def _generalization(scale: Scale) -> list[Variant]:
@@ -100,26 +104,28 @@ EXPERIMENTS = {
     "sample_efficiency": Experiment(
         "PPO on all levels", _one("PPO", levels=0), test_levels=None
     ),
-    "generalization": Experiment("from a number of levels to all levels", _generalization),
+    "generalization": Experiment(
+        "from a number of levels to all levels", _generalization, varies_levels=True
+    ),
     "network_size": Experiment("IMPALA of several widths, and Nature CNN", _network_size),
     "rainbow_vs_ppo": Experiment(
         "two algorithms on all levels",
         lambda scale: [
             Variant("PPO", {"levels": 0}),
-            Variant("Rainbow", {"levels": 0} | _small_replay(scale), "rainbow"),
+            Variant("Rainbow", {"levels": 0, "num_envs": 64} | _small_replay(scale), "rainbow"),
         ],
         test_levels=None,
     ),
     "sequential_levels": Experiment(
-        "the same levels in the same order, and all levels in random order",
+        "one sequence of levels, and random sequences; an episode plays its levels in turn",
         lambda scale: [
-            Variant("in order", {"levels": 1, "sequential_levels": True}),
-            Variant("all levels", {"levels": 0}),
+            Variant("one sequence", {"levels": 1, "sequential_levels": True}),
+            Variant("random sequences", {"levels": 0, "sequential_levels": True}),
         ],
     ),
     "exploration": Experiment(
-        "one level of exploration mode",
-        _one("PPO", levels=1),
+        "exploration mode, which has one level",
+        _one("PPO", levels=0),
         change=lambda scale: scale._replace(mode="exploration"),
         test_levels=None,
     ),
@@ -157,23 +163,29 @@ def jobs_of(experiment: Experiment, scale: Scale, root: Path) -> Iterator[Job]:
                     yield Job(game, variant, seed, root / game / name / f"seed{seed}")
 
 
+def is_finished(job: Job, experiment: Experiment, scale: Scale) -> bool:
+    """Returns whether a run has reached its last step; without a checkpoint, if tested."""
+    if (job.folder / CHECKPOINT).exists():
+        return load_checkpoint(job.folder / CHECKPOINT)["step"] >= scale.total_steps
+    is_tested = experiment.test_levels is None or (job.folder / _TEST).exists()
+    progress = job.folder / "progress.csv"
+    if not is_tested or not progress.exists():
+        return False
+    return int(progress.read_text().splitlines()[-1].split(",")[0]) >= scale.total_steps
+
+
 def train(job: Job, scale: Scale, more: Sequence[str]) -> None:
     """Runs a learner to its last step; continues a stopped run.
 
     Raises:
         SystemExit: It was stopped, or failed.
     """
-    progress = job.folder / "progress.csv"
-    # A tested policy is not needed any more.
-    is_kept = any((job.folder / name).exists() for name in (CHECKPOINT, _TEST))
-    if is_kept and progress.exists():
-        if int(progress.read_text().splitlines()[-1].split(",")[0]) >= scale.total_steps:
-            return
     options = {
         "game": job.game,
         "mode": scale.mode,
         "levels": scale.levels,
         "network": scale.network,
+        "num_envs": scale.num_envs,
         "total_steps": scale.total_steps,
         "seed": job.seed,
         "output": job.folder,
@@ -191,6 +203,7 @@ def train(job: Job, scale: Scale, more: Sequence[str]) -> None:
             signal.signal(number, handler)
     if status:
         raise SystemExit(status)
+    (job.folder / REPLAY).unlink(missing_ok=True)  # Up to 13 GB.
 
 
 _SIGNALS = (signal.SIGTERM, signal.SIGINT)
@@ -202,16 +215,15 @@ def test(client: Client, job: Job, experiment: Experiment, scale: Scale) -> None
     if experiment.test_levels is None or path.exists():
         return
     options = job.variant.options
-    sets = {
-        "train": {
-            "num_levels": options.get("levels", scale.levels),
-            "use_sequential_levels": options.get("sequential_levels", False),
-        },
-        "test": {"num_levels": experiment.test_levels},
-    }
+    is_sequential = options.get("sequential_levels", False)
+    sets = {"train": options.get("levels", scale.levels), "test": experiment.test_levels}
     returns = {}
-    for name, levels in sets.items():
-        played = _play(client, job.game, load_run(job.folder, job.game), scale, 0, **levels)
+    for name, num_levels in sets.items():
+        played = _play(
+            *(client, job.game, load_run(job.folder, job.game), scale, 0),
+            num_levels=num_levels,
+            use_sequential_levels=is_sequential,
+        )
         returns[name] = played.mean(1).tolist()
     path.write_text(json.dumps(returns) + "\n")
 
@@ -255,7 +267,7 @@ def _play(
     return np.float32([[episode.episode_return for episode in each] for each in played])
 
 
-def run_of(job: Job) -> report.Run:
+def run_of(job: Job, scale: Scale) -> report.Run:
     """Reads the results of a run."""
     columns = np.genfromtxt(
         job.folder / "progress.csv", delimiter=",", skip_header=1, usecols=(0, 1), ndmin=2
@@ -267,6 +279,7 @@ def run_of(job: Job) -> report.Run:
     return report.Run(
         *(job.game, job.variant.label, job.seed, columns[:, 0], columns[:, 1]),
         *(means.get("train"), means.get("test")),
+        job.variant.options.get("levels", scale.levels),
     )
 
 
@@ -278,8 +291,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     client = open_client(given.server)
     playable = games_with_mode(client, scale.mode)
     games = [game for game in given.games or scale.games if game in playable]
-    if not games:
+    if not games and given.games:
         raise SystemExit(f"none of these games has mode {scale.mode}; {', '.join(playable)} have")
+    games = games or playable
     scale = scale._replace(games=tuple(games))
     if given.total_steps is not None:
         scale = scale._replace(total_steps=given.total_steps)
@@ -293,9 +307,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
     for number, job in enumerate(jobs, 1):
         label = f"{job.game}, {job.variant.label}, seed {job.seed}"
         print(f"[{number}/{len(jobs)}] {label}", flush=True)
-        train(job, scale, more)
+        if not is_finished(job, experiment, scale):
+            train(job, scale, more)
         test(client, job, experiment, scale)
-        done.append(run_of(job))
+        done.append(run_of(job, scale))
     ranges = {game: return_range_or_none(client, game, scale.mode) for game in games}
     random = {}
     if experiment.has_random_agent:
@@ -303,6 +318,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     title = f"{given.name}: {experiment.description}"
     (root / "table.md").write_text(report.table(done, ranges, random) + "\n")
     report.plot(done, ranges, random, title, root / "curves.png")
+    if experiment.varies_levels:
+        report.plot_levels(done, title, root / "levels.png")
     print((root / "table.md").read_text())
     return 0
 
@@ -314,6 +331,7 @@ def _parser() -> argparse.ArgumentParser:
         description=f"{__doc__}\nexperiments:\n{described}",
         formatter_class=argparse.RawDescriptionHelpFormatter,
         epilog="Other options are passed to the learners of all runs.",
+        allow_abbrev=False,  # --seed is an option of the learners.
     )
     parser.add_argument("name", choices=EXPERIMENTS, metavar="EXPERIMENT")
     parser.add_argument("--games", nargs="+", choices=ENV_NAMES, metavar="GAME")

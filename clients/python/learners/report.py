@@ -21,6 +21,7 @@ class Run(NamedTuple):
     returns: np.ndarray  # Mean of the last episodes; NaN before the first   [updates]
     train_return: float | None  # Of the trained policy on the training levels.
     test_return: float | None  # On the test levels.
+    levels: int = 0  # Number of training levels; 0: all.
 
 
 def table(
@@ -64,23 +65,14 @@ def plot(
     path: Path,
 ) -> None:
     """Plots returns over steps, per game and their mean; nothing without matplotlib."""
-    try:
-        from matplotlib.figure import Figure
-    except ImportError:
-        print(f"matplotlib is not installed: {path} is not drawn")
-        return
     games = list(_unique(run.game for run in runs))
     labels = list(_unique(run.label for run in runs))
     # No mean if a game has no constants in this mode.
     pictures = [*games, "mean, normalised"] if all(ranges[game] for game in games) else games
-    columns = min(4, len(pictures))
-    rows = -(-len(pictures) // columns)
-    figure = Figure(figsize=(3.6 * columns, 2.8 * rows), layout="constrained")
-    grid = figure.subplots(rows, columns, squeeze=False).ravel()
-    for axes in grid[len(pictures) :]:
-        axes.set_axis_off()
-    for axes, game in zip(grid, pictures, strict=False):
-        axes.set_title(game)
+    figure, grid = _grid(pictures, path)
+    if figure is None:
+        return
+    for axes, game in zip(grid, pictures, strict=True):
         axes.ticklabel_format(axis="x", scilimits=(0, 0))
         for color, label in enumerate(labels):
             its_runs = [run for run in runs if run.label == label]
@@ -99,11 +91,58 @@ def plot(
     figure.savefig(path, dpi=120)
 
 
+def plot_levels(runs: Sequence[Run], title: str, path: Path) -> None:
+    """Plots trained policies' returns over numbers of training levels; as :func:`plot`."""
+    games = list(_unique(run.game for run in runs))
+    figure, grid = _grid(games, path)
+    if figure is None:
+        return
+    for axes, game in zip(grid, games, strict=True):
+        by_levels: dict[int, list[Run]] = {}
+        for run in runs:
+            if run.game == game:
+                by_levels.setdefault(run.levels, []).append(run)
+        levels = np.array(sorted(by_levels))
+        for color, (label, column) in enumerate(
+            [("training levels", "train_return"), ("all levels", "test_return")]
+        ):
+            seeds = zip(
+                *([getattr(run, column) for run in by_levels[count]] for count in levels),
+                strict=True,
+            )
+            curves = [(levels, np.array(returns)) for returns in seeds]
+            _draw(axes, curves, f"C{color}", label, marker="o")
+        axes.set_xscale("log")
+        axes.set_xlabel("training levels")
+    grid[0].legend(fontsize="small")
+    figure.suptitle(title, fontsize=9)
+    figure.savefig(path, dpi=120)
+
+
+def _grid(titles: Sequence[str], path: Path) -> tuple[Any, list[Any]]:
+    """Returns a figure and its axes, one for each title; None and [] without matplotlib."""
+    try:
+        from matplotlib.figure import Figure
+    except ImportError:
+        print(f"matplotlib is not installed: {path} is not drawn")
+        return None, []
+    columns = min(4, len(titles))
+    rows = -(-len(titles) // columns)
+    figure = Figure(figsize=(3.6 * columns, 2.8 * rows), layout="constrained")
+    grid = figure.subplots(rows, columns, squeeze=False).ravel()
+    for axes in grid[len(titles) :]:
+        axes.set_axis_off()
+    for axes, title in zip(grid, titles, strict=False):
+        axes.set_title(title)
+    return figure, list(grid[: len(titles)])
+
+
 def _draw(
     axes: Any,  # noqa: ANN401
     curves: Sequence[tuple[np.ndarray, np.ndarray]],
     color: str,
     label: str,
+    **style: Any,  # noqa: ANN401 - of matplotlib
 ) -> None:
     """Plots the mean of curves, and shades their range."""
     if not curves:
@@ -111,7 +150,7 @@ def _draw(
     length = min(len(steps) for steps, _ in curves)
     steps = curves[0][0][:length]
     returns = np.stack([returns[:length] for _, returns in curves])
-    axes.plot(steps, returns.mean(0), color=color, label=label)
+    axes.plot(steps, returns.mean(0), color=color, label=label, **style)
     if len(curves) > 1:
         axes.fill_between(steps, returns.min(0), returns.max(0), color=color, alpha=0.25)
 

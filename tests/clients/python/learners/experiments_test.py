@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import importlib.util
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -11,12 +12,10 @@ import pytest
 pytest.importorskip("torch")
 
 from learners import experiments, report
+from learners.run_folder import CHECKPOINT, load_checkpoint
 from procgen_client import Client, ServerProcess
 
-_TINY = [
-    *("--total-steps", "512", "--num-envs", "8", "--num-steps", "32", "--minibatches", "2"),
-    *("--chunk-size", "64"),
-]
+_TINY = ["--total-steps", "512", "--num-envs", "8", "--num-steps", "32", "--chunk-size", "64"]
 
 
 @pytest.fixture(autouse=True)
@@ -69,6 +68,62 @@ def test_number_of_seeds_can_be_given(server: ServerProcess, tmp_path: Path) -> 
 def test_games_without_the_mode_are_not_run(server: ServerProcess, tmp_path: Path) -> None:
     with pytest.raises(SystemExit, match="none of these games has mode memory"):
         _run("memory", server, tmp_path, "--games", "bigfish")
+
+
+@pytest.mark.parametrize(
+    ("name", "games"),
+    [
+        ("exploration", []),  # Those of the scale that have the mode.
+        ("memory", []),  # None of the scale's games has it.
+        ("network_size", ["coinrun"]),
+        ("rainbow_vs_ppo", ["coinrun"]),
+        ("sample_efficiency", ["coinrun"]),
+    ],
+)
+def test_experiment_runs(
+    server: ServerProcess, tmp_path: Path, name: str, games: list[str]
+) -> None:
+    root = _run(name, server, tmp_path, *(["--games", *games] if games else []))
+    rows = (root / "table.md").read_text().splitlines()[2:]
+    assert rows
+    assert not list(root.rglob("replay.bin")), "a replay has gigabytes"
+
+
+def test_levels_in_order_are_tested_in_sequences(
+    server: ServerProcess, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The levels of a sequence are one episode, and returns are larger."""
+    tested = []
+    play = experiments.play_episodes
+
+    def recorded(*arguments: Any, **options: Any) -> Any:  # noqa: ANN401
+        tested.append((options["num_levels"], options["use_sequential_levels"]))
+        return play(*arguments, **options)
+
+    monkeypatch.setattr(experiments, "play_episodes", recorded)
+    _run("sequential_levels", server, tmp_path, "--games", "coinrun")
+    assert tested == [(1, True), (0, True), (0, True), (0, True)]
+
+
+def test_run_without_its_last_checkpoint_is_continued(
+    server: ServerProcess, tmp_path: Path
+) -> None:
+    """A killed run has rows after its last checkpoint."""
+    command = ("all_games", server, tmp_path, "--games", "coinrun", "--seeds", "1")
+    folder = _run(*command, "--total-steps", "256") / "coinrun/PPO/seed0"
+    early = (folder / CHECKPOINT).read_bytes()
+    _run(*command)
+    assert load_checkpoint(folder / CHECKPOINT)["step"] == 512
+    (folder / CHECKPOINT).write_bytes(early)
+    (folder / "test.json").unlink()
+    _run(*command)
+    assert load_checkpoint(folder / CHECKPOINT)["step"] == 512
+
+
+def test_options_of_the_learners_are_not_abbreviations() -> None:
+    given, others = experiments._parser().parse_known_args(["all_games", "--seed", "3"])
+    assert given.seeds is None
+    assert others == ["--seed", "3"]
 
 
 def test_each_experiment_has_runs(client: Client) -> None:

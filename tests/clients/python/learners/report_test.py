@@ -48,6 +48,28 @@ def test_curves_are_the_mean_and_range_of_seeds(
     assert mean.lines[0].get_ydata().tolist() == pytest.approx([0.1, 0.325, 0.8])
 
 
+def test_returns_are_plotted_over_numbers_of_levels(
+    tmp_path: Path, saved_figures: list[Any]
+) -> None:
+    steps, returns = np.array([512]), np.array([5.0])
+    runs = [
+        report.Run("coinrun", f"{levels} levels", seed, steps, returns, *tested, levels)
+        for levels, seed, tested in [
+            (1000, 0, (8.0, 7.0)),
+            (1000, 1, (9.0, 8.0)),
+            (10, 0, (10.0, 3.0)),
+            (10, 1, (10.0, 4.0)),
+        ]
+    ]
+    report.plot_levels(runs, "levels", tmp_path / "levels.png")
+    (axes,) = saved_figures[0].axes
+    assert axes.get_xscale() == "log"
+    train, test = axes.lines
+    assert (train.get_label(), test.get_label()) == ("training levels", "all levels")
+    assert train.get_xydata().tolist() == [[10, 10], [1000, 8.5]]
+    assert test.get_xydata().tolist() == [[10, 3.5], [1000, 7.5]]
+
+
 def test_table_has_the_mean_of_the_last_tenth_of_the_training() -> None:
     late = [float("nan")] * 10 + [9.0] * 8 + [3.0, 4.0, 5.0]
     runs = [_run("coinrun", 0, late, None), _run("maze", 0, [float("nan")], None)]
