@@ -52,17 +52,11 @@ def test_a_grid_is_run_once(
 
 
 def test_table_includes_a_random_agent(server: ServerProcess, tmp_path: Path) -> None:
-    root = _run("all_games", server, tmp_path, "--games", "coinrun")
+    root = _run("all_games", server, tmp_path, "--games", "bigfish")
     head, _, row = (root / "table.md").read_text().splitlines()
     assert "random agent" in head
     assert row.split(" | ")[2] == "3", "seeds"
     assert " to " in row.split(" | ")[6], "the range of several random runs"
-
-
-def test_number_of_seeds_can_be_given(server: ServerProcess, tmp_path: Path) -> None:
-    root = _run("all_games", server, tmp_path, "--games", "coinrun", "--seeds", "1")
-    row = (root / "table.md").read_text().splitlines()[2]
-    assert row.split(" | ")[2] == "1"
 
 
 def test_games_without_the_mode_are_not_run(server: ServerProcess, tmp_path: Path) -> None:
@@ -75,9 +69,9 @@ def test_games_without_the_mode_are_not_run(server: ServerProcess, tmp_path: Pat
     [
         ("exploration", []),  # Those of the scale that have the mode.
         ("memory", []),  # None of the scale's games has it.
-        ("network_size", ["coinrun"]),
-        ("rainbow_vs_ppo", ["coinrun"]),
-        ("sample_efficiency", ["coinrun"]),
+        ("network_size", ["bigfish"]),
+        ("rainbow_vs_ppo", ["bigfish"]),
+        ("sample_efficiency", ["bigfish"]),
     ],
 )
 def test_experiment_runs(
@@ -101,7 +95,7 @@ def test_levels_in_order_are_tested_in_sequences(
         return play(*arguments, **options)
 
     monkeypatch.setattr(experiments, "play_episodes", recorded)
-    _run("sequential_levels", server, tmp_path, "--games", "coinrun")
+    _run("sequential_levels", server, tmp_path, "--games", "bigfish")
     assert tested == [(1, True), (0, True), (0, True), (0, True)]
 
 
@@ -109,10 +103,11 @@ def test_run_without_its_last_checkpoint_is_continued(
     server: ServerProcess, tmp_path: Path
 ) -> None:
     """A killed run has rows after its last checkpoint."""
-    command = ("all_games", server, tmp_path, "--games", "coinrun", "--seeds", "1")
-    folder = _run(*command, "--total-steps", "256") / "coinrun/PPO/seed0"
+    command = ("all_games", server, tmp_path, "--games", "bigfish", "--seeds", "1")
+    folder = _run(*command, "--total-steps", "256") / "bigfish/PPO/seed0"
     early = (folder / CHECKPOINT).read_bytes()
-    _run(*command)
+    root = _run(*command)
+    assert (root / "table.md").read_text().splitlines()[2].startswith("| bigfish | PPO | 1 |")
     assert load_checkpoint(folder / CHECKPOINT)["step"] == 512
     (folder / CHECKPOINT).write_bytes(early)
     (folder / "test.json").unlink()
