@@ -13,7 +13,6 @@ from torch import nn
 from torch.nn import functional as F  # noqa: N812 - the usual name
 
 NETWORKS = ("impala", "nature")
-WIDTHS = (0.5, 1, 2, 4)  # Of the paper: 1, 2 and 4.
 
 
 class Encoder(nn.Module):
@@ -164,12 +163,12 @@ class ResidualBlock(nn.Module):
         return x + self.second(F.relu(self.first(F.relu(x))))
 
 
-def make_encoder(name: str, width: float, precision: torch.dtype) -> Encoder:
+def make_encoder(name: str, width: int, precision: torch.dtype) -> Encoder:
     """Makes an encoder.
 
     Args:
         name: One of NETWORKS.
-        width: Factor of the number of channels; one of WIDTHS.
+        width: Factor of the number of channels; 1, 2 or 4 in the paper.
         precision: torch.float32 or torch.bfloat16.
     """
     layers = _impala(width) if name == "impala" else _nature(width)
@@ -177,11 +176,11 @@ def make_encoder(name: str, width: float, precision: torch.dtype) -> Encoder:
     return Encoder(nn.Sequential(*layers), feature_count, precision)
 
 
-def _impala(width: float) -> list[nn.Module]:
+def _impala(width: int) -> list[nn.Module]:
     """Three stages that halve the resolution, each with two residual blocks (Espeholt et al.)."""
     layers: list[nn.Module] = []
     in_channels = 3
-    for channels in (int(n * width) for n in (16, 32, 32)):
+    for channels in (16 * width, 32 * width, 32 * width):
         layers += [
             Convolution(in_channels, channels),
             MaxPool(),
@@ -192,14 +191,13 @@ def _impala(width: float) -> list[nn.Module]:
     return [*layers, nn.Flatten(), nn.ReLU(), nn.Linear(in_channels * 8 * 8, 256), nn.ReLU()]
 
 
-def _nature(width: float) -> list[nn.Module]:
+def _nature(width: int) -> list[nn.Module]:
     """Three convolutions and a linear layer (Mnih et al., 2015), on colour at 64 x 64."""
-    small, large = int(32 * width), int(64 * width)
     layers = [
-        nn.Conv2d(3, small, 8, stride=4),
-        nn.Conv2d(small, large, 4, stride=2),
-        nn.Conv2d(large, large, 3),
-        nn.Linear(large * 4 * 4, 512),
+        nn.Conv2d(3, 32 * width, 8, stride=4),
+        nn.Conv2d(32 * width, 64 * width, 4, stride=2),
+        nn.Conv2d(64 * width, 64 * width, 3),
+        nn.Linear(64 * width * 4 * 4, 512),
     ]
     for layer in layers:
         nn.init.orthogonal_(layer.weight, 2**0.5)

@@ -8,7 +8,7 @@ import os
 import torch
 
 from learners import cpu
-from learners.networks import NETWORKS, WIDTHS, default_precision
+from learners.networks import NETWORKS, default_precision
 from procgen_client import ENV_NAMES
 
 TRAIN_LEVELS = {"easy": 200, "hard": 500}  # As in the paper.
@@ -28,7 +28,7 @@ def run_parser(program: str, description: str) -> argparse.ArgumentParser:
     what("--start-level", type=int, default=0, help="the first level seed; default: %(default)s")
     what("--sequential-levels", action="store_true", help="play the levels in order")
     what("--network", default="impala", choices=NETWORKS)
-    what("--width", type=float, default=1, choices=WIDTHS, help="factor of its channels")
+    what("--width", type=int, default=1, help="factor of its channels: 1, 2 or 4 in the paper")
     what("--seed", type=int, default=0)
     what("--num-envs", type=int, default=64, help="of each rank; default: %(default)s")
     run = parser.add_argument_group("the run").add_argument

@@ -44,7 +44,7 @@ from procgen_client.errors import ProcgenError
 class Agent(nn.Module):
     """An actor and a critic with a shared encoder."""
 
-    def __init__(self, network: str, width: float, precision: torch.dtype) -> None:
+    def __init__(self, network: str, width: int, precision: torch.dtype) -> None:
         """Makes the network; its encoder is described in networks.py."""
         super().__init__()
         self.encoder = make_encoder(network, width, precision)

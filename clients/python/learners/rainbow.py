@@ -74,7 +74,7 @@ class QNetwork(nn.Module):
     """Distributions of returns for each action."""
 
     def __init__(
-        self, network: str, width: float, precision: torch.dtype, atoms: torch.Tensor
+        self, network: str, width: int, precision: torch.dtype, atoms: torch.Tensor
     ) -> None:
         """Makes the network; its encoder is described in networks.py. `atoms`: [Z]."""
         super().__init__()

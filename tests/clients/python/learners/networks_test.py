@@ -9,7 +9,7 @@ import torch
 from torch.nn import functional as F  # noqa: N812 - the usual name
 
 from learners.gradients import ChunkedGradients
-from learners.networks import NETWORKS, WIDTHS, Convolution, MaxPool, make_encoder
+from learners.networks import Convolution, MaxPool
 
 Function = Callable[[torch.Tensor], torch.Tensor]
 
@@ -28,7 +28,7 @@ def _assert_equal(
 
 @pytest.mark.parametrize(
     ("in_channels", "out_channels", "columns"),
-    [(3, 8, 4), (3, 64, 4), (8, 16, 4), (16, 16, 2), (16, 32, 2), (32, 32, 2), (64, 64, 1)],
+    [(3, 16, 4), (3, 64, 4), (16, 16, 2), (16, 32, 2), (32, 32, 2), (64, 64, 1)],
 )
 def test_merged_columns_give_the_same_convolution(
     in_channels: int, out_channels: int, columns: int
@@ -67,15 +67,3 @@ def test_gradients_have_the_layout_of_their_parameter() -> None:
     (gradient,), _ = ChunkedGradients([parameter], 2, 1)(loss, x)
     assert gradient.stride() == parameter.stride()
     torch.testing.assert_close(gradient, x.mean(0))
-
-
-@pytest.mark.parametrize("network", NETWORKS)
-def test_width_is_a_factor_of_the_channels(network: str) -> None:
-    observations = torch.zeros(2, 64, 64, 3, dtype=torch.uint8)
-    for width in WIDTHS:
-        encoder = make_encoder(network, width, torch.float32)
-        assert encoder(observations).shape == (2, encoder.feature_count)
-        convolutions = [layer for layer in encoder.modules() if isinstance(layer, torch.nn.Conv2d)]
-        first = {"impala": 16, "nature": 32}[network]
-        assert convolutions[0].out_channels == first * width
-        assert convolutions[-1].out_channels == 2 * first * width
