@@ -33,7 +33,7 @@ from procgen_client.tools.play_episodes import play_episodes
 TEST_ENV_COUNT = 50
 SMALL_GAMES = ("bigfish", "coinrun", "starpilot")
 # Of all_games, three games, and two whose returns are close to the random agent's.
-GAMES_WITH_SEEDS = (*SMALL_GAMES, "climber", "leaper")
+THREE_SEED_GAMES = (*SMALL_GAMES, "climber", "leaper")
 RANDOM_SEEDS = 3
 RANDOM_EPISODE_COUNT = 1000  # Of each; they take seconds.
 _TEST = "test.json"  # Returns of a run's policy.
@@ -101,7 +101,7 @@ EXPERIMENTS = {
         "PPO with Nature CNN on 200 easy levels of each game, 2M steps, beside a random agent",
         _one("PPO"),
         change=lambda scale: SCALES["small"]._replace(total_steps=2_000_000, games=ENV_NAMES),
-        seeds_of=lambda game, scale: 3 if game in GAMES_WITH_SEEDS else 1,
+        seeds_of=lambda game, scale: 3 if game in THREE_SEED_GAMES else 1,
         has_random_agent=True,
     ),
     "sample_efficiency": Experiment(
@@ -234,8 +234,8 @@ def test(client: Client, job: Job, experiment: Experiment, scale: Scale) -> None
 def random_baseline(client: Client, game: str, scale: Scale, root: Path) -> list[float]:
     """Returns the mean returns of RANDOM_SEEDS runs of a random agent."""
     path = root / game / "random.json"
-    scale = scale._replace(episode_count=RANDOM_EPISODE_COUNT)
     if not path.exists():
+        scale = scale._replace(episode_count=RANDOM_EPISODE_COUNT)
         means = []
         for seed in range(RANDOM_SEEDS):
             random = np.random.default_rng([zlib.crc32(game.encode()), seed])
