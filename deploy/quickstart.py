@@ -89,9 +89,17 @@ class Progress:
 def run_game(
     client: Client, name: str, description: str, arguments: argparse.Namespace, progress: Progress
 ) -> Result:
-    """Steps one game with random actions, one half of the pool after the other."""
+    """Steps one game with random actions, one half of the pool after the other.
+
+    Raises:
+        ProcgenError: One server, whose memory the client cannot share: a build without the native
+            module, or no space. A fleet server has no memory to share.
+    """
     rng = np.random.default_rng(0)
-    with client.create_pool(name, arguments.environments, rand_seed=0) as pool:
+    transport = "stream" if arguments.nodes else "shared_memory"
+    with client.create_pool(
+        name, arguments.environments, transport=transport, rand_seed=0
+    ) as pool:
         pool.observe()  # The first observations take longer: art is unpacked on first use.
         middle = pool.env_count // 2
         halves = ((0, middle), (middle, pool.env_count - middle))

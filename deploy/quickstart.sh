@@ -77,10 +77,10 @@ for candidate in "${PYTHON:-}" /usr/bin/python3 python3; do
 done
 [[ -n $python ]] || fail "found no Python with grpc, protobuf, numpy and PIL; set PYTHON=..."
 
-echo "== Building the server (some minutes the first time)"
+echo "== Building the server and the Python client (some minutes the first time)"
 (
   cd "$root"
-  cmake --preset release -DPROCGEN_BUILD_TESTS=OFF -DPROCGEN_BUILD_BENCHMARKS=OFF --log-level=WARNING >/dev/null
+  cmake --preset release -DPROCGEN_SYSTEM_PYTHON="$(command -v "$python")" --log-level=WARNING >/dev/null
   cmake --build --preset release --target procgen-server procgen-python-client
 )
 
