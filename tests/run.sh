@@ -74,7 +74,7 @@ dependencies=(--tests)
 [[ $all == no && " ${labels[*]-} " != *" slow "* ]] || dependencies+=(--slow)
 "$root/deploy/install-dependencies.sh" "${dependencies[@]}"
 echo "== Configuring (preset $preset)"
-cmake --preset "$preset"
+cmake --preset "$preset" -DPROCGEN_BUILD_TESTS=ON
 echo "== Building"
 cmake --build --preset "$preset" --parallel "$(nproc)"
 

@@ -1,0 +1,41 @@
+"""The preset release needs no package of the tests, and a missing package is named."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+from pathlib import Path
+
+_ROOT = Path(__file__).resolve().parents[2]
+
+
+def _configure(tree: Path, *without: str) -> subprocess.CompletedProcess[str]:
+    """Configures the preset release as if these packages were not installed."""
+    flags = [f"-DCMAKE_DISABLE_FIND_PACKAGE_{package}=ON" for package in without]
+    return subprocess.run(
+        ["cmake", "--preset", "release", "-B", tree, *flags],
+        cwd=_ROOT,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+
+
+def test_release_needs_no_package_of_the_tests(tmp_path: Path) -> None:
+    result = _configure(tmp_path, "GTest", "benchmark")
+    assert result.returncode == 0, result.stderr
+    compiled = json.loads((tmp_path / "compile_commands.json").read_text())
+    tests = str(_ROOT / "tests")
+    assert compiled
+    assert not [command["file"] for command in compiled if command["file"].startswith(tests)]
+    assert not [command for command in compiled if "-Werror" in command["command"]]
+
+
+def test_a_missing_package_is_named_with_the_command_that_installs_it(tmp_path: Path) -> None:
+    result = _configure(tmp_path, "spdlog")
+    assert result.returncode != 0
+    message = " ".join(result.stderr.split())
+    assert (
+        "spdlog was not found. This command installs it on Debian: deploy/install-dependencies.sh"
+        in message
+    )
