@@ -47,10 +47,6 @@ test_packages=(
   openssl                 # makes the certificates of the tests
   python3-pytest          # the Python client's tests
   python3-websockets      # stands in for the web pages in tests
-  python3-pip             # builds its wheel
-  python3-wheel           # the wheel's format
-  python3-setuptools      # build backend of the wheel
-  patchelf                # bundles libraries into the wheel
   mypy                    # checks its types
   ffmpeg                  # its videos
   nodejs                  # the Node.js client and its tests; npm fetches the rest
@@ -73,6 +69,15 @@ learner_packages=(
   libopenblas0-pthread    # its linear algebra; the reference BLAS takes 20 times as long
 )
 test_packages+=("${learner_packages[@]}")
+
+# What clients/python/build_wheel.sh needs. The tests need it as well.
+wheel_packages=(
+  python3-pip             # builds the wheel
+  python3-wheel           # its format
+  python3-setuptools      # its build backend
+  patchelf                # bundles libraries into it
+)
+test_packages+=("${wheel_packages[@]}")
 
 # npm is part of some packages of nodejs, which conflict with Debian's npm.
 command -v npm >/dev/null || test_packages+=(npm)
@@ -109,6 +114,7 @@ not called. Otherwise needs root or sudo.
 
   --tests  also packages for the tests, including the Node.js and Go clients
   --learners  and what clients/python/learners needs, PyTorch above all (with the tests' packages, too)
+  --wheel  also packages that build the Python wheel (with the tests' packages, too)
   --clang  also packages for the presets lint and fuzz
   --plot   also packages that draw the image of the stream's benchmark
   --slow   also packages for tests with the label slow
@@ -122,6 +128,7 @@ while [[ $# -gt 0 ]]; do
   case "$1" in
     --tests) packages+=("${test_packages[@]}"); shift ;;
     --learners) packages+=("${learner_packages[@]}"); shift ;;
+    --wheel) packages+=("${wheel_packages[@]}"); shift ;;
     --clang) packages+=("${clang_packages[@]}"); shift ;;
     --plot) packages+=("${plot_packages[@]}"); shift ;;
     --slow) packages+=("${slow_packages[@]}"); shift ;;

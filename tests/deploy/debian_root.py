@@ -1,0 +1,55 @@
+"""A bare Debian in a folder, with this machine's network: what a newcomer starts with."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import shutil
+import subprocess
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+
+class DebianRoot:
+    """A root file system in `path`, with minimal packages and those of `packages`."""
+
+    def __init__(self, path: Path, packages: str) -> None:
+        """Fetches and unpacks it; skips the test where that is not permitted."""
+        if os.geteuid() != 0:
+            pytest.skip("chroot needs root")
+        self.path = path
+        subprocess.run(
+            ["mmdebstrap", "--variant=minbase", f"--include={packages}", "bookworm", path],
+            check=True,
+        )
+        for device in ("null", "urandom"):
+            (path / "dev" / device).unlink(missing_ok=True)
+            subprocess.run(["cp", "-a", f"/dev/{device}", path / "dev"], check=True)
+        for place in ("resolv.conf", "hosts"):
+            shutil.copy(f"/etc/{place}", path / "etc" / place)
+        # Nothing answers apt's questions here.
+        (path / "etc/apt/apt.conf.d/90yes").write_text('APT::Get::Assume-Yes "true";\n')
+
+    @contextlib.contextmanager
+    def mounted(self) -> Iterator[DebianRoot]:
+        """With /proc and /dev/shm."""
+        with contextlib.ExitStack() as mounts:
+            for place, kind in (("proc", "proc"), ("dev/shm", "tmpfs")):
+                target = self.path / place
+                target.mkdir(exist_ok=True)
+                subprocess.run(["mount", "-t", kind, kind, target], check=True)
+                mounts.callback(subprocess.run, ["umount", "--lazy", target], check=True)
+            yield self
+
+    def run(self, script: str, folder: str = "/") -> subprocess.CompletedProcess[str]:
+        """Runs a Bash script as root in `folder`; output and errors are merged."""
+        command = ["chroot", self.path, "env", "-i", "HOME=/root", "PATH=/usr/sbin:/usr/bin:/sbin:/bin"]
+        return subprocess.run(
+            [*command, "DEBIAN_FRONTEND=noninteractive", "bash", "-c", f"cd {folder} && {script}"],
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+            text=True,
+            check=False,
+        )
