@@ -180,7 +180,14 @@ _CLASSES: dict[StatusCode, type[ProcgenError]] = {
 }
 
 
+# Control characters, of which a terminal would execute escape sequences.
+_CONTROLS = {i: f"\\x{i:02x}" for i in (*range(0x20), *range(0x7F, 0xA0))}
+
+
 def of_code(number: int, message: str) -> ProcgenError:
-    """Returns the error for the number of a gRPC status code."""
+    """Returns the error for the number of a gRPC status code and a server's text.
+
+    Control characters of the text are escaped.
+    """
     code = _CODES.get(number, StatusCode.UNKNOWN)
-    return _CLASSES.get(code, ProcgenError)(message, code)
+    return _CLASSES.get(code, ProcgenError)(message.translate(_CONTROLS), code)

@@ -7,7 +7,8 @@
 
 namespace procgen_client {
 
-// Converts a status; code and message stay.
+// Converts a status of a server. Control characters of its message, which a terminal would execute
+// as escape sequences, become "\x1b" and the like; everything else stays.
 absl::Status ToAbslStatus(const grpc::Status& status);
 
 // Whether a stream that ended with `status` ended because its connection broke, so that a retry may
