@@ -9,6 +9,7 @@
 #include "grpcpp/create_channel.h"
 #include "grpcpp/security/credentials.h"
 #include "grpcpp/support/async_unary_call.h"
+#include "procgen_client/internal/address.h"
 #include "procgen_client/internal/answer_validation.h"
 #include "procgen_client/internal/call_completions.h"
 #include "procgen_client/internal/connect_error.h"
@@ -33,6 +34,9 @@ constexpr absl::Duration kNearRoundTrip = absl::Milliseconds(3);
 constexpr int kNearAttempts = 5;
 constexpr absl::Duration kNearTimeout = absl::Milliseconds(200);
 
+// Default of ConnectOptions::timeout, and its part while connections are refused.
+constexpr absl::Duration kConnectTimeout = absl::Seconds(10);
+constexpr absl::Duration kRefusedTimeout = absl::Milliseconds(1500);
 // How long it may take to find out why there is no connection.
 constexpr absl::Duration kFailureTimeout = absl::Milliseconds(500);
 
@@ -100,6 +104,9 @@ bool AnswersAtOnce(v1::CatalogService::Stub* catalog, const CallOptions& options
 
 absl::StatusOr<std::unique_ptr<Client>> Client::Connect(const std::string& address,
                                                         const ConnectOptions& options) {
+  if (absl::Status status = CheckAddress(address); !status.ok()) {
+    return status;
+  }
   absl::StatusOr<Credentials> credentials =
       options.credentials.has_value() ? *options.credentials : Credentials::FromEnvironment();
   if (!credentials.ok()) {
@@ -156,9 +163,11 @@ std::unique_ptr<Client> Client::FromChannel(const std::shared_ptr<grpc::Channel>
 }
 
 absl::Status Client::AwaitConnection(grpc::Channel* channel, const std::string& address,
-                                     bool uses_tls, absl::Duration timeout) {
+                                     bool uses_tls, std::optional<absl::Duration> timeout) {
   Cancellation cancellation(call_options_.is_cancelled);
-  const absl::Time deadline = absl::Now() + timeout;
+  const absl::Time begin = absl::Now();
+  const absl::Time deadline = begin + timeout.value_or(kConnectTimeout);
+  const absl::Time refused_deadline = begin + timeout.value_or(kRefusedTimeout);
   while (!channel->WaitForConnected(
       absl::ToChronoTime(std::min(deadline, absl::Now() + kCancellationInterval)))) {
     if (cancellation.Check()) {
@@ -168,6 +177,14 @@ absl::Status Client::AwaitConnection(grpc::Channel* channel, const std::string& 
     if (!is_late && channel->GetState(false) != GRPC_CHANNEL_TRANSIENT_FAILURE) {
       continue;
     }
+    const std::string refusal = WhyRefused(address);
+    if (!refusal.empty()) {
+      if (absl::Now() >= refused_deadline) {
+        return absl::UnavailableError(
+            absl::StrCat("no server listens at ", address, ": ", refusal));
+      }
+      continue;
+    }
     const std::string reason = WhyNotConnected();
     const std::string explanation = ExplainConnectError(address, reason, uses_tls, &cancellation);
     if (!explanation.empty()) {
@@ -175,8 +192,8 @@ absl::Status Client::AwaitConnection(grpc::Channel* channel, const std::string& 
     }
     if (is_late) {
       return absl::UnavailableError(absl::StrCat("no server answers at ", address, " within ",
-                                                 absl::FormatDuration(timeout), ": ", reason,
-                                                 LikelyCause(reason, uses_tls)));
+                                                 absl::FormatDuration(deadline - begin), ": ",
+                                                 reason, LikelyCause(reason, uses_tls)));
     }
   }
   return absl::OkStatus();

@@ -29,7 +29,9 @@
 namespace procgen_client {
 
 struct ConnectOptions {
-  absl::Duration timeout = absl::Seconds(10);  // of Connect
+  // Time to wait for the server, which may still be starting. Absent: 10 s, or 1.5 s if nothing
+  // listens at the address.
+  std::optional<absl::Duration> timeout = std::nullopt;
   // Largest response that can be received, in bytes. Upper bound of
   // StreamOptions::response_bytes_max.
   int32_t response_bytes_max = 4 << 20;
@@ -60,8 +62,9 @@ struct CloneSource {
 // thread.
 class Client {
  public:
-  // Connects to `address`, "host:port" or "unix:path". Errors: UNAVAILABLE no server answers, or
-  // the TLS handshake fails; those of ChannelCredentialsOf and Credentials::FromEnvironment.
+  // Connects to `address`, "host:port" or "unix:path". Errors: INVALID_ARGUMENT another form;
+  // UNAVAILABLE no server listens or answers, or the TLS handshake fails; those of
+  // ChannelCredentialsOf and Credentials::FromEnvironment.
   static absl::StatusOr<std::unique_ptr<Client>> Connect(const std::string& address,
                                                          const ConnectOptions& options = {});
 
@@ -133,7 +136,7 @@ class Client {
  private:
   Client(const std::shared_ptr<grpc::Channel>& channel, CallOptions options);
   absl::Status AwaitConnection(grpc::Channel* channel, const std::string& address, bool uses_tls,
-                               absl::Duration timeout);
+                               std::optional<absl::Duration> timeout);
   // Why there is no connection.
   std::string WhyNotConnected();
   absl::Status Restore(const procgen::v1::RestoreStatesRequest& request);

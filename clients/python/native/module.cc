@@ -1,6 +1,7 @@
 // procgen_client._native: the C++ client as a Python module, private to the package. Its types are
 // in ../procgen_client/_native.pyi.
 #include <memory>
+#include <optional>
 #include <string>
 #include <utility>
 
@@ -61,9 +62,9 @@ PYBIND11_MODULE(_native, module) {
 
   py::class_<NativeClient, std::shared_ptr<NativeClient>>(module, "Connection", py::module_local(),
                                                           "A connection to a server.")
-      .def(py::init([](const std::string& address, double timeout, double call_timeout,
-                       const py::bytes& ca, const py::bytes& certificate, const py::bytes& key,
-                       std::string token, bool token_in_plain_text,
+      .def(py::init([](const std::string& address, std::optional<double> timeout,
+                       double call_timeout, const py::bytes& ca, const py::bytes& certificate,
+                       const py::bytes& key, std::string token, bool token_in_plain_text,
                        const procgen_python::ChannelArguments& channel_options) {
              return NativeClient::Connect(
                  address, timeout, call_timeout,

@@ -139,13 +139,16 @@ std::unique_ptr<NativeWatch> WatchOf(const std::shared_ptr<Client>& client,
 
 }  // namespace
 
-std::shared_ptr<NativeClient> NativeClient::Connect(const std::string& address, double timeout,
+std::shared_ptr<NativeClient> NativeClient::Connect(const std::string& address,
+                                                    std::optional<double> timeout,
                                                     double call_timeout,
                                                     procgen_client::Credentials credentials,
                                                     const ChannelArguments& channel_arguments) {
   std::shared_ptr<NativeClient> client(new NativeClient());
   procgen_client::ConnectOptions options;
-  options.timeout = absl::Seconds(timeout);
+  if (timeout.has_value()) {
+    options.timeout = absl::Seconds(*timeout);
+  }
   options.call_timeout = absl::Seconds(call_timeout);
   options.response_bytes_max = kResponseBytesMax;
   options.credentials = std::move(credentials);

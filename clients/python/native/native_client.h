@@ -3,6 +3,7 @@
 
 #include <atomic>
 #include <memory>
+#include <optional>
 #include <string>
 #include <utility>
 #include <variant>
@@ -24,9 +25,9 @@ using ChannelArguments = std::vector<std::pair<std::string, std::variant<int, st
 // Threads: any method from any thread.
 class NativeClient {
  public:
-  // Connects. Times are in seconds.
-  static std::shared_ptr<NativeClient> Connect(const std::string& address, double timeout,
-                                               double call_timeout,
+  // Connects. Times are in seconds; `timeout` as in ConnectOptions.
+  static std::shared_ptr<NativeClient> Connect(const std::string& address,
+                                               std::optional<double> timeout, double call_timeout,
                                                procgen_client::Credentials credentials,
                                                const ChannelArguments& channel_arguments);
   ~NativeClient();

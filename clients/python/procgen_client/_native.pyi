@@ -67,7 +67,7 @@ class Connection:
         self,
         address: str,
         *,
-        timeout: float,
+        timeout: float | None,
         call_timeout: float,
         ca: bytes,
         certificate: bytes,

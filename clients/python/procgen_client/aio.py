@@ -54,7 +54,7 @@ async def _answer_of(stream: _native.Stream) -> _native.Batch:
 async def connect(
     address: str,
     *,
-    timeout: float = 10.0,
+    timeout: float | None = None,
     reconnect_timeout: float = 60.0,
     credentials: Credentials | None = None,
 ) -> AsyncClient:

@@ -14,6 +14,7 @@ from procgen_client import options as _options
 from procgen_client._proto import catalog_pb2, cluster_pb2, pools_pb2
 from procgen_client._requests import in_range
 from procgen_client._transport import open_connection
+from procgen_client._transport.address import check_address
 from procgen_client._transport.selection import why_not_mapped, why_streamed
 from procgen_client.credentials import Credentials
 from procgen_client.errors import (
@@ -58,7 +59,7 @@ class Client:
         self,
         address: str,
         *,
-        timeout: float = 10.0,
+        timeout: float | None = None,
         call_timeout: float = 60.0,
         reconnect_timeout: float = 60.0,
         credentials: Credentials | None = None,
@@ -68,7 +69,8 @@ class Client:
 
         Args:
             address: ``"localhost:50051"``, ``"unix:/run/procgen.sock"`` or another gRPC target.
-            timeout: Time to wait for the server, in seconds; it may still be starting.
+            timeout: Time to wait for the server, in seconds; it may still be starting. None: 10, or
+                1.5 if nothing listens at the address.
             call_timeout: Time limit of each call other than steps, in seconds.
             reconnect_timeout: Time for which a pool tries to resume a broken stream, in seconds;
                 the server keeps its unacknowledged answers. 0: a broken connection ends the stream,
@@ -78,14 +80,16 @@ class Client:
             channel_options: Additional gRPC channel arguments.
 
         Raises:
-            UnavailableError: No server answered in time; or, at once, it requires TLS, has none,
-                or its certificate is not valid for `credentials`. The message has the reason.
+            UnavailableError: No server listens or answers in time; or, at once, it requires TLS,
+                has none, or its certificate is not valid for `credentials`. The message has the
+                reason.
             UnauthenticatedError: The server requires a token, or another one.
-            InvalidArgumentError, NotFoundError: As Credentials.arguments.
+            InvalidArgumentError, NotFoundError: `address` has no port; as Credentials.arguments.
             UnimplementedError: The address belongs to another kind of server.
             FailedPreconditionError: The native module is missing, and this process was forked from
                 one that has connections.
         """
+        check_address(address)
         self.address = address
         self.reconnect_timeout = reconnect_timeout
         self._closed = False
@@ -393,7 +397,7 @@ def _check_chunk_count(chunk_count: int | None) -> None:
 
 
 def connect(
-    address: str, *, timeout: float = 10.0, credentials: Credentials | None = None
+    address: str, *, timeout: float | None = None, credentials: Credentials | None = None
 ) -> Client:
     """Connects to a server; the same as :class:`Client` with these arguments."""
     return Client(address, timeout=timeout, credentials=credentials)

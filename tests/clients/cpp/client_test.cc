@@ -3,6 +3,7 @@
 #include <utility>
 #include <vector>
 
+#include "absl/time/clock.h"
 #include "gmock/gmock.h"
 #include "gtest/gtest.h"
 #include "tests/service/service_fixture.h"
@@ -16,12 +17,34 @@ using testing::SizeIs;
 
 class ClientTest : public ServiceTest {};
 
-TEST_F(ClientTest, ConnectWithoutServerTimesOut) {
-  procgen_client::ConnectOptions options;
-  options.timeout = absl::Milliseconds(200);
-  EXPECT_THAT(procgen_client::Client::Connect("127.0.0.1:1", options),
+TEST_F(ClientTest, ConnectWithoutListenerFailsSoonAndSaysSo) {
+  const absl::Time begin = absl::Now();
+  EXPECT_THAT(procgen_client::Client::Connect("127.0.0.1:1"),
               StatusIs(absl::StatusCode::kUnavailable,
-                       testing::StartsWith("no server answers at 127.0.0.1:1 within 200ms: ")));
+                       "no server listens at 127.0.0.1:1: Connection refused"));
+  EXPECT_THAT(procgen_client::Client::Connect("unix:/no/such/socket"),
+              StatusIs(absl::StatusCode::kUnavailable,
+                       "no server listens at unix:/no/such/socket: No such file or directory"));
+  EXPECT_LT(absl::Now() - begin, absl::Seconds(8)) << "of 2 x 10 s that a silent server has";
+}
+
+TEST_F(ClientTest, GivenTimeoutAlsoHoldsWhileNothingListens) {
+  procgen_client::ConnectOptions options;
+  options.timeout = absl::Milliseconds(2200);
+  const absl::Time begin = absl::Now();
+  EXPECT_THAT(procgen_client::Client::Connect("127.0.0.1:1", options),
+              StatusIs(absl::StatusCode::kUnavailable, HasSubstr("Connection refused")));
+  EXPECT_GE(absl::Now() - begin, *options.timeout) << "the server may still be starting";
+}
+
+TEST_F(ClientTest, AddressWithoutPortIsRejectedAtOnce) {
+  for (const char* address : {"localhost", "", "http://localhost:50051", "::1:50051",
+                              "localhost:", "localhost:0", "localhost:65536", "localhost:http"}) {
+    EXPECT_THAT(procgen_client::Client::Connect(address),
+                StatusIs(absl::StatusCode::kInvalidArgument,
+                         HasSubstr("it is host:port (localhost:50051, [::1]:50051)")))
+        << address;
+  }
 }
 
 TEST_F(ClientTest, StreamErrorIsSticky) {

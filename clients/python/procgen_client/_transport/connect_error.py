@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import socket
 import ssl
 
-_PROBE_TIMEOUT = 0.5  # Seconds.
+from procgen_client._transport.address import dial
+
 # What to do, by a part of gRPC's reason for a failed connection with TLS.
 _WITH_TLS = {
     "wrong version number": "the server does not use TLS: give no CA certificates (unset "
@@ -55,14 +55,7 @@ def _accepts_tls(address: str) -> bool:
     context.verify_mode = ssl.CERT_NONE
     context.set_alpn_protocols(["h2"])
     try:
-        if address.startswith("unix:"):
-            line = socket.socket(socket.AF_UNIX)
-            line.settimeout(_PROBE_TIMEOUT)
-            line.connect(address.removeprefix("unix:"))
-        else:
-            host, _, port = address.removeprefix("dns:///").rpartition(":")
-            line = socket.create_connection((host.strip("[]"), int(port)), _PROBE_TIMEOUT)
-        with line, context.wrap_socket(line):
+        with dial(address) as line, context.wrap_socket(line):
             return True
     except (OSError, ValueError):
         return False

@@ -21,6 +21,7 @@ from procgen_client import errors
 from procgen_client._proto import catalog_pb2, cluster_pb2, pools_pb2, render_pb2, states_pb2
 from procgen_client._proto import step_pb2
 from procgen_client._transport import connect_error, validation
+from procgen_client._transport.address import why_refused
 from procgen_client._requests import checked_actions, observation
 from procgen_client.credentials import is_this_machine
 
@@ -47,6 +48,9 @@ _CHANNEL_OPTIONS: list[tuple[str, int]] = [
     ("grpc.min_reconnect_backoff_ms", 100),
     ("grpc.max_reconnect_backoff_ms", 1000),
 ]
+# Connecting without a given timeout: time to wait for a server, and while connections are refused.
+_TIMEOUT = 10.0  # Seconds.
+_REFUSED_TIMEOUT = 1.5
 # Connecting: time between two attempts, and the least time of one, in seconds.
 _ATTEMPT_INTERVAL = 0.05
 _ATTEMPT_TIMEOUT_MIN = 0.05
@@ -63,7 +67,7 @@ class Connection:
     """A connection to a server."""
 
     def __init__(
-        self, address: str, *, timeout: float, call_timeout: float, token: str, **others: Any
+        self, address: str, *, timeout: float | None, call_timeout: float, token: str, **others: Any
     ) -> None:
         """Connects."""
         global _connected_process
@@ -153,9 +157,11 @@ class Connection:
         except grpc.RpcError as error:
             raise _of_rpc_error(error) from None
 
-    def _first_answer(self, address: str, timeout: float, *, uses_tls: bool) -> bytes:
+    def _first_answer(self, address: str, timeout: float | None, *, uses_tls: bool) -> bytes:
         """Returns the catalog; repeats the call while the server may still be starting."""
-        deadline = time.monotonic() + timeout
+        begin = time.monotonic()
+        deadline = begin + (_TIMEOUT if timeout is None else timeout)
+        refused_deadline = begin + _REFUSED_TIMEOUT if timeout is None else deadline
         while True:
             left = deadline - time.monotonic()
             try:
@@ -165,10 +171,14 @@ class Connection:
             explanation = connect_error.explain(address, reason, uses_tls=uses_tls)
             if explanation:
                 raise errors.UnavailableError(f"cannot connect to {address}: {explanation}")
-            if time.monotonic() + _ATTEMPT_INTERVAL >= deadline:
+            refusal = why_refused(address)
+            now = time.monotonic() + _ATTEMPT_INTERVAL
+            if refusal and now >= refused_deadline:
+                raise errors.UnavailableError(f"no server listens at {address}: {refusal}")
+            if now >= deadline:
                 cause = connect_error.likely_cause(reason, uses_tls=uses_tls)
                 raise errors.UnavailableError(
-                    f"no server answers at {address} within {timeout:g} s: {reason}{cause}"
+                    f"no server answers at {address} within {deadline - begin:g} s: {reason}{cause}"
                 )
             time.sleep(_ATTEMPT_INTERVAL)
 
