@@ -61,17 +61,47 @@ def test_reason_says_why_the_transport_was_chosen(client: Client) -> None:
         assert why in pool.transport_reason
 
 
-def test_without_the_native_module_nothing_is_warned_of(
-    server: ServerProcess, tmp_path: Path
-) -> None:
+def _run_without_the_native_module(
+    program: str, folder: Path, *flags: str
+) -> subprocess.CompletedProcess[str]:
     package = Path(procgen_client.__file__).parent
     ignored = shutil.ignore_patterns("_native*.so", "__pycache__")
-    shutil.copytree(package, tmp_path / "procgen_client", ignore=ignored)
-    environment = {**os.environ, "PYTHONPATH": str(tmp_path)}
+    shutil.copytree(package, folder / "procgen_client", ignore=ignored)
+    environment = {**os.environ, "PYTHONPATH": str(folder)}
     environment.pop("PROCGEN_CLIENT_NATIVE", None)
     environment.pop("PROCGEN_CLIENT_TRANSPORT", None)
+    command = [sys.executable, *flags, "-c", program]
+    return subprocess.run(command, env=environment, capture_output=True, text=True, check=False)
+
+
+def test_connecting_without_the_native_module_warns_of_nothing(
+    server: ServerProcess, tmp_path: Path
+) -> None:
     program = f"import procgen_client; procgen_client.connect({server.address!r}).close()"
-    subprocess.run([sys.executable, "-W", "error", "-c", program], env=environment, check=True)
+    run = _run_without_the_native_module(program, tmp_path, "-W", "error")
+    assert run.returncode == 0, run.stderr
+
+
+def test_slow_transport_for_want_of_the_native_module_is_warned_of_once(
+    server: ServerProcess, tmp_path: Path
+) -> None:
+    program = f"""
+import os, warnings
+from procgen_client import Client, ProcgenVectorEnv
+with Client({server.address!r}) as client, warnings.catch_warnings(record=True) as caught:
+    warnings.simplefilter("always")
+    client.create_pool("maze", 1, transport="stream").close()
+    client.create_pool("maze", 1, pool_id="first").close()
+    ProcgenVectorEnv("maze", 1, server=client).close()
+    client.create_pool("maze", 1).close()
+for each in caught:
+    print(each.category.__name__, each.filename, each.lineno, each.message)
+"""
+    run = _run_without_the_native_module(program, tmp_path)
+    assert run.returncode == 0, run.stderr
+    (line,) = run.stdout.splitlines()
+    assert line.startswith("RuntimeWarning <string> 7 the server is on this machine")
+    assert "--target procgen_python_native" in line
 
 
 @native_only

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import os
 import socket
+import sys
 from typing import TYPE_CHECKING
 
 from procgen_client._proto import catalog_pb2, pools_pb2
-from procgen_client._transport import is_native
+from procgen_client._transport import TRANSPORT_VARIABLE, is_native
+from procgen_client._warnings import warn_caller
 from procgen_client.credentials import is_this_machine
 from procgen_client.errors import FailedPreconditionError, ResourceExhaustedError
 
@@ -31,12 +34,32 @@ def why_streamed(
     if encoding > pools_pb2.ENCODING_RAW:
         return "the observations are encoded; shared memory has raw ones only"
     if not is_native():
+        if pools_pb2.TRANSPORT_SHARED_MEMORY in catalog.transports and is_own_address(address):
+            _warn_of_missing_module()
         return "this installation has no native module, which shared memory needs"
     if pools_pb2.TRANSPORT_SHARED_MEMORY not in catalog.transports:
         return "the server offers no shared memory"
     if not is_own_address(address):
         return f"the server at {address} is on another machine"
     return ""
+
+
+_has_warned = False
+
+
+def _warn_of_missing_module() -> None:
+    """Warns once per process, unless there is no such module, or the program chose grpcio."""
+    global _has_warned
+    if _has_warned or sys.platform != "linux" or TRANSPORT_VARIABLE in os.environ:
+        return
+    _has_warned = True
+    warn_caller(
+        "the server is on this machine, but steps go through a socket, several times slower than "
+        "through shared memory: the module procgen_client._native is not installed. Build it "
+        "(cmake --build build/release --target procgen_python_native), or install the wheel "
+        f"(clients/python/build_wheel.sh). {TRANSPORT_VARIABLE}=grpcio turns this warning off",
+        RuntimeWarning,
+    )
 
 
 def why_not_mapped(pool: Pool) -> str:
