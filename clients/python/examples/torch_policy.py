@@ -51,7 +51,7 @@ def make_policy(game: str) -> Callable[..., np.ndarray]:
     network = RecurrentNetwork()
     path = os.environ.get("POLICY_WEIGHTS")
     if path is not None:
-        network.load_state_dict(torch.load(path))
+        network.load_state_dict(torch.load(path, weights_only=True))
     hidden = torch.zeros(0, 128)
 
     def act(observations: np.ndarray, first: np.ndarray) -> np.ndarray:

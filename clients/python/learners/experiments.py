@@ -21,11 +21,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from learners import report
+from learners import checkpoint_file, report
 from learners.environments import games_with_mode, open_client, return_range_or_none
 from learners.policy import load_run
 from learners.rainbow import REPLAY
-from learners.run_folder import CHECKPOINT, load_checkpoint
+from learners.run_folder import CHECKPOINT
 from learners.training_run import PROGRESS_COLUMNS
 from procgen_client import ACTION_COUNT, ENV_NAMES, Client
 from procgen_client.tools.play_episodes import play_episodes
@@ -169,7 +169,7 @@ def jobs_of(experiment: Experiment, scale: Scale, root: Path) -> Iterator[Job]:
 def is_finished(job: Job, experiment: Experiment, scale: Scale) -> bool:
     """Returns whether a run has reached its last step; without a checkpoint, if tested."""
     if (job.folder / CHECKPOINT).exists():
-        return load_checkpoint(job.folder / CHECKPOINT)["step"] >= scale.total_steps
+        return checkpoint_file.load(job.folder / CHECKPOINT)["step"] >= scale.total_steps
     is_tested = experiment.test_levels is None or (job.folder / _TEST).exists()
     progress = job.folder / "progress.csv"
     if not is_tested or not progress.exists():

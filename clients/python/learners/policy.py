@@ -15,8 +15,8 @@ from typing import Any
 import numpy as np
 import torch
 
-from learners import cpu, ppo, rainbow
-from learners.run_folder import CHECKPOINT, load_checkpoint
+from learners import checkpoint_file, cpu, ppo, rainbow
+from learners.run_folder import CHECKPOINT
 from procgen_client import ACTION_COUNT
 from procgen_client.errors import InvalidArgumentError
 
@@ -48,7 +48,7 @@ def load_run(folder: Path, game: str | None = None) -> Policy:
     PPO samples actions, as in training and in the paper; Rainbow takes the best ones. Equal calls
     return equal actions.
     """
-    checkpoint = load_checkpoint(folder / CHECKPOINT)
+    checkpoint = checkpoint_file.load(folder / CHECKPOINT)
     options = checkpoint["options"]
     if game is not None and options["game"] != game:
         raise InvalidArgumentError(f"{folder} was trained on {options['game']}, not on {game}")
@@ -73,7 +73,7 @@ def load_agent(folder: Path) -> tuple[ppo.Agent, dict[str, Any]]:
     """
     if not (folder / CHECKPOINT).exists():
         raise InvalidArgumentError(f"{folder} has no {CHECKPOINT}; it is the folder of a run")
-    checkpoint = load_checkpoint(folder / CHECKPOINT)
+    checkpoint = checkpoint_file.load(folder / CHECKPOINT)
     if _is_rainbow(checkpoint["options"]):
         raise InvalidArgumentError(f"{folder} is a run of Rainbow; it is a run of PPO")
     return _agent_of(checkpoint), checkpoint["options"]

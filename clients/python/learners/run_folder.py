@@ -10,8 +10,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import IO, Any
 
-import torch
-
+from learners import checkpoint_file
 from procgen_client._checkpoint import write_atomically
 
 CHECKPOINT = "checkpoint.pt"
@@ -90,7 +89,9 @@ class RunFolder:
 
     def save(self, checkpoint: dict[str, Any]) -> None:
         """Replaces the checkpoint atomically."""
-        write_atomically(self._path / CHECKPOINT, lambda file: torch.save(checkpoint, file))
+        write_atomically(
+            self._path / CHECKPOINT, lambda file: checkpoint_file.save(file, checkpoint)
+        )
 
     def close(self) -> None:
         """Closes all files."""
@@ -98,12 +99,6 @@ class RunFolder:
             table.close()
         if self._events is not None:
             self._events.close()
-
-
-def load_checkpoint(path: Path, device: torch.device | str = "cpu") -> dict[str, Any]:
-    """Reads a checkpoint. It is a pickle: load only those of runs that you trust."""
-    # It also has random states and options, not only tensors.
-    return torch.load(path, map_location=device, weights_only=False)
 
 
 def _event_writer(path: Path) -> Any:  # noqa: ANN401 - its type is TensorBoard's

@@ -12,9 +12,10 @@ from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
+from learners import checkpoint_file
 from learners.environments import Episode
 from learners.ranks import Ranks
-from learners.run_folder import CHECKPOINT, ProgressLine, RunFolder, load_checkpoint
+from learners.run_folder import CHECKPOINT, ProgressLine, RunFolder
 
 EPISODE_WINDOW = 100  # Number of episodes in return_mean and length_mean.
 PROGRESS_COLUMNS = (
@@ -81,7 +82,7 @@ class TrainingRun:
         if (path / CHECKPOINT).exists():
             if not options.resume:
                 raise SystemExit(f"{path} has a checkpoint; --resume continues from it")
-            checkpoint = load_checkpoint(path / CHECKPOINT)
+            checkpoint = checkpoint_file.load(path / CHECKPOINT)
             self._require_same_options(checkpoint)
             learner.restore(checkpoint["learner"], checkpoint["ranks"][ranks.rank])
             self._step = checkpoint["step"]

@@ -11,8 +11,8 @@ import pytest
 
 pytest.importorskip("torch")
 
-from learners import experiments, report
-from learners.run_folder import CHECKPOINT, load_checkpoint
+from learners import checkpoint_file, experiments, report
+from learners.run_folder import CHECKPOINT
 from procgen_client import Client, ServerProcess
 
 _TINY = ["--total-steps", "512", "--num-envs", "8", "--num-steps", "32", "--chunk-size", "64"]
@@ -108,11 +108,11 @@ def test_run_without_its_last_checkpoint_is_continued(
     early = (folder / CHECKPOINT).read_bytes()
     root = _run(*command)
     assert (root / "table.md").read_text().splitlines()[2].startswith("| bigfish | PPO | 1 |")
-    assert load_checkpoint(folder / CHECKPOINT)["step"] == 512
+    assert checkpoint_file.load(folder / CHECKPOINT)["step"] == 512
     (folder / CHECKPOINT).write_bytes(early)
     (folder / "test.json").unlink()
     _run(*command)
-    assert load_checkpoint(folder / CHECKPOINT)["step"] == 512
+    assert checkpoint_file.load(folder / CHECKPOINT)["step"] == 512
 
 
 def test_options_of_the_learners_are_not_abbreviations() -> None:

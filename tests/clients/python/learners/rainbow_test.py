@@ -7,8 +7,8 @@ from pathlib import Path
 import pytest
 from small_runs import RestartedEnvironments, train_rainbow
 
-from learners import rainbow
-from learners.run_folder import CHECKPOINT, load_checkpoint
+from learners import checkpoint_file, rainbow
+from learners.run_folder import CHECKPOINT
 from procgen_client import ServerProcess
 
 torch = pytest.importorskip("torch")
@@ -51,7 +51,7 @@ def test_steps_are_those_of_the_replay_after_restarts_of_the_server(
     with RestartedEnvironments.server_to_restart() as address:
         found = train_rainbow(tmp_path, address)
     assert RestartedEnvironments.restarts == 4
-    checkpoint = load_checkpoint(tmp_path / CHECKPOINT)
+    checkpoint = checkpoint_file.load(tmp_path / CHECKPOINT)
     assert checkpoint["step"] == 8 * checkpoint["ranks"][0]["replay"]["row_count"] >= 1024
     assert found["progress"].splitlines()[-1].startswith(f"{checkpoint['step']},")
 
