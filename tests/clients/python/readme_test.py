@@ -84,6 +84,27 @@ def test_resumed_training_equals_an_uninterrupted_one(
     assert output_of("resumed", example, 2) == whole
 
 
+def test_replay_example_repeats_an_episode_after_an_incomplete_level(
+    server: ServerProcess,
+) -> None:
+    # Level 52 of miner is complete at its start. After an incomplete level, the exit is closed for
+    # one step: the second episode continues where a new environment ends.
+    guide = _examples_in(_PYTHON / "guides/watch-and-evaluate.md")
+    (example,) = (each for each in guide if "replay" in each)
+    source = example.replace("localhost:50051", server.address).replace('"coinrun"', '"miner"')
+    source = source.replace('"easy"}', '"easy", "start_level": 52, "num_levels": 1}')
+    recorded = """
+    for actions in ([-1] * 4, [4] * 4, [4] * 4, [-1] * 4):
+        pool.step(actions)
+    episode = pool.get_episode(3)
+    assert (len(episode.actions), episode.prev_level_incomplete) == (3, True)
+"""
+    pattern = r"\n    episode = pool.get_episode\(3\).*\n"
+    source, count = re.subn(pattern, lambda _: recorded, source)
+    assert count == 1
+    exec(compile(source, "example", "exec"), {"__name__": "example"})
+
+
 @native_only
 def test_restart_example_survives_a_restart(tmp_path: Path) -> None:
     (example,) = (each for each in _EXAMPLES if "NotFoundError" in each)
