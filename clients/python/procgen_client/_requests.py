@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import operator
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any, NamedTuple, TypeVar
 
@@ -16,6 +17,10 @@ _Message = TypeVar("_Message")
 # Actions are in [ACTION_MIN, ACTION_COUNT). ACTION_MIN ends the episode without a move.
 ACTION_MIN = -1
 ACTION_COUNT = 15
+# Least and largest level seed.
+LEVEL_SEEDS = (-(2**31), 2**31 - 1)
+# Upper bound of a number of environments in a message; the server has a lower one.
+ENV_COUNT_MAX = 2**31 - 1
 
 
 class Reset(NamedTuple):
@@ -142,11 +147,17 @@ def observation(observe: bool) -> step_pb2.Observation:
     return step_pb2.OBSERVATION_FRAME if observe else step_pb2.OBSERVATION_NONE
 
 
-def in_range(name: str, given: int, least: int, most: int) -> int:
-    """Returns `given`; raises InvalidArgumentError unless it is in [least, most]."""
-    if not least <= given <= most:
+def in_range(name: str, given: object, least: int, most: int) -> int:
+    """Returns `given`; raises InvalidArgumentError unless it is an integer in [least, most]."""
+    try:
+        number = operator.index(given)  # type: ignore[arg-type]
+    except TypeError:
+        raise InvalidArgumentError(
+            f"{name} is {given!r}; it is an integer in [{least}, {most}]"
+        ) from None
+    if not least <= number <= most:
         raise InvalidArgumentError(f"{name} is {given}; it is in [{least}, {most}]")
-    return given
+    return number
 
 
 def message_of(cls: Callable[..., _Message], **fields: Any) -> _Message:  # noqa: ANN401

@@ -240,11 +240,11 @@ class Client:
             AlreadyExistsError, ResourceExhaustedError: `pool_id` is taken; ``catalog().limits``.
             UnimplementedError: The server or this installation does not support an option.
         """
+        _options.check_names("Client.create_pool", options, pool_option_names())
         shape = _options.observation_format(screen_size, grayscale_obs, layout, frame_stack)
         spec = _options.pool_spec(
-            games,
-            env_count,
-            options=_options.environment_options(**options),
+            *(games, env_count),
+            options=_options.environment_options(options),
             autoreset_mode=autoreset_mode,
             first_env=first_env,
             total_env_count=total_env_count,
@@ -381,6 +381,12 @@ class Client:
         if not catalog.games:
             raise InternalError(f"the server at {self.address} has a catalog without games")
         return catalog
+
+
+def pool_option_names() -> set[str]:
+    """Returns the names of the arguments of Client.create_pool, with upstream's options."""
+    own = _options.keywords_of(Client.create_pool)
+    return own | set(_options.EnvironmentOptions.__annotations__)
 
 
 def _parsed(message_type: type[_Message], serialised: bytes) -> _Message:

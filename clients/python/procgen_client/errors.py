@@ -80,6 +80,13 @@ class UpstreamAssertionError(InvalidArgumentError, AssertionError):
     """An InvalidArgumentError of upstream's API, where upstream raises AssertionError."""
 
 
+class UnknownOptionError(InvalidArgumentError, TypeError):
+    """There is no such option; the message has the nearest name and all names.
+
+    A TypeError as well, as for any unknown keyword argument in Python.
+    """
+
+
 class NotFoundError(ProcgenError):
     """There is no such game or pool."""
 

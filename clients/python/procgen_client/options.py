@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import difflib
+import inspect
+from collections.abc import Callable, Iterable, Sequence
 from datetime import timedelta
 from typing import Any, NamedTuple, TypedDict
 
@@ -11,8 +13,9 @@ import numpy.typing as npt
 from google.protobuf.duration_pb2 import Duration
 
 from procgen_client._proto import pools_pb2
-from procgen_client._requests import in_range, message_of
-from procgen_client.errors import InvalidArgumentError
+from procgen_client._requests import ENV_COUNT_MAX, in_range, message_of
+from procgen_client._warnings import warn_caller
+from procgen_client.errors import InvalidArgumentError, UnknownOptionError
 
 GAMES = (
     "bigfish",
@@ -63,47 +66,85 @@ class EnvironmentOptions(TypedDict, total=False):
     debug_mode: int  # Bit mask that only coinrun reads. 0
 
 
-def environment_options(
-    *,
-    distribution_mode: str = "hard",
-    num_levels: int = 0,
-    start_level: int = 0,
-    rand_seed: int | None = None,
-    use_sequential_levels: bool = False,
-    center_agent: bool = True,
-    use_backgrounds: bool = True,
-    use_generated_assets: bool = False,
-    use_monochrome_assets: bool = False,
-    restrict_themes: bool = False,
-    paint_vel_info: bool = False,
-    debug_mode: int = 0,
-) -> pools_pb2.EnvironmentOptions:
-    """Returns EnvironmentOptions as a message.
+# Bounds of the options that are integers. Upstream's are int32; rand_seed may also be unsigned.
+_INTEGERS = {
+    "num_levels": (0, 2**31 - 1),
+    "start_level": (0, 2**31 - 1),
+    "rand_seed": (-(2**31), 2**32 - 1),
+    "debug_mode": (-(2**31), 2**31 - 1),
+}
+
+
+def environment_options(options: EnvironmentOptions) -> pools_pb2.EnvironmentOptions:
+    """Returns EnvironmentOptions as a message. Warns of a start_level without num_levels.
+
+    Args:
+        options: Those that differ from upstream's defaults; check_names has checked the names.
 
     Raises:
-        InvalidArgumentError: `distribution_mode` is not one of DISTRIBUTION_MODES, or a number does
-            not fit its field. The server validates everything else.
+        InvalidArgumentError: A value has a wrong type or is out of range. The server validates
+            everything else.
     """
-    mode = _enum_value(
-        "distribution_mode", distribution_mode, DISTRIBUTION_MODES, pools_pb2.DistributionMode
-    )
-    try:
-        return pools_pb2.EnvironmentOptions(
-            distribution_mode=mode,
-            num_levels=num_levels,
-            start_level=start_level,
-            rand_seed=rand_seed,
-            use_sequential_levels=use_sequential_levels,
-            center_agent=center_agent,
-            use_backgrounds=use_backgrounds,
-            use_generated_assets=use_generated_assets,
-            use_monochrome_assets=use_monochrome_assets,
-            restrict_themes=restrict_themes,
-            paint_vel_info=paint_vel_info,
-            debug_mode=debug_mode,
+    given: dict[str, Any] = {
+        **{"distribution_mode": "hard", "center_agent": True, "use_backgrounds": True},
+        **options,
+    }
+    message = pools_pb2.EnvironmentOptions()
+    for name, value in given.items():
+        if name == "distribution_mode":
+            enum = pools_pb2.DistributionMode
+            message.distribution_mode = _enum_value(name, value, DISTRIBUTION_MODES, enum)
+        elif name in _INTEGERS:
+            if name != "rand_seed" or value is not None:
+                setattr(message, name, in_range(name, value, *_INTEGERS[name]))
+        elif isinstance(value, bool | np.bool_ | int) and value in (0, 1):
+            setattr(message, name, bool(value))
+        else:
+            raise InvalidArgumentError(f"{name} is {value!r}; it is True or False")
+    if message.start_level and not message.num_levels:
+        warn_caller(
+            f"start_level is {message.start_level}, but num_levels is 0 (unlimited), so it has no "
+            "effect, as upstream: num_levels=1 plays just this level"
         )
-    except (TypeError, ValueError) as error:
-        raise InvalidArgumentError(f"an option has a wrong value: {error}") from error
+    return message
+
+
+def check_names(owner: str, given: Iterable[str], allowed: Iterable[str]) -> None:
+    """Raises UnknownOptionError unless each name is allowed; `owner` is what has these options."""
+    names = sorted(allowed)
+    for name in given:
+        if name not in names:
+            nearest = difflib.get_close_matches(str(name), names, 1)
+            hint = f" (did you mean {nearest[0]!r}?)" if nearest else ""
+            raise UnknownOptionError(
+                f"{owner} has no option {name!r}{hint}; its options are {', '.join(names)}"
+            )
+
+
+def keywords_of(*functions: Callable[..., object]) -> set[str]:
+    """Returns the names of all arguments of functions that can be given by name, except self."""
+    return {
+        name
+        for function in functions
+        for name, parameter in inspect.signature(function).parameters.items()
+        if parameter.kind in (parameter.POSITIONAL_OR_KEYWORD, parameter.KEYWORD_ONLY)
+    } - {"self"}
+
+
+def game_names(games: str | Sequence[str]) -> list[str]:
+    """Returns a list of games; raises InvalidArgumentError unless `games` is text or a list of it.
+
+    The server knows the names.
+    """
+    try:
+        names = [games] if isinstance(games, str) else list(games)
+    except TypeError:
+        names = []
+    if not names or not all(isinstance(name, str) for name in names):
+        raise InvalidArgumentError(
+            f"games is {games!r}; it is the name of a game, or a list of names"
+        )
+    return names
 
 
 def observation_format(
@@ -213,22 +254,20 @@ def pool_spec(
     if transport != "auto":
         how = _enum_value("transport", transport, TRANSPORTS, pools_pb2.Transport)
     code = _enum_value("encoding", encoding, ENCODINGS, pools_pb2.Encoding)
-    try:
-        return pools_pb2.PoolSpec(
-            games=[games] if isinstance(games, str) else games,
-            env_count=env_count,
-            options=options,
-            autoreset_mode=mode,
-            first_env=first_env,
-            total_env_count=total_env_count,
-            observation_format=observation_format,
-            encoding=code,
-            lease_duration=None if lease_duration is None else duration(lease_duration),
-            level_sampler=None if level_sampler is None else level_sampler_message(level_sampler),
-            transport=how,
-        )
-    except (TypeError, ValueError) as error:
-        raise InvalidArgumentError(f"the pool's spec has a wrong value: {error}") from error
+    return message_of(
+        pools_pb2.PoolSpec,
+        games=game_names(games),
+        env_count=in_range("env_count", env_count, 1, ENV_COUNT_MAX),
+        options=options,
+        autoreset_mode=mode,
+        first_env=in_range("first_env", first_env, 0, ENV_COUNT_MAX),
+        total_env_count=in_range("total_env_count", total_env_count, 0, ENV_COUNT_MAX),
+        observation_format=observation_format,
+        encoding=code,
+        lease_duration=None if lease_duration is None else duration(lease_duration),
+        level_sampler=None if level_sampler is None else level_sampler_message(level_sampler),
+        transport=how,
+    )
 
 
 def duration(seconds: float) -> Duration:
@@ -243,6 +282,6 @@ def duration(seconds: float) -> Duration:
 
 def _enum_value(name: str, given: str, allowed: Sequence[str], enum: Any) -> Any:  # noqa: ANN401
     """Returns an enum's value, e.g. DISTRIBUTION_MODE_HARD for "hard"."""
-    if given not in allowed:
+    if not isinstance(given, str) or given not in allowed:
         raise InvalidArgumentError(f"{name} is {given!r}; it is one of {', '.join(allowed)}")
     return enum.Value(f"{name}_{given}".upper())

@@ -150,11 +150,11 @@ def test_equal_specs_create_equal_pools(client: Client) -> None:
     [
         (("pong", 1), {}, errors.NotFoundError, "pong"),
         (("maze", 0), {}, errors.InvalidArgumentError, "env_count"),
-        (("maze", 2**40), {}, errors.InvalidArgumentError, "spec has a wrong value"),
+        (("maze", 2**40), {}, errors.InvalidArgumentError, "env_count is 1099511627776; it is in"),
         (("bigfish", 1), {"distribution_mode": "memory"}, errors.InvalidArgumentError, "bigfish"),
         (("maze", 1), {"distribution_mode": "hrad"}, errors.InvalidArgumentError, "'hrad'.*hard"),
         (("maze", 1), {"num_levels": -1}, errors.InvalidArgumentError, "num_levels"),
-        (("maze", 1), {"num_levels": 2**31}, errors.InvalidArgumentError, "wrong value"),
+        (("maze", 1), {"num_levels": 2**31}, errors.InvalidArgumentError, "num_levels is 2147"),
         (
             ("maze", 1),
             {"autoreset_mode": "never"},
@@ -174,11 +174,6 @@ def test_invalid_pool_is_rejected_with_a_reason(
 ) -> None:
     with pytest.raises(error, match=message):
         client.create_pool(*arguments, **options)
-
-
-def test_misspelled_option_is_a_type_error(client: Client) -> None:
-    with pytest.raises(TypeError, match="num_level"):
-        client.create_pool("maze", 1, num_level=3)
 
 
 def test_name_in_use_is_rejected(client: Client) -> None:

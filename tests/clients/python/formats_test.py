@@ -106,7 +106,7 @@ def test_vector_environment_has_the_requested_shape(server: ServerProcess) -> No
         ({"frame_stack": 0}, "frame_stack is 0; it is in [1, 16]"),
         ({"frame_stack": 17}, "frame_stack is 17; it is in [1, 16]"),
         ({"layout": "nchw"}, "layout is 'nchw'; it is one of hwc, chw"),
-        ({"screen_size": 84.5}, "ObservationFormat has a wrong value"),
+        ({"screen_size": 84.5}, "screen_size is 84.5; it is an integer in [16, 512]"),
     ],
 )
 def test_formats_out_of_range_are_rejected(
