@@ -1,4 +1,9 @@
-"""Infos of a Gymnasium vector environment from a batch: arrays, each with a mask `_key`."""
+"""Infos of environments from a batch.
+
+Those of a vector environment are arrays, each with a mask `_key`. They are as those of Gymnasium's
+own vector environments of ProcgenGymEnv: int64, float64 and bool; 0 where the mask is false; no key
+where it is false everywhere.
+"""
 
 from __future__ import annotations
 
@@ -9,28 +14,24 @@ import numpy as np
 
 from procgen_client.batch import Batch
 
-
-def level_infos(batch: Batch, mask: np.ndarray) -> dict[str, Any]:
-    """Returns the levels of a step; `mask`, bool [N], is the mask of each entry."""
-    return {
-        "level_seed": batch.level_seeds,
-        "_level_seed": mask.copy(),
-        "prev_level_seed": batch.prev_level_seeds,
-        "_prev_level_seed": mask.copy(),
-        "prev_level_complete": batch.prev_level_complete,
-        "_prev_level_complete": mask.copy(),
-    }
+# Element types of infos by the kind of a batch's: those of Python's numbers. Others stay.
+_WIDE = {"i": np.int64, "f": np.float64}
 
 
-def reset_infos(batch: Batch, mask: np.ndarray) -> dict[str, Any]:
-    """Returns the levels after a reset of the environments of `mask`, bool [N].
+def level_infos(batch: Batch, shown: np.ndarray, stepped: np.ndarray) -> dict[str, Any]:
+    """Returns the levels after a step or a reset.
 
-    The masks of prev_* are false, since the new episodes have stepped no level.
+    Args:
+        batch: Its answer.
+        shown: Environments whose level is returned, bool [N].
+        stepped: Those whose current episode has stepped a level, bool [N].
     """
-    nowhere = np.zeros_like(mask)
-    infos: dict[str, Any] = {"level_seed": batch.level_seeds, "_level_seed": mask.copy()}
-    _add_numbers(infos, "prev_level_seed", batch.prev_level_seeds, nowhere)
-    _add_numbers(infos, "prev_level_complete", batch.prev_level_complete, nowhere)
+    infos: dict[str, Any] = {}
+    if stepped is shown:  # Most steps.
+        _add_numbers(infos, shown, level_seed=batch.level_seeds, **_previous_level(batch))
+        return infos
+    _add_numbers(infos, shown, level_seed=batch.level_seeds)
+    _add_numbers(infos, stepped, **_previous_level(batch))
     return infos
 
 
@@ -40,8 +41,8 @@ def episode_infos(batch: Batch, ended: np.ndarray, same_step: bool) -> dict[str,
     With SAME_STEP also their last observations and infos.
     """
     infos: dict[str, Any] = {}
-    _add_numbers(infos, "episode_return", batch.episode_returns, ended)
-    _add_numbers(infos, "episode_length", batch.episode_lengths, ended)
+    episode = {"episode_return": batch.episode_returns, "episode_length": batch.episode_lengths}
+    _add_numbers(infos, ended, **episode)
     if not same_step:
         return infos
 
@@ -49,10 +50,8 @@ def episode_infos(batch: Batch, ended: np.ndarray, same_step: bool) -> dict[str,
     for row, observation in zip(ended.nonzero()[0], batch.final_observations, strict=True):
         final_obs[row] = observation.copy()
     final_info: dict[str, Any] = {}
-    # The level in the last observation.
-    _add_numbers(final_info, "level_seed", batch.prev_level_seeds, ended)
-    _add_numbers(final_info, "prev_level_seed", batch.prev_level_seeds, ended)
-    _add_numbers(final_info, "prev_level_complete", batch.prev_level_complete, ended)
+    # The level in the last observation is the one that was stepped.
+    _add_numbers(final_info, ended, level_seed=batch.prev_level_seeds, **_previous_level(batch))
     final_info |= infos  # Return and length.
     infos |= {"final_obs": final_obs, "_final_obs": ended.copy()}
     infos |= {"final_info": final_info, "_final_info": ended.copy()}
@@ -88,6 +87,32 @@ class EpisodeRecorder:
         return infos
 
 
-def _add_numbers(infos: dict[str, Any], name: str, values: np.ndarray, mask: np.ndarray) -> None:
-    infos[name] = values * mask  # Keeps the type; np.where takes five times as long.
-    infos[f"_{name}"] = mask.copy()
+def level_dicts(batch: Batch) -> list[dict[str, Any]]:
+    """Returns the levels as upstream's get_info: a dict for each environment."""
+    complete = batch.prev_level_complete.astype(np.uint8)
+    return [
+        {"prev_level_seed": previous, "prev_level_complete": is_complete, "level_seed": seed}
+        for previous, is_complete, seed in zip(
+            batch.prev_level_seeds, complete, batch.level_seeds, strict=True
+        )
+    ]
+
+
+def _previous_level(batch: Batch) -> dict[str, np.ndarray]:
+    return {
+        "prev_level_seed": batch.prev_level_seeds,
+        "prev_level_complete": batch.prev_level_complete,
+    }
+
+
+def _add_numbers(infos: dict[str, Any], mask: np.ndarray, **numbers: np.ndarray) -> None:
+    """Adds arrays [N] by name, with a mask that is true somewhere; else none."""
+    count = np.count_nonzero(mask)  # Five times as fast as any().
+    if not count:
+        return
+    for name, values in numbers.items():
+        dtype = _WIDE.get(values.dtype.kind, values.dtype)
+        # np.where takes five times as long.
+        is_whole = count == len(mask)
+        infos[name] = values.astype(dtype) if is_whole else np.multiply(values, mask, dtype=dtype)
+        infos[f"_{name}"] = mask.copy()

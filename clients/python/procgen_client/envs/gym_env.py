@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 import os
 from typing import Any, SupportsFloat
 
@@ -10,8 +11,11 @@ import numpy as np
 from procgen_client._requests import ACTION_COUNT
 from procgen_client.client import Client
 from procgen_client.envs._gymnasium import AutoresetMode, Env, single_spaces
-from procgen_client.envs.vector_env import ProcgenVectorEnv
+from procgen_client.envs._pools import time_limit_steps
+from procgen_client.envs._reset_arguments import reset_options_of
+from procgen_client.envs.vector_env import ProcgenVectorEnv, option_names
 from procgen_client.errors import FailedPreconditionError, InvalidArgumentError
+from procgen_client.options import check_names
 from procgen_client.tools.art import Art
 from procgen_client.tools.server_process import ServerProcess
 
@@ -36,9 +40,13 @@ class ProcgenGymEnv(Env):
 
     Attributes:
         vector_env: The ProcgenVectorEnv with one environment that steps it.
+        env: The same, for programs that look for upstream's get_info in ``env.env``.
+        spec: Gymnasium's EnvSpec, if gymnasium.make made it. Its max_episode_steps is the game's
+            time limit, and no wrapper TimeLimit is needed.
     """
 
     metadata: dict[str, Any] = {"render_modes": ["rgb_array"], "render_fps": 15}
+    _spec: Any = None
 
     def __init__(
         self,
@@ -59,6 +67,7 @@ class ProcgenGymEnv(Env):
         """
         if not isinstance(games, str):
             raise InvalidArgumentError(f"games is {games!r}; one environment plays one game")
+        check_names(type(self).__name__, options, option_names() - {"num_envs", "autoreset_mode"})
         self.vector_env = _VectorEnvOfOne(
             games,
             1,
@@ -68,11 +77,24 @@ class ProcgenGymEnv(Env):
             render_mode=render_mode,
             **options,
         )
+        self.env = self.vector_env
         self.render_mode = render_mode
         self._is_over = False
         spaces = single_spaces(self.vector_env.pool.observation_shape, ACTION_COUNT)
         self.observation_space = spaces["observation_space"]
         self.action_space = spaces["action_space"]
+
+    @property
+    def spec(self) -> Any:  # noqa: ANN401 - gymnasium.envs.registration.EnvSpec, or None
+        """What gymnasium.make assigned, with the game's time limit; or None."""
+        return self._spec
+
+    @spec.setter
+    def spec(self, given: Any) -> None:  # noqa: ANN401
+        self._spec = copy.copy(given)
+        if getattr(given, "max_episode_steps", 0) is None:
+            steps, skipped = time_limit_steps(self.vector_env.pool), self.vector_env._frame_skip
+            self._spec.max_episode_steps = -(-steps // skipped)
 
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
@@ -82,16 +104,19 @@ class ProcgenGymEnv(Env):
         Args:
             seed: New seed of the choice of levels. None: unchanged; the first reset then returns
                 the episode that rand_seed chose.
-            options: ``level_seed``: the level to play.
+            options: ``level_seed``, or ``level_seeds``: the level to play.
 
         Returns:
             The first observation, and infos.
+
+        Raises:
+            InvalidArgumentError: `seed` is out of range, or an option is unknown or malformed.
+            FailedPreconditionError: The environment is closed.
         """
+        _, levels = reset_options_of(options, 1, type(self).__name__, is_single=True)
+        level = {} if levels[0] is None else {"level_seed": levels[0]}
+        observations, infos = self.vector_env.reset(seed=seed, options=level)
         super().reset(seed=seed)
-        level_seed = None if options is None else options.get("level_seed")
-        observations, infos = self.vector_env.reset(
-            seed=seed, options=None if level_seed is None else {"level_seeds": [level_seed]}
-        )
         self._is_over = False
         return observations[0], _of_one(infos)
 
@@ -102,10 +127,10 @@ class ProcgenGymEnv(Env):
             Observation, reward, terminated, truncated, infos.
 
         Raises:
-            FailedPreconditionError: The episode is over: call reset.
+            FailedPreconditionError: The episode is over: call reset. Or the environment is closed.
             InvalidArgumentError: The action is out of range. Nothing was stepped.
         """
-        if self._is_over:
+        if self._is_over and not self.vector_env.closed:
             raise FailedPreconditionError("the episode is over: call reset")
         observations, rewards, terminated, truncated, infos = self.vector_env.step([action])
         self._is_over = bool(terminated[0] or truncated[0])

@@ -13,9 +13,9 @@ import numpy.typing as npt
 
 from procgen_client import _checkpoint
 from procgen_client._out import writable_view
-from procgen_client._requests import ACTION_COUNT, Reset, in_range
+from procgen_client._requests import ACTION_COUNT, ENV_COUNT_MAX, Reset, in_range
 from procgen_client.batch import Batch
-from procgen_client.client import Client
+from procgen_client.client import Client, pool_option_names
 from procgen_client.envs._gymnasium import (
     AutoresetMode,
     VectorEnv,
@@ -25,25 +25,17 @@ from procgen_client.envs._gymnasium import (
 from procgen_client.envs._infos import (
     EpisodeRecorder,
     episode_infos,
+    level_dicts,
     level_infos,
-    reset_infos,
 )
-from procgen_client.envs._reset_arguments import level_seeds_of, reset_mask_of, seeds_of
-from procgen_client.errors import (
-    FailedPreconditionError,
-    InvalidArgumentError,
-    UnimplementedError,
-)
+from procgen_client.envs._pools import autoreset_mode_of, check_render_mode, close_pool, create_pool
+from procgen_client.envs._reset_arguments import reset_options_of, seeds_of
+from procgen_client.errors import FailedPreconditionError, InvalidArgumentError
+from procgen_client.options import check_names, keywords_of
 from procgen_client.pool import Pool
 from procgen_client.tools.art import Art
 from procgen_client.tools.local_server import open_client
 from procgen_client.tools.server_process import ServerProcess
-
-_AUTORESET_MODES = {
-    AutoresetMode.NEXT_STEP: "next_step",
-    AutoresetMode.SAME_STEP: "same_step",
-    AutoresetMode.DISABLED: "disabled",
-}
 
 
 class ProcgenVectorEnv(VectorEnv):
@@ -64,12 +56,13 @@ class ProcgenVectorEnv(VectorEnv):
     the frame's, as Gymnasium's FrameStackObservation. A new or restored episode starts with copies
     of one frame.
 
-    Infos, each with a mask ``_key`` of the environments for which it is valid:
+    Infos, each with a mask ``_key`` of the environments for which it is valid. They are 0 for the
+    others, and an info that is valid for none is missing, as in Gymnasium's SyncVectorEnv:
 
-    - ``level_seed`` int32 [N]: level in the observation;
-    - ``prev_level_seed`` int32 [N]: level that was stepped; ``prev_level_complete`` bool [N]: this
-      step completed it;
-    - ``episode_return`` float32 [N], ``episode_length`` int32 [N]: of episodes that ended in this
+    - ``level_seed`` int64 [N]: level in the observation;
+    - ``prev_level_seed`` int64 [N]: level that was stepped; ``prev_level_complete`` bool [N]: this
+      step completed it. Not of environments whose observation is the first of an episode;
+    - ``episode_return`` float64 [N], ``episode_length`` int64 [N]: of episodes that ended in this
       step; with record_episode_statistics also ``episode``, as Gymnasium's wrapper
       RecordEpisodeStatistics writes it: a dict with arrays ``r``, ``l`` and ``t`` (seconds);
     - with SAME_STEP, where an episode ended: ``final_obs`` (array of objects: its last observation,
@@ -91,6 +84,10 @@ class ProcgenVectorEnv(VectorEnv):
 
     # Whether programs use it as a Gymnasium vector environment.
     _is_for_gymnasium = True
+
+    _untouched: bool  # Neither reset nor stepped yet.
+    _ended: np.ndarray  # Episode over; with DISABLED to be reset.   bool [N]
+    _next_levels: dict[int, int]  # Sent with the next step.
 
     def __init__(
         self,
@@ -130,20 +127,22 @@ class ProcgenVectorEnv(VectorEnv):
                 (screen_size, grayscale_obs, layout, frame_stack), transport, encoding and others.
 
         Raises:
-            InvalidArgumentError: An argument is out of range, or `art` with a server.
+            InvalidArgumentError: An argument is unknown (UnknownOptionError), of a wrong type or
+                out of range; or `art` with a server.
             NotFoundError: There is no such art.
             UnimplementedError: render_mode is "rgb_array", and the server has no rendering.
             ProcgenError: As Client and Client.create_pool.
         """
         if self._is_for_gymnasium:
             warn_of_old_gymnasium()
-        mode = _autoreset_mode(autoreset_mode)
-        if render_mode not in (None, *self.metadata["render_modes"]):
-            raise InvalidArgumentError(f"render_mode is {render_mode!r}; it is None or 'rgb_array'")
+        check_names(type(self).__name__, options, option_names())
+        num_envs = in_range("num_envs", num_envs, 1, ENV_COUNT_MAX)
+        mode = autoreset_mode_of(autoreset_mode)
+        check_render_mode(render_mode)
         self._frame_skip = in_range("frame_skip", frame_skip, 1, 1000)
         client = open_client(server, art)
         self._open_pool = functools.partial(
-            _create_pool, client, games, num_envs, mode, options, is_drawn=render_mode is not None
+            create_pool, client, games, num_envs, mode, options, is_drawn=render_mode is not None
         )
         try:
             self.pool = self._open_pool()
@@ -155,13 +154,11 @@ class ProcgenVectorEnv(VectorEnv):
         self.metadata = self.metadata | {"autoreset_mode": mode}
         self.__dict__ |= vector_spaces(self.pool.observation_shape, ACTION_COUNT, num_envs)
         self._mode, self._copy, self._render_size_px = mode, copy, render_size_px
-        self._next_levels: dict[int, int] = {}  # Sent with the next step.
-        self._untouched = True  # Neither reset nor stepped yet.
-        self._everywhere = np.ones(num_envs, np.bool_)
+        self._everywhere, self._nowhere = np.ones(num_envs, np.bool_), np.zeros(num_envs, np.bool_)
+        self._begin()
         self._recorder = EpisodeRecorder(num_envs) if record_episode_statistics else None
-        self._ended = np.zeros(num_envs, np.bool_)  # Episode over; with DISABLED to be reset.
         self._owned_client = None if client is server else client
-        self._close_once = weakref.finalize(self, _close, self.pool, self._owned_client)
+        self._close_once = weakref.finalize(self, close_pool, self.pool, self._owned_client)
 
     def __enter__(self) -> ProcgenVectorEnv:
         """Returns the environment itself."""
@@ -185,22 +182,22 @@ class ProcgenVectorEnv(VectorEnv):
                 unchanged). None: all unchanged; the first reset then returns the episodes that
                 rand_seed chose, as in upstream.
             options: ``reset_mask``, bool [N] with at least one True: only these environments are
-                reset. ``level_seeds``, int [N]: the levels to play. The dict is not modified, since
-                wrappers read it afterwards.
+                reset. ``level_seeds``, or ``level_seed``: the levels to play, int [N], or one int
+                for all. The dict is not modified, since wrappers read it afterwards.
             out: As step.
 
         Returns:
-            Observations and infos. ``_level_seed`` is the reset_mask; no environment has stepped a
-            level, so the masks of ``prev_level_seed`` and ``prev_level_complete`` are false.
+            Observations, and the info ``level_seed``; ``_level_seed`` is the reset_mask.
 
         Raises:
-            InvalidArgumentError: `seed` has a wrong length, or an option or `out` is malformed.
+            InvalidArgumentError: `seed` has a wrong length or is out of range, an option is unknown
+                or malformed, or `out` is malformed.
+            FailedPreconditionError: The environment is closed.
         """
-        options = {} if options is None else options
-        mask = reset_mask_of(options.get("reset_mask"), self.num_envs)
+        self._require_open()
+        mask, levels = reset_options_of(options, self.num_envs, type(self).__name__)
         seeds = seeds_of(seed, self.num_envs)
-        levels = level_seeds_of(options.get("level_seeds"), self.num_envs)
-        if self._untouched and mask.all() and seed is None and options.get("level_seeds") is None:
+        if self._untouched and mask.all() and seed is None and levels[0] is None:
             batch = self.pool.observe(out=out)
         else:
             batch = self.pool.reset(
@@ -210,7 +207,7 @@ class ProcgenVectorEnv(VectorEnv):
         self._ended[mask] = False
         if self._recorder is not None:
             self._recorder.begin(mask)
-        return self._observations(batch), reset_infos(batch, mask)
+        return self._observations(batch), level_infos(batch, mask, self._nowhere)
 
     def step(
         self,
@@ -250,6 +247,7 @@ class ProcgenVectorEnv(VectorEnv):
         As in Gymnasium's AsyncVectorEnv. The server steps while the program does other work. Only
         step_wait may follow. Arguments and errors as step.
         """
+        self._require_open()
         if self.pool.in_flight:
             raise FailedPreconditionError("step_async was called before; call step_wait first")
         if self._mode is AutoresetMode.DISABLED and self._ended.any():
@@ -286,6 +284,7 @@ class ProcgenVectorEnv(VectorEnv):
             FailedPreconditionError: step_async was not called.
             ProcgenError: Any error of the server.
         """
+        self._require_open()
         if not self.pool.in_flight:
             raise FailedPreconditionError("step_async was not called: call it first")
         if out is not None:
@@ -293,7 +292,7 @@ class ProcgenVectorEnv(VectorEnv):
         batch = self.pool.receive(out=out)
         self._untouched = False
         self._ended = batch.ended
-        infos = level_infos(batch, self._everywhere)
+        infos = level_infos(batch, self._everywhere, self._stepped(batch))
         if np.count_nonzero(self._ended):  # Five times as fast as any().
             infos |= episode_infos(batch, self._ended, self._mode is AutoresetMode.SAME_STEP)
         if self._recorder is not None:
@@ -331,6 +330,7 @@ class ProcgenVectorEnv(VectorEnv):
 
     def save_states(self, environments: Sequence[int] | None = None) -> list[bytes]:
         """Returns snapshots of environments (None: all); see Pool.save_states."""
+        self._require_open()
         return self.pool.save_states(environments)
 
     def restore_states(
@@ -416,17 +416,29 @@ class ProcgenVectorEnv(VectorEnv):
         self._close_once.detach()
         self.pool.close()
         self.pool = pool
-        self._close_once = weakref.finalize(self, _close, self.pool, self._owned_client)
-        self._untouched = True
-        self._ended = np.zeros(self.num_envs, np.bool_)
-        self._next_levels = {}
+        self._close_once = weakref.finalize(self, close_pool, self.pool, self._owned_client)
+        self._begin()
         return self.reset() if path is None else self.load(path)
+
+    def get_info(self) -> list[dict[str, Any]]:
+        """Returns infos as upstream's gym3 environment does.
+
+        Returns:
+            A dict for each environment: ``prev_level_seed``, ``prev_level_complete``,
+            ``level_seed``; with a render_mode also ``rgb``, as :meth:`render` returns it.
+        """
+        self._require_open()
+        infos = level_dicts(self.pool.observe(observe=False))
+        for info, frame in zip(infos, self.render() or (), strict=False):
+            info["rgb"] = frame
+        return infos
 
     def render(self) -> tuple[np.ndarray, ...] | None:
         """Renders all environments for people: N frames, uint8 [side, side, 3].
 
         None if render_mode is None.
         """
+        self._require_open()
         if self.render_mode is None:
             return None
         return tuple(self.pool.render(size_px=self._render_size_px))
@@ -436,6 +448,15 @@ class ProcgenVectorEnv(VectorEnv):
         if hasattr(self, "_close_once"):  # False if __init__ failed.
             self._close_once()
 
+    def _begin(self) -> None:
+        self._untouched = True
+        self._ended = self._nowhere.copy()
+        self._next_levels = {}
+
+    def _require_open(self) -> None:
+        if self.closed:
+            raise FailedPreconditionError("the environment is closed: make another one")
+
     def _observe(self) -> tuple[np.ndarray, dict[str, Any]]:
         batch = self.pool.observe()
         if self._recorder is not None:
@@ -443,7 +464,16 @@ class ProcgenVectorEnv(VectorEnv):
         self._untouched = False
         # `first`: saved in a pool with "same_step", where the next episode has already started.
         self._ended = batch.ended & ~batch.first
-        return self._observations(batch), level_infos(batch, self._everywhere)
+        infos = level_infos(batch, self._everywhere, self._stepped(batch))
+        return self._observations(batch), infos
+
+    def _stepped(self, batch: Batch) -> np.ndarray:
+        """Returns which environments stepped a level of their current episode, bool [N].
+
+        With NEXT_STEP, the others start the next episode; with SAME_STEP, final_info has their
+        step.
+        """
+        return ~batch.first if np.count_nonzero(batch.first) else self._everywhere
 
     def _check_out(self, out: object) -> None:
         writable_view(out, (self.num_envs, *self.pool.observation_shape))
@@ -458,36 +488,7 @@ class ProcgenVectorEnv(VectorEnv):
         return observations.copy()
 
 
-def _create_pool(
-    client: Client,
-    games: str | Sequence[str],
-    num_envs: int,
-    mode: AutoresetMode,
-    options: dict[str, Any],
-    *,
-    is_drawn: bool,
-) -> Pool:
-    if is_drawn and not client.catalog().features.render:
-        raise UnimplementedError(
-            f"the server at {client.address} has no rendering; use render_mode None"
-        )
-    # Views: `copy` of the environment decides whether observations are copied.
-    return client.create_pool(
-        games, num_envs, autoreset_mode=_AUTORESET_MODES[mode], copy=False, **options
-    )
-
-
-def _close(pool: Pool, client: Client | None) -> None:
-    pool.close()
-    if client is not None:
-        client.close()
-
-
-def _autoreset_mode(given: AutoresetMode | str) -> AutoresetMode:
-    try:
-        return AutoresetMode(given)
-    except ValueError:
-        values = ", ".join(repr(mode.value) for mode in AutoresetMode)
-        raise InvalidArgumentError(
-            f"autoreset_mode is {given!r}; it is a member of AutoresetMode or one of {values}"
-        ) from None
+def option_names() -> set[str]:
+    """Returns the names of all arguments of ProcgenVectorEnv."""
+    renamed = {"env_count"}  # num_envs
+    return keywords_of(ProcgenVectorEnv.__init__) | pool_option_names() - renamed

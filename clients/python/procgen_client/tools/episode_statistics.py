@@ -83,6 +83,7 @@ def _of_batch(batch: Batch) -> list[Episode]:
 def _of_infos(infos: dict[str, Any]) -> list[Episode]:
     if "episode_return" not in infos:
         return []
+    infos = infos.get("final_info", infos)  # With SAME_STEP.
     return [
         Episode(
             int(row),

@@ -47,8 +47,16 @@ def _load(name):
     module, attribute = name.split(":")
     return getattr(importlib.import_module(module), attribute)
 
+class EnvSpec:
+    def __init__(self, id, max_episode_steps):
+        self.id, self.max_episode_steps = id, max_episode_steps
+
 def make(id, **kwargs):
-    return _load(registry[id][0])(**(registry[id][2] | kwargs))
+    # It assigns a minimal spec without max_episode_steps, and adds the wrapper TimeLimit if the
+    # registered one has them.
+    env = _load(registry[id][0])(**(registry[id][2] | kwargs))
+    env.unwrapped.spec = EnvSpec(id, max_episode_steps=None)
+    return env
 
 def make_vec(id, num_envs=1, **kwargs):
     if registry[id][1] is None:  # envs/registration.py: vectorises what entry_point makes.
@@ -194,6 +202,19 @@ assert one.was_seeded_with == 5, "core.py, Env.reset: subclasses call it"
 one.step(4)
 assert one.render().shape == (512, 512, 3)
 one.close()
+
+# Ours: the time limit is the environment's own; its spec has it for programs that read it there.
+for game, limit, options in (
+    ("maze", 500, {}),
+    ("bigfish", 6000, {}),
+    ("jumper", 2000, {"distribution_mode": "memory"}),
+    ("coinrun", 250, {"frame_skip": 4}),
+):
+    one = gymnasium.make(f"procgen_server/{game}-v0", server=sys.argv[1], **options)
+    assert one.spec.max_episode_steps == limit, game
+    assert one.spec.id == f"procgen_server/{game}-v0"
+    one.close()
+assert ProcgenGymEnv("maze", server=sys.argv[1]).spec is None
 
 venv = ProcgenEnv(1, "maze", server=sys.argv[1])
 assert isinstance(venv.observation_space, gymnasium.spaces.Dict)
