@@ -17,7 +17,9 @@ Environments:
 - :class:`ProcgenVectorEnv`, :class:`ProcgenGymEnv`: Gymnasium's VectorEnv and Env. Options are
   those of :meth:`Client.create_pool`; ``env.step(actions, out=x)`` writes observations into an
   array or tensor; ``env.save(path)`` and ``env.load(path)`` are checkpoints.
-- :class:`ProcgenEnv`, :class:`ProcgenGym3Env`: the APIs of Procgen 0.10.7.
+- :class:`ProcgenEnv`, :class:`ProcgenGym3Env`: the APIs of Procgen 0.10.7;
+  :class:`ToBaselinesVecEnv` makes the first of the second. :mod:`procgen_client.env` has the names
+  of upstream's module `procgen.env`.
 
 Pools, the server's own API::
 
@@ -64,8 +66,9 @@ from procgen_client.client import Client, connect
 from procgen_client.credentials import Credentials
 from procgen_client.envs import _gym, _gymnasium
 from procgen_client.envs._gymnasium import AutoresetMode
+from procgen_client.envs.baselines_env import ProcgenEnv, ToBaselinesVecEnv
 from procgen_client.envs.gym_env import ProcgenGymEnv
-from procgen_client.envs.procgen_compat import ENV_NAMES, ProcgenEnv, ProcgenGym3Env
+from procgen_client.envs.procgen_compat import ENV_NAMES, ProcgenGym3Env
 from procgen_client.envs.vector_env import ProcgenVectorEnv
 from procgen_client.errors import ProcgenError
 from procgen_client.options import LevelSampler
@@ -99,6 +102,7 @@ __all__ = [
     "ProcgenVectorEnv",
     "Reset",
     "ServerProcess",
+    "ToBaselinesVecEnv",
     "VideoRecorder",
     "connect",
 ]

@@ -66,7 +66,7 @@ def register_environments() -> None:
 def _env_class() -> Any:  # noqa: ANN401 - a subclass of gym.Env, which may not be installed
     import gym
 
-    from procgen_client.envs.procgen_compat import ProcgenEnv
+    from procgen_client.envs.baselines_env import ProcgenEnv
 
     class ProcgenGymEnv(gym.Env):
         """One environment: reset returns an observation, step returns four values.

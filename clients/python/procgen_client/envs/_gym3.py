@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from importlib import import_module
+from importlib.util import find_spec
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -45,6 +47,13 @@ except ImportError:
         Discrete = _Discrete
         TensorType = _TensorType
         DictType = _DictType
+
+
+def to_baselines_vec_env() -> Any:  # noqa: ANN401 - a class, or None
+    """Returns gym3's class ToBaselinesVecEnv; None without gym3 or Gym, whose spaces it needs."""
+    if find_spec("gym3") is None or find_spec("gym") is None:
+        return None
+    return import_module("gym3").ToBaselinesVecEnv
 
 
 def observation_type(shape: tuple[int, ...]) -> Any:  # noqa: ANN401

@@ -8,22 +8,26 @@ upstream's for the same rand_seed.
 from __future__ import annotations
 
 import os
-import warnings
 import weakref
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from procgen_client import _checkpoint
-from procgen_client._requests import ACTION_COUNT
+from procgen_client._requests import ACTION_COUNT, ENV_COUNT_MAX, LEVEL_SEEDS, Reset, in_range
 from procgen_client.batch import Batch
 from procgen_client.client import Client
-from procgen_client.envs._gym import program_spaces
 from procgen_client.envs._gym3 import Gym3Env, action_type, observation_type
-from procgen_client.errors import InvalidArgumentError, UpstreamAssertionError
-from procgen_client.options import GAMES, EnvironmentOptions
+from procgen_client.envs._infos import level_dicts
+from procgen_client.envs._pools import check_render_mode
+from procgen_client.errors import (
+    FailedPreconditionError,
+    InvalidArgumentError,
+    UpstreamAssertionError,
+)
+from procgen_client.options import GAMES, EnvironmentOptions, check_names, keywords_of
 from procgen_client.pool import Pool
 from procgen_client.tools.art import Art
 from procgen_client.tools.local_server import open_client
@@ -32,8 +36,7 @@ from procgen_client.tools.server_process import ServerProcess
 # The games, by upstream's name for the list.
 ENV_NAMES = list(GAMES)
 
-_RENDER_MODES = (None, "rgb_array")
-_RENDER_SIZE_PX = 512
+RENDER_SIZE_PX = 512
 
 
 class ProcgenGym3Env(Gym3Env):
@@ -47,6 +50,8 @@ class ProcgenGym3Env(Gym3Env):
         num: Number of environments, N.
         ob_space, ac_space: Types of an observation, {"rgb": uint8 [64, 64, 3]}, and of an action.
         combos: Keys of each action, as get_combos returns them.
+        options: Upstream's options by their names, with env_name, and with the rand_seed that was
+            drawn if None was given. A dict.
         render_mode: "rgb_array" or None.
         pool: The pool on the server.
     """
@@ -75,6 +80,7 @@ class ProcgenGym3Env(Gym3Env):
         art: Art | None = None,
         server: str | Client | ServerProcess | None = None,
         transport: str = "auto",
+        **unknown: Any,
     ) -> None:
         """Creates the environments.
 
@@ -88,11 +94,12 @@ class ProcgenGym3Env(Gym3Env):
             art, server, transport: As for ProcgenVectorEnv.
 
         Raises:
-            UpstreamAssertionError: An option is out of range.
+            UnknownOptionError, UpstreamAssertionError: An argument is unknown or out of range.
             ProcgenError: As Client and Client.create_pool.
         """
-        if render_mode not in _RENDER_MODES:
-            raise InvalidArgumentError(f"render_mode is {render_mode!r}; it is None or 'rgb_array'")
+        check_names(type(self).__name__, unknown, keywords_of(ProcgenGym3Env.__init__))
+        num = checked_num(type(self).__name__, num, env_name)
+        check_render_mode(render_mode)
         _check(not debug, f"debug is {debug!r}; it is False, since nothing is compiled here")
         options = EnvironmentOptions(
             distribution_mode=distribution_mode,
@@ -111,14 +118,12 @@ class ProcgenGym3Env(Gym3Env):
         client = open_client(server, resource_root if art is None else art)
         owned = None if client is server else client
         self.pool = _create_pool(client, owned, env_name, num, transport, options)
-        super().__init__(
-            ob_space=observation_type(self.pool.observation_shape),
-            ac_space=action_type(ACTION_COUNT),
-            num=num,
-        )
+        rand_seed = self.pool.spec.options.rand_seed
+        self.options: dict[str, Any] = {"env_name": env_name, **options, "rand_seed": rand_seed}
+        shape = observation_type(self.pool.observation_shape)
+        super().__init__(ob_space=shape, ac_space=action_type(ACTION_COUNT), num=num)
         self._actions = client.catalog().actions
-        self.combos = self.get_combos()
-        self.render_mode = render_mode
+        self.combos, self.render_mode = self.get_combos(), render_mode
         self._batch: Batch | None = None  # The current state; None: not received.
         self._close_once = weakref.finalize(self, _close, self.pool, owned)
 
@@ -160,16 +165,9 @@ class ProcgenGym3Env(Gym3Env):
             level that was stepped, ``level_seed`` of the level in the observation; with render_mode
             "rgb_array" also ``rgb``, uint8 [512, 512, 3].
         """
-        batch = self._now()
-        complete = batch.prev_level_complete.astype(np.uint8)
-        infos: list[dict[str, Any]] = [
-            {"prev_level_seed": previous, "prev_level_complete": is_complete, "level_seed": seed}
-            for previous, is_complete, seed in zip(
-                batch.prev_level_seeds, complete, batch.level_seeds, strict=True
-            )
-        ]
+        infos = level_dicts(self._now())
         if self.render_mode is not None:
-            pictures = self.pool.render(size_px=_RENDER_SIZE_PX)
+            pictures = self.pool.render(size_px=RENDER_SIZE_PX)
             for info, picture in zip(infos, pictures, strict=True):
                 info["rgb"] = picture
         return infos
@@ -188,6 +186,32 @@ class ProcgenGym3Env(Gym3Env):
             raise InvalidArgumentError(f"method is {method!r}; it is one of {', '.join(methods)}")
         result: list[Any] | None = methods[method](*args, **kwargs)
         return [None] * self.num if result is None else result
+
+    def set_levels(self, level_seeds: Mapping[int, int]) -> None:
+        """Starts a level at once in some environments; observe then returns their first frames.
+
+        Upstream cannot do this: it plays the levels that rand_seed chooses. Their rewards are then
+        0 and `first` is True. The others do not change.
+
+        Args:
+            level_seeds: Level seeds by environment.
+
+        Raises:
+            UpstreamAssertionError: There is no such environment, or a level seed is no int32.
+        """
+        try:
+            resets = [
+                Reset(
+                    in_range("environment", environment, 0, self.num - 1),
+                    in_range(f"level_seeds[{environment}]", level_seed, *LEVEL_SEEDS),
+                )
+                for environment, level_seed in level_seeds.items()
+            ]
+        except InvalidArgumentError as error:
+            raise UpstreamAssertionError(error.message) from None
+        self._receive()
+        if resets:
+            self._batch = self.pool.reset(resets)
 
     def get_state(self) -> list[bytes]:
         """Returns a snapshot of each environment."""
@@ -243,6 +267,13 @@ class ProcgenGym3Env(Gym3Env):
         self._close_once()
 
     def _receive(self) -> None:
+        """Waits for the step that act sent, if there is one.
+
+        Raises:
+            FailedPreconditionError: The environments are closed.
+        """
+        if not self._close_once.alive:
+            raise FailedPreconditionError("the environments are closed: make others")
         if self.pool.in_flight:
             self._batch = self.pool.receive()
 
@@ -253,123 +284,25 @@ class ProcgenGym3Env(Gym3Env):
         return self._batch
 
 
-class ProcgenEnv:
-    """N environments with the API of baselines' VecEnv: reset, step.
+def checked_num(owner: str, num: object, env_name: object, name: str = "num") -> int:
+    """Returns the number of environments, after checks of its type and that of their game.
 
-    Threads: one at a time.
-
-    Attributes:
-        num_envs: Number of environments, N.
-        observation_space, action_space: Dict with "rgb", and Discrete: spaces of Gym, if the
-            program has imported it, else of Gymnasium, or classes like them without it.
-        render_mode: "rgb_array" or None.
-        env: The ProcgenGym3Env that steps them.
+    Raises:
+        UpstreamAssertionError: It is no positive integer, or env_name is no text.
     """
-
-    # Keys of Gym until 0.21, as in upstream, and of later versions.
-    metadata: dict[str, Any] = {
-        "render.modes": ["human", "rgb_array"],
-        "video.frames_per_second": 15,
-        "render_modes": ["human", "rgb_array"],
-        "render_fps": 15,
-    }
-    reward_range = (-np.inf, np.inf)
-    spec = None
-
-    def __init__(self, num_envs: int, env_name: str, *args: Any, **kwargs: Any) -> None:
-        """Creates the environments; arguments as for ProcgenGym3Env."""
-        self.env = ProcgenGym3Env(num_envs, env_name, *args, **kwargs)
-        self.num_envs = num_envs
-        self.render_mode = self.env.render_mode
-        spaces = program_spaces()
-        shape = self.env.pool.observation_shape
-        self.observation_space = spaces.Dict({"rgb": spaces.Box(0, 255, shape, np.uint8)})
-        self.action_space = spaces.Discrete(ACTION_COUNT)
-
-    @property
-    def unwrapped(self) -> ProcgenEnv:
-        """The environment itself, since it is not a wrapper."""
-        return self
-
-    def reset(self) -> dict[str, np.ndarray]:
-        """Returns the observations, {"rgb": uint8 [N, 64, 64, 3]}, and starts no episodes.
-
-        As in upstream, only the game ends an episode. A call within an episode warns.
-        """
-        _, observations, first = self.env.observe()
-        if not first.all():
-            warnings.warn(
-                "reset within an episode does nothing: only the game ends an episode",
-                stacklevel=2,
-            )
-        return observations
-
-    def step(
-        self, actions: npt.ArrayLike
-    ) -> tuple[dict[str, np.ndarray], np.ndarray, np.ndarray, list[dict[str, Any]]]:
-        """Steps all environments.
-
-        Args:
-            actions: Numbers [N], each in [0, 15), or -1, as ProcgenGym3Env.act takes them.
-
-        Returns:
-            Observations {"rgb": uint8 [N, 64, 64, 3]}, of the next episode where one ended;
-            rewards, float32 [N]; whether an episode ended, bool [N]; a list of infos.
-
-        Raises:
-            InvalidArgumentError: `actions` has a wrong length or a value out of range.
-        """
-        self.step_async(actions)
-        return self.step_wait()
-
-    def step_async(self, actions: npt.ArrayLike) -> None:
-        """Sends a step; step_wait returns its results. The server steps meanwhile."""
-        self.env.act(actions)
-
-    def step_wait(
-        self,
-    ) -> tuple[dict[str, np.ndarray], np.ndarray, np.ndarray, list[dict[str, Any]]]:
-        """Waits for the step that step_async sent, and returns the values of step."""
-        rewards, observations, first = self.env.observe()
-        return observations, rewards, first, self.env.get_info()
-
-    def render(self, mode: str = "human") -> np.ndarray | None:
-        """Returns a frame of environment 0, as upstream does; get_images returns all.
-
-        Args:
-            mode: "rgb_array": the frame in the infos, uint8 [512, 512, 3], if render_mode is
-                "rgb_array"; else the observation, uint8 [64, 64, 3]. "human": returns None, since
-                no window is opened.
-
-        Raises:
-            InvalidArgumentError: There is no such mode.
-        """
-        if mode not in self.metadata["render_modes"]:
-            raise InvalidArgumentError(f"mode is {mode!r}; it is 'human' or 'rgb_array'")
-        if mode == "human":
-            return None
-        if self.render_mode is None:
-            observation: np.ndarray = self.env.observe()[1]["rgb"][0]
-            return observation
-        return self.env.pool.render([0], size_px=_RENDER_SIZE_PX)[0]
-
-    def save(self, path: str | os.PathLike[str]) -> None:
-        """Writes a checkpoint; as ProcgenGym3Env.save."""
-        self.env.save(path)
-
-    def load(self, path: str | os.PathLike[str]) -> dict[str, np.ndarray]:
-        """Restores a checkpoint and returns the observations. Errors as ProcgenVectorEnv.load."""
-        self.env.load(path)
-        observations: dict[str, np.ndarray] = self.env.observe()[1]
-        return observations
-
-    def get_images(self) -> list[np.ndarray]:
-        """Renders all environments for people: N frames, uint8 [512, 512, 3]."""
-        return self.env.pool.render(size_px=_RENDER_SIZE_PX)
-
-    def close(self) -> None:
-        """Deletes the environments. Closing again does nothing."""
-        self.env.close()
+    if isinstance(num, str):
+        raise UpstreamAssertionError(
+            f"{name} is {num!r} and env_name is {env_name!r}; the number of environments comes "
+            f"first: {owner}({env_name!r}, {num!r})"
+        )
+    _check(
+        isinstance(env_name, str),
+        f"env_name is {env_name!r}; it is the name of a game, or several, separated by commas",
+    )
+    try:
+        return in_range(name, num, 1, ENV_COUNT_MAX)
+    except InvalidArgumentError as error:
+        raise UpstreamAssertionError(error.message) from None
 
 
 def _create_pool(

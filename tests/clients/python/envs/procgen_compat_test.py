@@ -46,7 +46,8 @@ def venv(client: Client) -> Iterator[ProcgenEnv]:
 
 def test_arguments_are_those_of_upstream() -> None:
     # Upstream: ProcgenGym3Env(num, env_name, center_agent=True, ...), in this order.
-    parameters = inspect.signature(ProcgenGym3Env).parameters
+    parameters = dict(inspect.signature(ProcgenGym3Env).parameters)
+    assert parameters.pop("unknown").kind is inspect.Parameter.VAR_KEYWORD
     assert {name: each.default for name, each in parameters.items()} == {
         "num": inspect.Parameter.empty,
         "env_name": inspect.Parameter.empty,
