@@ -40,6 +40,7 @@ packages=(
 # Further packages for the tests: the other clients, a browser, checking tools.
 test_packages=(
   git                     # lists the files of the tidy test
+  clang-format            # checks their format
   libgtest-dev            # tests
   libgmock-dev            # matchers of the tests
   libcpp-httplib-dev      # their HTTP client

@@ -95,8 +95,13 @@ def test_the_learner_trains(debian: DebianRoot) -> None:
 def test_the_wheel_is_built_and_installed(debian: DebianRoot) -> None:
     build, install = _row("Python wheel")
     _run(debian, build)
-    _run(debian, "apt-get install python3-venv && /usr/bin/python3 -m venv --system-site-packages venv")
+    _run(debian, "apt-get install python3-venv")
+    _run(debian, "/usr/bin/python3 -m venv --system-site-packages venv")
     # The wheel needs numpy, which the system has.
-    _run(debian, f". venv/bin/activate && {install.replace('pip install', 'pip install --no-index')}")
-    program = "import procgen_client as p; print(p.ProcgenVectorEnv('coinrun', 64).reset()[0].shape)"
-    assert _run(debian, f'cd / && /procgen-server/venv/bin/python -c "{program}"') == "(64, 64, 64, 3)\n"
+    install = install.replace("pip install", "pip install --no-index")
+    _run(debian, f". venv/bin/activate && {install}")
+    program = (
+        "from procgen_client import ProcgenVectorEnv as E; print(E('coinrun', 64).reset()[0].shape)"
+    )
+    output = _run(debian, f'cd / && {_CHECKOUT}/venv/bin/python -c "{program}"')
+    assert output == "(64, 64, 64, 3)\n"

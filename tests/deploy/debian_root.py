@@ -45,9 +45,14 @@ class DebianRoot:
 
     def run(self, script: str, folder: str = "/") -> subprocess.CompletedProcess[str]:
         """Runs a Bash script as root in `folder`; output and errors are merged."""
-        command = ["chroot", self.path, "env", "-i", "HOME=/root", "PATH=/usr/sbin:/usr/bin:/sbin:/bin"]
+        variables = (
+            "HOME=/root",
+            "PATH=/usr/sbin:/usr/bin:/sbin:/bin",
+            "DEBIAN_FRONTEND=noninteractive",
+        )
+        command = ("bash", "-c", f"cd {folder} && {script}")
         return subprocess.run(
-            [*command, "DEBIAN_FRONTEND=noninteractive", "bash", "-c", f"cd {folder} && {script}"],
+            ["chroot", self.path, "env", "-i", *variables, *command],
             stdout=subprocess.PIPE,
             stderr=subprocess.STDOUT,
             text=True,
