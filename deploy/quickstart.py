@@ -112,7 +112,7 @@ def run_game(
             for first, count in halves:
                 pool.receive()
                 actions = rng.integers(0, ACTION_COUNT, count)
-                pool.send_step(actions, first_env=first)
+                pool.send_step(actions, first_env=first, env_count=count)
                 step_count += count
             if now >= reported + _SECONDS_BETWEEN_REPORTS:
                 reported = now

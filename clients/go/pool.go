@@ -47,9 +47,11 @@ type AttachOptions struct {
 
 // StepOptions configures a step. The zero value selects the defaults.
 type StepOptions struct {
-	// FirstEnv is the index of the first environment of the slice, which has as many as there are
-	// actions.
+	// FirstEnv is the index of the first environment of the slice.
 	FirstEnv int
+	// EnvCount is the number of environments of the slice. 0: all from FirstEnv to the end of the
+	// pool.
+	EnvCount int
 	// Blind: observations are not rendered or sent, which is many times faster.
 	Blind bool
 	// RepeatCount is the number of times that the action is taken, in [1, 1000]. An environment stops
@@ -138,8 +140,8 @@ func (p *Pool) InFlight() int {
 	return len(p.stream.unanswered)
 }
 
-// Step steps a slice of len(actions) environments and waits for the answer. Actions are in [-1,
-// 15); -1 does nothing and ends the episode.
+// Step steps a slice and waits for the answer. Actions are in [-1, 15), one for each environment of
+// the slice; -1 does nothing and ends the episode.
 func (p *Pool) Step(ctx context.Context, actions []int32, options StepOptions) (*Batch, error) {
 	if err := p.requireNothingInFlight(); err != nil {
 		return nil, err
@@ -200,8 +202,13 @@ func (p *Pool) SetLevelSampler(ctx context.Context, sampler *pb.LevelSampler) er
 // SendStep sends the request of Step; Receive returns the answer. FAILED_PRECONDITION:
 // RequestsInFlightMax requests are unanswered; nothing was sent.
 func (p *Pool) SendStep(ctx context.Context, actions []int32, options StepOptions) error {
-	if err := p.checkSlice(options.FirstEnv, len(actions), "actions"); err != nil {
+	slice, err := p.slice(Slice{FirstEnv: options.FirstEnv, EnvCount: options.EnvCount})
+	if err != nil {
 		return err
+	}
+	if len(actions) != int(slice.EnvCount) {
+		return invalid("actions has %d entries; %s has %d environments from %d on (FirstEnv and EnvCount choose a slice)",
+			len(actions), p.Name(), slice.EnvCount, slice.FirstEnv)
 	}
 	for i, action := range actions {
 		if action < actionMin || action > actionMax {
@@ -212,10 +219,7 @@ func (p *Pool) SendStep(ctx context.Context, actions []int32, options StepOption
 		return invalid("RepeatCount is %d, allowed: 0 to 1000", options.RepeatCount)
 	}
 	step := &pb.Step{
-		Slice: &pb.Slice{
-			FirstEnv: int32(options.FirstEnv),
-			EnvCount: int32(len(actions)),
-		},
+		Slice:                 slice,
 		Actions:               append([]int32(nil), actions...), // A copy, because it may be resent.
 		RepeatCount:           options.RepeatCount,
 		Observation:           observation(options.Blind),
@@ -352,20 +356,14 @@ func (p *Pool) slice(of Slice) (*pb.Slice, error) {
 	if of.EnvCount == 0 {
 		of.EnvCount = p.EnvCount() - of.FirstEnv
 	}
-	if err := p.checkSlice(of.FirstEnv, of.EnvCount, "environments"); err != nil {
-		return nil, err
+	if of.FirstEnv < 0 || of.FirstEnv >= p.EnvCount() {
+		return nil, invalid("FirstEnv is %d; %s has environments 0 to %d", of.FirstEnv, p.Name(), p.EnvCount()-1)
+	}
+	if of.EnvCount < 1 || of.FirstEnv+of.EnvCount > p.EnvCount() {
+		return nil, invalid("EnvCount is %d from environment %d; %s has %d environments", of.EnvCount, of.FirstEnv,
+			p.Name(), p.EnvCount())
 	}
 	return &pb.Slice{FirstEnv: int32(of.FirstEnv), EnvCount: int32(of.EnvCount)}, nil
-}
-
-func (p *Pool) checkSlice(first, count int, what string) error {
-	if first < 0 || first >= p.EnvCount() {
-		return invalid("FirstEnv is %d; %s has environments 0 to %d", first, p.Name(), p.EnvCount()-1)
-	}
-	if count < 1 || first+count > p.EnvCount() {
-		return invalid("%d %s from environment %d; %s has %d environments", count, what, first, p.Name(), p.EnvCount())
-	}
-	return nil
 }
 
 func observation(blind bool) pb.Observation {

@@ -72,12 +72,12 @@ def client_rate(server: Path, transport: str, case: Case, seconds: float) -> flo
         shape = (_ACTION_ROWS, _ENV_COUNT // 2)
         actions = itertools.cycle(np.random.default_rng(0).integers(0, 15, shape, dtype=np.int32))
         for half in halves:
-            pool.send_step(next(actions), first_env=half)
+            pool.send_step(next(actions), first_env=half, env_count=_ENV_COUNT // 2)
 
         def step() -> None:
             for half in halves:
                 pool.receive()
-                pool.send_step(next(actions), first_env=half)
+                pool.send_step(next(actions), first_env=half, env_count=_ENV_COUNT // 2)
 
         for _ in range(_WARM_UP_STEPS):
             step()

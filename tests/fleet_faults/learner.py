@@ -56,6 +56,7 @@ class Player:
         self._pool.send_step(
             actions,
             first_env=first,
+            env_count=count,
             observe=bool(self._rng.integers(20)),
             repeat_count=int(self._rng.integers(1, 4)) if self._rng.integers(10) == 0 else 1,
             final_observations=bool(self._rng.integers(2)),

@@ -51,7 +51,7 @@ export interface SliceOptions {
 
 export type Reset = MessageInitShape<typeof ResetSchema>;
 
-export interface StepOptions extends Omit<SliceOptions, "envCount"> {
+export interface StepOptions extends SliceOptions {
   // Number of times that the action is taken, in [1, 1000]; an environment stops early when it
   // completes its level or its episode ends. Default: 1.
   repeatCount?: number;
@@ -108,13 +108,19 @@ export class Pool extends PoolResource {
     return this.#requestsInFlightMax;
   }
 
-  // Steps a slice of actions.length environments. Actions are in [-1, 15); -1 does nothing and ends
-  // the episode.
+  // Steps a slice (default: the whole pool). Actions are in [-1, 15), one for each environment of
+  // the slice; -1 does nothing and ends the episode.
   async step(actions: ArrayLike<number>, options: StepOptions = {}): Promise<Batch> {
-    const { firstEnv = 0, observe = true, repeatCount = 1, nextLevels, resets = [] } = options;
-    this.#checkSlice(firstEnv, actions.length, "actions");
+    const { observe = true, repeatCount = 1, nextLevels, resets = [] } = options;
+    const slice = this.#slice(options);
+    if (actions.length !== slice.envCount) {
+      throw new InvalidArgumentError(
+        `actions has ${actions.length} entries; ${this.name} has ${slice.envCount} environments from ` +
+          `${slice.firstEnv} on (firstEnv and envCount choose a slice)`,
+      );
+    }
     const value = {
-      slice: { firstEnv, envCount: actions.length },
+      slice,
       actions: checkedActions(actions),
       repeatCount: inRange("repeatCount", repeatCount, 1, 1000),
       observation: observation(observe),
@@ -156,8 +162,8 @@ export class Pool extends PoolResource {
     policy: (batch: Batch) => ArrayLike<number> | Promise<ArrayLike<number>>,
     { stepCount = Infinity, ...options }: RolloutOptions = {},
   ): AsyncGenerator<Batch, void, void> {
-    const { firstEnv, observe, signal } = options;
-    let batch = await this.observe({ firstEnv, observe, signal });
+    const { firstEnv, envCount, observe, signal } = options;
+    let batch = await this.observe({ firstEnv, envCount, observe, signal });
     yield batch;
     for (let step = 0; step < stepCount; step += 1) {
       batch = await this.step(await policy(batch), options);
@@ -281,17 +287,13 @@ export class Pool extends PoolResource {
   }
 
   #slice({ firstEnv = 0, envCount = this.envCount - firstEnv }: SliceOptions) {
-    this.#checkSlice(firstEnv, envCount, "environments");
-    return { firstEnv, envCount };
-  }
-
-  #checkSlice(firstEnv: number, count: number, what: string): void {
     inRange("firstEnv", firstEnv, 0, this.envCount - 1);
-    if (count < 1 || firstEnv + count > this.envCount) {
+    if (envCount < 1 || firstEnv + envCount > this.envCount) {
       throw new InvalidArgumentError(
-        `${count} ${what} from environment ${firstEnv}; ${this.name} has ${this.envCount} environments`,
+        `envCount is ${envCount} from environment ${firstEnv}; ${this.name} has ${this.envCount} environments`,
       );
     }
+    return { firstEnv, envCount };
   }
 }
 

@@ -15,7 +15,6 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from typing import TYPE_CHECKING, Any, TypeVar
 
-import numpy as np
 import numpy.typing as npt
 
 from procgen_client._out import copied_into
@@ -182,13 +181,18 @@ class AsyncPool:
         self,
         actions: npt.ArrayLike,
         *,
+        first_env: int = 0,
+        env_count: int | None = None,
         observe: bool = True,
         out: Any = None,  # noqa: ANN401 - an array or tensor
         **arguments: Any,
     ) -> Batch:
         """Steps environments, and waits for the answer; arguments and errors as Pool.step."""
-        self._check_request(out, np.size(actions), observe)
-        await self.send_step(actions, observe=observe, **arguments)
+        row_count = self._pool._row_count(first_env, env_count)
+        self._check_request(out, row_count, observe)
+        await self.send_step(
+            actions, first_env=first_env, env_count=env_count, observe=observe, **arguments
+        )
         return await self.receive(out=out)
 
     async def observe(self, *, observe: bool = True, out: Any = None) -> Batch:  # noqa: ANN401

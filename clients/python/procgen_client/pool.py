@@ -132,6 +132,7 @@ class Pool(PoolResource):
         actions: npt.ArrayLike,
         *,
         first_env: int = 0,
+        env_count: int | None = None,
         observe: bool = True,
         repeat_count: int = 1,
         final_observations: bool = False,
@@ -140,12 +141,14 @@ class Pool(PoolResource):
         annotations: Mapping[str, npt.ArrayLike] | None = None,
         out: Any = None,  # noqa: ANN401 - an array or tensor
     ) -> Batch:
-        """Steps each environment of a slice, and waits for the answer.
+        """Steps each environment of a slice (default: the whole pool), and waits for the answer.
 
         Args:
-            actions: int [n], each in [-1, 15), for environments first_env ... first_env + n - 1.
-                -1 ends the episode without a move. n is env_count, unless a slice is stepped.
+            actions: int [n], each in [-1, 15), one for each of the slice's n environments. -1 ends
+                the episode without a move.
             first_env: Index of the slice's first environment.
+            env_count: Number of environments of the slice, n. None: all from first_env to the end
+                of the pool.
             observe: False: observations are neither rendered nor sent, which is many times faster.
             repeat_count: Number of times that the action is repeated, in [1, 1000]. Rewards are
                 summed, and an environment stops when its episode ends.
@@ -160,19 +163,19 @@ class Pool(PoolResource):
             out: Array or tensor for the observations; see :meth:`receive`.
 
         Raises:
-            InvalidArgumentError: An argument has a wrong length or is out of range. Nothing was
-                stepped.
+            InvalidArgumentError: An argument is out of range, or its length is wrong, such as
+                fewer actions than the slice has environments. Nothing was stepped.
             FailedPreconditionError: Requests are unanswered; another client is attached; or an
                 ended episode is stepped (autoreset_mode "disabled").
             ProcgenError: Any other error of the server.
         """
         self._require_nothing_in_flight()
         if out is not None:
-            actions = np.asarray(actions)
-            self._check_out(out, actions.size, observe)
+            self._check_out(out, self._row_count(first_env, env_count), observe)
         self.send_step(
             actions,
             first_env=first_env,
+            env_count=env_count,
             observe=observe,
             repeat_count=repeat_count,
             final_observations=final_observations,
@@ -197,12 +200,8 @@ class Pool(PoolResource):
         """
         self._require_nothing_in_flight()
         if out is not None:
-            self._check_out(out, self._slice(first_env, env_count).env_count, observe)
-        self.send_observe(
-            first_env=first_env,
-            env_count=env_count,
-            observe=observe,
-        )
+            self._check_out(out, self._row_count(first_env, env_count), observe)
+        self.send_observe(first_env=first_env, env_count=env_count, observe=observe)
         return self.receive(out=out)
 
     def reset(
@@ -228,7 +227,7 @@ class Pool(PoolResource):
         """
         self._require_nothing_in_flight()
         if out is not None:
-            self._check_out(out, self._slice(first_env, env_count).env_count, observe)
+            self._check_out(out, self._row_count(first_env, env_count), observe)
         self.send_reset(
             resets,
             first_env=first_env,
@@ -254,6 +253,7 @@ class Pool(PoolResource):
         actions: npt.ArrayLike,
         *,
         first_env: int = 0,
+        env_count: int | None = None,
         observe: bool = True,
         repeat_count: int = 1,
         final_observations: bool = False,
@@ -272,9 +272,12 @@ class Pool(PoolResource):
                 was sent.
         """
         array = np.asarray(actions)
-        is_whole = array.size == self.env_count
-        if first_env or not is_whole:
-            self._check_slice(first_env, array.size, "actions")
+        env_count = self._row_count(first_env, env_count)
+        if array.size != env_count:
+            raise InvalidArgumentError(
+                f"actions has {array.size} entries; {self.name} has {env_count} environments from "
+                f"{first_env} on (first_env and env_count choose a slice)"
+            )
         more = b""
         if next_levels or resets != () or annotations:
             more = optional_step_fields(next_levels, resets, annotations, array.size)
@@ -284,7 +287,7 @@ class Pool(PoolResource):
             repeat_count if repeat_count == 1 else in_range("repeat_count", repeat_count, 1, 1000),
             bool(observe),
             bool(final_observations),
-            self.chunk_count if observe and is_whole else 0,
+            self.chunk_count if observe and env_count == self.env_count else 0,
             more,
         )
 
@@ -476,19 +479,21 @@ class Pool(PoolResource):
         writable_view(out, (row_count, *self.observation_shape))
 
     def _slice(self, first_env: int, env_count: int | None) -> step_pb2.Slice:
-        if env_count is None:
-            env_count = self.env_count - first_env
-        self._check_slice(first_env, env_count, "environments")
-        return step_pb2.Slice(first_env=first_env, env_count=env_count)
+        row_count = self._row_count(first_env, env_count)
+        return step_pb2.Slice(first_env=first_env, env_count=row_count)
 
-    def _check_slice(self, first_env: int, count: int, what: str) -> None:
+    def _row_count(self, first_env: int, env_count: int | None) -> int:
+        """Returns the number of environments of a slice, which must be one of the pool."""
         if first_env < 0 or first_env >= self.env_count:
             raise InvalidArgumentError(
                 f"first_env is {first_env}; {self.name} has environments 0 ... "
                 f"{self.env_count - 1}"
             )
-        if count < 1 or first_env + count > self.env_count:
+        if env_count is None:
+            return self.env_count - first_env
+        if env_count < 1 or first_env + env_count > self.env_count:
             raise InvalidArgumentError(
-                f"{count} {what} from environment {first_env}; {self.name} has "
+                f"env_count is {env_count} from environment {first_env}; {self.name} has "
                 f"{self.env_count} environments"
             )
+        return env_count

@@ -110,13 +110,7 @@ class DoubleBufferedSampler:
                 f"environments {_text(self._waiting[0])} are the first that wait for actions, not "
                 f"environments {_text(rows)}"
             )
-        actions = np.asarray(actions)
-        if actions.size != rows.stop - rows.start:
-            raise InvalidArgumentError(
-                f"actions has {actions.size} entries; the half has {rows.stop - rows.start} "
-                "environments"
-            )
-        self.pool.send_step(actions, first_env=rows.start)
+        self.pool.send_step(actions, first_env=rows.start, env_count=rows.stop - rows.start)
         self._waiting.popleft()
 
     def _rollout(

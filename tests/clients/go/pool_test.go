@@ -38,7 +38,7 @@ func TestBatchesAreEqualWithAnyPipeliningAndChunking(t *testing.T) {
 		actions, more := actionsOf(step, 8), actionsOf(step+1, 8)
 		first := stepped(t, plain, actions, StepOptions{})
 		second := stepped(t, plain, more, StepOptions{})
-		must(t, ahead.SendStep(testContext(t), actions[:4], StepOptions{}))
+		must(t, ahead.SendStep(testContext(t), actions[:4], StepOptions{EnvCount: 4}))
 		must(t, ahead.SendStep(testContext(t), actions[4:], StepOptions{FirstEnv: 4}))
 		must(t, ahead.SendStep(testContext(t), more, StepOptions{}))
 		var halves [2]*Batch
@@ -127,12 +127,13 @@ func TestInvalidArgumentsDoNotEndTheStream(t *testing.T) {
 	stream := pool.stream
 	for words, try := range map[string]func() error{
 		"actions[1] is 99, allowed: -1 to 14": func() error { return pool.SendStep(ctx, []int32{4, 99}, StepOptions{}) },
-		"3 actions from environment 0":        func() error { return pool.SendStep(ctx, []int32{4, 4, 4}, StepOptions{}) },
+		"actions has 3 entries":               func() error { return pool.SendStep(ctx, []int32{4, 4, 4}, StepOptions{}) },
+		"actions has 1 entries":               func() error { return pool.SendStep(ctx, []int32{4}, StepOptions{}) },
 		"FirstEnv is 2": func() error {
 			return pool.SendStep(ctx, []int32{4}, StepOptions{FirstEnv: 2})
 		},
 		"RepeatCount is 1001": func() error { return pool.SendStep(ctx, []int32{4, 4}, StepOptions{RepeatCount: 1001}) },
-		"3 environments from": func() error { return pool.SendObserve(ctx, Slice{EnvCount: 3}) },
+		"EnvCount is 3 from":  func() error { return pool.SendObserve(ctx, Slice{EnvCount: 3}) },
 	} {
 		expectError(t, try(), codes.InvalidArgument, words)
 	}

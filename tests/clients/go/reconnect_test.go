@@ -31,7 +31,7 @@ func traceOf(t *testing.T, pool *Pool, count int) []*Batch {
 	var trace []*Batch
 	for sent := 0; len(trace) < count; {
 		for ; sent < count && pool.InFlight() < pool.RequestsInFlightMax(); sent++ {
-			must(t, pool.SendStep(ctx, actionsOf(sent, half), StepOptions{FirstEnv: sent % 2 * half}))
+			must(t, pool.SendStep(ctx, actionsOf(sent, half), StepOptions{FirstEnv: sent % 2 * half, EnvCount: half}))
 		}
 		batch, err := pool.Receive(ctx)
 		must(t, err)

@@ -41,7 +41,7 @@ func TestVectorEnvKeepsTheFirstError(t *testing.T) {
 	if wrong.Step(make([]int32, 4)) || wrong.Step(wrong.SampleActions()) {
 		t.Error("no error after the first one")
 	}
-	expectError(t, wrong.Close(), codes.InvalidArgument, "4 actions")
+	expectError(t, wrong.Close(), codes.InvalidArgument, "actions has 4 entries")
 
 	ctx, cancel := context.WithCancel(testContext(t))
 	cancel()

@@ -44,7 +44,7 @@ test("equal pools give equal batches, with any pipelining and chunking", async (
     let pending = [];
     for (let step = 0; step < 60; step += 1) {
       const actions = actionsOf(step, 8);
-      pending.push(step % 2 ? pool.step(actions) : pool.step(actions.subarray(0, 4)));
+      pending.push(step % 2 ? pool.step(actions) : pool.step(actions.subarray(0, 4), { envCount: 4 }));
       if (step % 2 === 0) {
         pending.push(pool.step(actions.subarray(4), { firstEnv: 4 }));
       } else {
@@ -104,7 +104,8 @@ test("final observations are returned on request", () =>
 test("an invalid argument does not end the stream", () =>
   withPool(easy(["maze"], 2), async (pool) => {
     await assert.rejects(pool.step([4, 99]), { name: "InvalidArgumentError", message: /actions\[1\] is 99, allowed: -1 to 14/ });
-    await assert.rejects(pool.step([4, 4, 4]), /3 actions from environment 0; .* has 2 environments/);
+    await assert.rejects(pool.step([4, 4, 4]), /actions has 3 entries; .* has 2 environments from 0 on/);
+    await assert.rejects(pool.step([4]), /actions has 1 entries; .* has 2 .*firstEnv and envCount choose a slice/);
     await assert.rejects(pool.step([4], { firstEnv: 2 }), /firstEnv is 2, allowed: 0 to 1/);
     await assert.rejects(pool.step([4, 4], { repeatCount: 0 }), /repeatCount is 0, allowed: 1 to 1000/);
     await assert.rejects(pool.step([4, 4], { nextLevels: new Map([[0, 2 ** 40]]) }), InvalidArgumentError);

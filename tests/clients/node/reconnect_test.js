@@ -41,7 +41,7 @@ async function traceOf(pool, stepCount) {
   const sent = [];
   const trace = [];
   for (let step = 0; step < stepCount; step += 1) {
-    sent.push(pool.step(actionsOf(step, half), { firstEnv: (step % 2) * half }));
+    sent.push(pool.step(actionsOf(step, half), { firstEnv: (step % 2) * half, envCount: half }));
     if (sent.length === pool.requestsInFlightMax) {
       trace.push(digest(await sent.shift()));
     }

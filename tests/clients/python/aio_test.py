@@ -54,8 +54,9 @@ def test_batches_equal_those_of_the_synchronous_client(
                         pool.step(actions, **arguments), await twin.step(actions, **arguments)
                     )
                 _assert_equal(pool.reset([3]), await twin.reset([3]))
-                left = pool.step([1, 2], first_env=1, observe=False)
-                _assert_equal(left, await twin.step([1, 2], first_env=1, observe=False))
+                part = {"first_env": 1, "env_count": 2, "observe": False}
+                left = pool.step([1, 2], **part)
+                _assert_equal(left, await twin.step([1, 2], **part))
 
     _run(server, play)
 
@@ -141,8 +142,10 @@ def test_errors_are_the_same_and_the_pool_continues(server: ServerProcess) -> No
         async with await client.create_pool("maze", 2) as pool:
             with pytest.raises(errors.InvalidArgumentError, match="actions\\[1\\] is 99"):
                 await pool.step([4, 99])
-            with pytest.raises(errors.InvalidArgumentError, match="3 actions from environment 0"):
+            with pytest.raises(errors.InvalidArgumentError, match="actions has 3 entries"):
                 await pool.step([4, 4, 4])
+            with pytest.raises(errors.InvalidArgumentError, match="actions has 1 entries"):
+                await pool.step([4])
             with pytest.raises(errors.InvalidArgumentError, match="next_levels"):
                 await pool.step([4, 4], next_levels={9: 1})  # Detected by the server.
             await pool.step([4, 4])

@@ -45,6 +45,7 @@ def send_any(pool: Pool, rng: np.random.Generator) -> None:
         pool.send_step(
             actions,
             first_env=first,
+            env_count=count,
             observe=observe,
             repeat_count=kind - 1,
             final_observations=kind % 2 == 0,

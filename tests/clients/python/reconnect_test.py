@@ -58,7 +58,7 @@ def _trace(pool: Pool, count: int) -> list[int]:
     sent = 0
     while len(trace) < count:
         while sent < count and pool.in_flight < pool.requests_in_flight_max:
-            pool.send_step(actions[sent], first_env=sent % 2 * _HALF)
+            pool.send_step(actions[sent], first_env=sent % 2 * _HALF, env_count=_HALF)
             sent += 1
         trace.append(_fingerprint(pool.receive()))
     return trace

@@ -86,7 +86,7 @@ def test_batches_equal_those_of_the_stream(client: Client) -> None:
                 "resets": [1] if step % 11 == 0 else [],
             }
             if step % 3 == 2:
-                arguments |= {"first_env": 1}
+                arguments |= {"first_env": 1, "env_count": 2}
             actions = _actions(step, 2 if step % 3 == 2 else _ENV_COUNT)
             _assert_equal(stream.step(actions, **arguments), shared.step(actions, **arguments))
 
