@@ -15,12 +15,19 @@ NativeReceiver::NativeReceiver(std::shared_ptr<procgen_client::StepStream> strea
       thread_([this] { Run(); }) {}
 
 NativeReceiver::~NativeReceiver() {
+  Stop();
+  close(event_file_);
+}
+
+void NativeReceiver::Stop() {
   {
     absl::MutexLock lock(&mutex_);
     is_ended_ = true;
   }
-  thread_.join();
-  close(event_file_);
+  if (thread_.joinable()) {
+    thread_.join();
+    stream_ = nullptr;
+  }
 }
 
 void NativeReceiver::Begin() {
@@ -47,7 +54,7 @@ void NativeReceiver::Run() {
         return is_wanted_ || is_ended_;
       };
       mutex_.Await(absl::Condition(&is_due));
-      if (is_ended_) {
+      if (!is_wanted_) {
         return;
       }
       is_wanted_ = false;

@@ -130,8 +130,9 @@ std::unique_ptr<NativeBatch> NativeStream::Receive() {
 }
 
 int NativeStream::BeginReceive() {
+  auto stream = this->stream();
   if (receiver_ == nullptr) {
-    receiver_ = std::make_unique<NativeReceiver>(stream(),
+    receiver_ = std::make_unique<NativeReceiver>(std::move(stream),
                                                  [reserve = reserve_] { return reserve->Take(); });
   }
   receiver_->Begin();
@@ -160,11 +161,13 @@ void NativeStream::Close() {
 void NativeStream::Cancel() {
   auto stream = std::move(stream_);
   auto client = std::move(client_);
-  auto receiver = std::move(receiver_);
+  NativeReceiver* const receiver = receiver_.get();
   if (stream != nullptr) {
     const py::gil_scoped_release released;
     stream->Abort();
-    receiver = nullptr;
+    if (receiver != nullptr) {
+      receiver->Stop();
+    }
     stream = nullptr;
     client = nullptr;
   }

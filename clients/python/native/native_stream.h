@@ -65,7 +65,8 @@ class NativeStream {
   std::shared_ptr<procgen_client::StepStream> stream_;  // null: cancelled
   const std::shared_ptr<BatchReserve> reserve_ = std::make_shared<BatchReserve>();
   const std::shared_ptr<const std::vector<pybind11::ssize_t>> shape_;
-  std::unique_ptr<NativeReceiver> receiver_;  // null before the first BeginReceive
+  // Null before the first BeginReceive. Outlives a cancelled stream: an event loop may wait for it.
+  std::unique_ptr<NativeReceiver> receiver_;
   int64_t in_flight_ = 0;
 };
 

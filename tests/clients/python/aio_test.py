@@ -188,6 +188,32 @@ def test_missing_server_and_closed_client_are_errors(server: ServerProcess) -> N
     asyncio.run(play())
 
 
+def test_closing_a_client_ends_the_calls_of_its_tasks(
+    server: ServerProcess, client: Client
+) -> None:
+    """Tasks end with CancelledError, and the next stream of the event loop is answered."""
+
+    async def play() -> None:
+        for _ in range(3):
+            closed = await aio.connect(server.address)
+            pool = await closed.create_pool("maze", 512)
+            await pool.send_step([4] * 512, observe=False, repeat_count=1000)
+            waiting = asyncio.create_task(pool.receive())
+            await asyncio.sleep(0.01)  # It waits now.
+            assert not waiting.done()
+            await closed.close()
+            with pytest.raises(errors.CancelledError):
+                await asyncio.wait_for(waiting, 20)
+            with pytest.raises(errors.CancelledError):
+                await pool.observe()
+            client.delete_pool(pool.name)
+        async with await aio.connect(server.address) as other:
+            async with await other.create_pool("maze", 2) as pool:
+                assert (await asyncio.wait_for(pool.observe(), 20)).env_count == 2
+
+    asyncio.run(play())
+
+
 @native_only
 @pytest.mark.parametrize("encoding", ["raw", "delta_zstd"])
 def test_faulty_network_loses_nothing(server: ServerProcess, encoding: str) -> None:
