@@ -311,8 +311,11 @@ int Serve(const Config& config, const sigset_t& stop_signals,
            {{"signal", signal == SIGTERM ? "SIGTERM" : "SIGINT"},
             {"timeout", absl::FormatDuration(config.drain_timeout)}});
   watchdog.Start(config.drain_timeout + kStopGrace);
-  web_server->reset();  // first: its pages call the server until they end
+  if (*web_server != nullptr) {
+    (*web_server)->BeginClose();
+  }
   (*server)->Stop(config.drain_timeout);
+  web_server->reset();  // now: Stop ends the calls that its pages wait for
   metrics_page->reset();  // last: it reads the server's metrics, also during a drain
   LogEvent(LogLevel::kInfo, "stopped", {});
   return 0;

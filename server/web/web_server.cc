@@ -92,8 +92,7 @@ class BeastServer final : public WebServer {
   }
 
   ~BeastServer() override {
-    listener_.reset();
-    sockets_.BeginClose();
+    BeginClose();
     sockets_.AwaitClosed(kCloseTimeout);
     io_.stop();
     for (std::thread& thread : io_threads_) {
@@ -102,6 +101,11 @@ class BeastServer final : public WebServer {
     page_session_threads_.reset();  // all were stopped; messages that they still send are dropped
     watch_threads_.reset();
     feed_.reset();
+  }
+
+  void BeginClose() override {
+    listener_.reset();
+    sockets_.BeginClose();
   }
 
   const std::string& url() const override { return url_; }

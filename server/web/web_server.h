@@ -35,9 +35,13 @@ class WebServer {
  public:
   // Errors: UNAVAILABLE the address cannot be listened on.
   static absl::StatusOr<std::unique_ptr<WebServer>> Start(const WebOptions& options);
-  // Notifies the pages that the server stops, ends their sessions and waits for them: about two
-  // seconds if a page does not read.
+  // Begins to close, and waits until all sessions have ended: until the requests in progress have,
+  // and about two seconds more if a page does not read.
   virtual ~WebServer() = default;
+
+  // Accepts no more pages, notifies the open ones that the server stops, and ends their sessions.
+  // Does not wait for them.
+  virtual void BeginClose() = 0;
 
   // URL with the bound port: "http://127.0.0.1:8080/".
   virtual const std::string& url() const = 0;

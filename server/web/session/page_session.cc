@@ -34,9 +34,12 @@ void PageSession::Take(WireMessage message) {
 }
 
 void PageSession::Stop() {
-  absl::MutexLock lock(&mutex_);  // a waiter in Next cannot miss the change
-  is_stopping_ = true;
-  stopped_.NotifyAll();
+  {
+    absl::MutexLock lock(&mutex_);  // a waiter in Next cannot miss the change
+    is_stopping_ = true;
+    stopped_.NotifyAll();
+  }
+  pauses_.End();
 }
 
 std::optional<WireMessage> PageSession::Next() {
@@ -68,7 +71,6 @@ void PageSession::Run() {
     Handle(*message);
   }
   context_.feed->Unfollow(this);
-  pauses_.Clear();
   watches_.clear();
   plays_.clear();
   replays_.clear();

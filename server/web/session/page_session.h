@@ -66,7 +66,8 @@ class PageSession {
 
   // Queues a message of the page. Each gets one Outbox::Answer, until Stop.
   void Take(WireMessage message);
-  // Ends the session, for example because the page disconnected.
+  // Ends the session, for example because the page disconnected. Its pauses end at once, everything
+  // else when the request in progress has ended.
   void Stop();
   // Executes queued messages until Stop.
   void Run();
@@ -137,6 +138,7 @@ class PageSession {
   std::map<int64_t, std::unique_ptr<Play>> plays_;
   std::map<int64_t, OpenReplay> replays_;
   std::map<int64_t, std::unique_ptr<PoolFrames>> watches_;
+
   PoolPauses pauses_;
 };
 

@@ -1,6 +1,7 @@
 #include "server/web/session/pool_pauses.h"
 
 #include "absl/strings/str_cat.h"
+#include "server/web/play/single_env_pool.h"
 
 namespace procgen::web {
 
@@ -10,28 +11,45 @@ absl::StatusOr<Answer> PoolPauses::Do(const Request& request, procgen_client::Cl
   if (absl::Status status = params.CheckAll(); !status.ok()) {
     return status;
   }
-  const auto pause = pauses_.find(name);
-  if (request.method == "pool.pause" && pause == pauses_.end()) {
+  if (request.method == "pool.pause") {
     if (absl::Status status = Pause(name, client); !status.ok()) {
       return status;
     }
-  } else if (request.method == "pool.step") {
-    if (pause == pauses_.end()) {
-      return absl::FailedPreconditionError(
-          absl::StrCat("this page has not paused pool ", name, "; call pool.pause first"));
-    }
-    pause->second->Step();
-  } else if (request.method == "pool.resume") {
-    pauses_.erase(name);
+    return Answer();
   }
+  absl::MutexLock lock(&mutex_);
+  if (request.method == "pool.resume") {
+    pauses_.erase(name);
+    return Answer();
+  }
+  const auto pause = pauses_.find(name);
+  if (pause == pauses_.end()) {
+    return absl::FailedPreconditionError(
+        absl::StrCat("this page has not paused pool ", name, "; call pool.pause first"));
+  }
+  pause->second->Step();
   return Answer();
 }
 
+void PoolPauses::End() {
+  absl::MutexLock lock(&mutex_);
+  has_ended_ = true;
+  pauses_.clear();
+}
+
 absl::Status PoolPauses::Pause(const std::string& name, procgen_client::Client* client) {
+  if (const std::string kind = KindOfPool(name); kind != "pool") {
+    return absl::FailedPreconditionError(
+        absl::StrCat(name, " belongs to a page (", kind, "), allowed: pools of learners"));
+  }
   // Only the owner's client finds the pool.
   const absl::StatusOr<procgen::v1::Pool> pool = client->GetPool(name);
   if (!pool.ok()) {
     return pool.status();
+  }
+  absl::MutexLock lock(&mutex_);
+  if (has_ended_ || pauses_.contains(name)) {
+    return absl::OkStatus();
   }
   std::unique_ptr<PoolPause> pause = pause_pool_(pool->owner(), name);
   if (pause == nullptr) {

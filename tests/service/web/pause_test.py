@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import asyncio
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 from learner import Learner
-from page import Page, PageError, WebServer, open_page
+from page import TIMEOUT_S, Page, PageError, WebServer, open_page, serve
 
 from procgen_client import Client
 
@@ -96,3 +97,24 @@ def test_a_learner_that_leaves_does_not_wait_for_the_end_of_a_pause(server: WebS
             second.delete_pool("pools/left")
 
     asyncio.run(test())
+
+
+def test_a_page_cannot_pause_the_pools_that_it_steps(tmp_path: Path) -> None:
+    """It would wait for itself, and keep its place among --web_viewers_max."""
+
+    async def test(server: WebServer) -> None:
+        with Client(server.process.address) as client:
+            for _ in range(3):
+                async with open_page(server.url) as page:
+                    play = await page.call(
+                        "play.start", game="coinrun", mode="easy", level_seed=1, human_size_px=0
+                    )
+                    (pool,) = client.list_pools()
+                    with pytest.raises(PageError, match=f"{pool.name} belongs to a page"):
+                        await page.call("pool.pause", pool=pool.name)
+                    await page.call("play.step", play=play.result["play"], action=7)
+                while client.list_pools():
+                    await asyncio.sleep(0.01)
+
+    with serve(tmp_path, "--web_viewers_max=2") as server:
+        asyncio.run(asyncio.wait_for(test(server), TIMEOUT_S))
