@@ -5,7 +5,6 @@
 #include <netinet/in.h>
 #include <netinet/tcp.h>
 #include <poll.h>
-#include <sys/eventfd.h>
 #include <sys/resource.h>
 #include <sys/socket.h>
 #include <sys/stat.h>
@@ -13,7 +12,6 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <array>
 #include <cerrno>
 #include <cstddef>
 #include <cstring>
@@ -40,7 +38,7 @@ absl::Status SystemError(absl::string_view what) {
 
 // Raises the soft limit of open files, up to the hard limit, to what `connection_count_max`
 // connections and other files need.
-void RaiseDescriptorLimit(size_t connection_count_max) {
+void RaiseDescriptorLimit(int32_t connection_count_max) {
   constexpr rlim_t kOtherFiles = 1024;
   rlimit files = {};
   if (getrlimit(RLIMIT_NOFILE, &files) != 0) {
@@ -111,10 +109,10 @@ bool SomebodyListensAt(const sockaddr_un& address) {
 
 }  // namespace
 
-absl::StatusOr<std::unique_ptr<Listener>> Listener::Listen(
-    const Address& address, std::shared_ptr<Connections> connections) {
-  RaiseDescriptorLimit(connections->count_max());
-  std::unique_ptr<Listener> listener(new Listener(std::move(connections)));
+absl::StatusOr<std::unique_ptr<Listener>> Listener::Listen(const Address& address,
+                                                           int32_t connection_count_max) {
+  RaiseDescriptorLimit(connection_count_max);
+  std::unique_ptr<Listener> listener(new Listener(connection_count_max));
   absl::Status status = address.unix_path.empty() ? listener->ListenOnHost(address)
                                                   : listener->ListenOnPath(address.unix_path);
   status.Update(listener->OpenStopPipe());
@@ -124,9 +122,8 @@ absl::StatusOr<std::unique_ptr<Listener>> Listener::Listen(
   return listener;
 }
 
-absl::StatusOr<std::unique_ptr<Listener>> Listener::ListenInternal(
-    std::shared_ptr<Connections> connections) {
-  std::unique_ptr<Listener> listener(new Listener(std::move(connections)));
+absl::StatusOr<std::unique_ptr<Listener>> Listener::ListenInternal(int32_t connection_count_max) {
+  std::unique_ptr<Listener> listener(new Listener(connection_count_max));
   absl::Status status = listener->ListenOnAbstractName();
   status.Update(listener->OpenStopPipe());
   if (!status.ok()) {
@@ -136,8 +133,7 @@ absl::StatusOr<std::unique_ptr<Listener>> Listener::ListenInternal(
 }
 
 absl::Status Listener::OpenStopPipe() {
-  accepted_ = eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK);
-  return accepted_ >= 0 && pipe2(stop_, O_CLOEXEC) == 0 ? absl::OkStatus() : SystemError("pipe");
+  return pipe2(stop_, O_CLOEXEC) == 0 ? absl::OkStatus() : SystemError("pipe");
 }
 
 absl::Status Listener::ListenOnHost(const Address& address) {
@@ -214,7 +210,7 @@ absl::Status Listener::ListenOnAbstractName() {
 
 Listener::~Listener() {
   StopAccepting();
-  for (const int open : {stop_[0], stop_[1], accepted_}) {
+  for (const int open : stop_) {
     if (open >= 0) {
       close(open);
     }
@@ -236,20 +232,16 @@ void Listener::StopAccepting() {
   while (write(stop_[1], &byte, 1) < 0 && errno == EINTR) {
   }
   thread_.join();
-  if (inspecting_.joinable()) {  // otherwise it could not be started
-    inspecting_.join();
-  }
 }
 
 void Listener::HangUp() {
   StopAccepting();
-  connections_->ShutDownAll();
+  connections_.ShutDownAll();
 }
 
 void Listener::Start(Take take) {
   take_ = std::move(take);
   thread_ = std::thread([this] { AcceptUntilStopped(); });
-  inspecting_ = std::thread([this] { InspectUntilStopped(); });
 }
 
 void Listener::AcceptUntilStopped() {
@@ -274,22 +266,6 @@ void Listener::AcceptUntilStopped() {
   }
 }
 
-void Listener::InspectUntilStopped() {
-  const int interval_ms =
-      static_cast<int>(absl::ToInt64Milliseconds(Connections::kInspectionInterval));
-  std::array<pollfd, 2> waits = {{{stop_[0], POLLIN, 0}, {accepted_, POLLIN, 0}}};
-  bool has_some = false;
-  while (poll(waits.data(), waits.size(), has_some ? interval_ms : -1) >= 0 || errno == EINTR) {
-    if (waits[0].revents != 0) {
-      return;
-    }
-    if (eventfd_t count = 0; waits[1].revents != 0) {
-      eventfd_read(accepted_, &count);
-    }
-    has_some = connections_->Inspect();
-  }
-}
-
 bool Listener::AcceptFrom(int listening) {
   for (int i = 0; i < kAcceptedAtOnce; ++i) {
     sockaddr_storage peer = {};
@@ -299,11 +275,10 @@ bool Listener::AcceptFrom(int listening) {
     if (connection < 0) {
       return errno != EMFILE && errno != ENFILE && errno != ENOBUFS && errno != ENOMEM;
     }
-    if (!IsAllowed(connection) || !connections_->Add(connection, address)) {
+    if (!IsAllowed(connection) || !connections_.Add(connection, address)) {
       close(connection);
       continue;
     }
-    eventfd_write(accepted_, 1);
     take_(listening, connection);
   }
   return true;

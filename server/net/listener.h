@@ -15,24 +15,22 @@
 
 namespace procgen {
 
-// The listening sockets of a server, a thread that accepts connections, and one that inspects them.
-// gRPC's own listener stops permanently once the process runs out of file descriptors, so a caller
-// could disable it. This one continues when descriptors are available, within the limits of
-// Connections.
-// Threads: one at a time.
+// The listening sockets of a server, and a thread that accepts connections. gRPC's own listener
+// stops permanently once the process runs out of file descriptors, so a caller could disable it.
+// This one continues when descriptors are available, within the limits of Connections. Threads: one
+// at a time.
 class Listener {
  public:
   // Takes ownership of an accepted `connection`. `listening`: the socket that accepted it.
   using Take = std::function<void(int listening, int connection)>;
 
   // Listens without accepting yet. Port 0: any free port. An existing socket file is removed if
-  // no process listens on it. `connections` limits the connections. Errors: UNAVAILABLE.
+  // no process listens on it. `connection_count_max`: as of Connections. Errors: UNAVAILABLE.
   static absl::StatusOr<std::unique_ptr<Listener>> Listen(const Address& address,
-                                                          std::shared_ptr<Connections> connections);
+                                                          int32_t connection_count_max);
   // Listens for connections of this process; those of other processes are closed. Errors:
   // UNAVAILABLE.
-  static absl::StatusOr<std::unique_ptr<Listener>> ListenInternal(
-      std::shared_ptr<Connections> connections);
+  static absl::StatusOr<std::unique_ptr<Listener>> ListenInternal(int32_t connection_count_max);
   // Stops listening. Accepted connections stay open.
   ~Listener();
   Listener(const Listener&) = delete;
@@ -51,22 +49,19 @@ class Listener {
   void HangUp();
 
  private:
-  explicit Listener(std::shared_ptr<Connections> connections)
-      : connections_(std::move(connections)) {}
+  explicit Listener(int32_t connection_count_max) : connections_(connection_count_max) {}
   absl::Status ListenOnHost(const Address& address);
   absl::Status ListenOnPath(const std::string& path);
   absl::Status ListenOnAbstractName();
   absl::Status OpenStopPipe();
   void AcceptUntilStopped();
-  // In a separate thread, because the accepting thread may parse received bytes in gRPC.
-  void InspectUntilStopped();
   void StopAccepting();
   // Accepts waiting connections, or some of them. False: no file descriptors are available.
   bool AcceptFrom(int listening);
   // Whether the peer may connect.
   bool IsAllowed(int connection) const;
 
-  const std::shared_ptr<Connections> connections_;
+  Connections connections_;
   std::vector<int> sockets_;
   uint16_t port_ = 0;
   std::string path_;                        // of the unix socket; empty: none
@@ -75,8 +70,6 @@ class Listener {
   int stop_[2] = {-1, -1};  // ends of a pipe; readable: the thread stops
   Take take_;
   std::thread thread_;
-  int accepted_ = -1;  // an eventfd: readable after a connection was accepted
-  std::thread inspecting_;
 };
 
 }  // namespace procgen

@@ -13,7 +13,6 @@
 #include "server/concurrency/start_thread.h"
 #include "server/logging/event_log.h"
 #include "server/net/address.h"
-#include "server/net/connections.h"
 #include "server/net/listener.h"
 #include "server/rpc/auth/authenticator.h"
 #include "server/rpc/auth/tls_credentials.h"
@@ -109,12 +108,9 @@ class GrpcServer final : public Server {
                     options.make_backend_factory == nullptr
                         ? nullptr
                         : options.make_backend_factory(&metrics_)),
-        connections_(std::make_shared<Connections>(options.limits.connection_count_max,
-                                                   options.limits.attach_timeout)),
         accounting_(Authenticator(options.tokens, options.tls != nullptr &&
                                                       options.tls->requires_client_certificate()),
-                    options.limits.attach_timeout, connections_.get(), &supervisor_.quotas(),
-                    &metrics_),
+                    options.limits.attach_timeout, &supervisor_.quotas(), &metrics_),
         cluster_(options.cluster != nullptr ? options.cluster
                                             : Cluster::Alone(ClusterOptions().node_id)),
         pipe_listener_(std::move(pipe_listener)),
@@ -133,7 +129,7 @@ class GrpcServer final : public Server {
     if (!address.ok()) {
       return address.status();
     }
-    auto listener = Listener::Listen(*address, connections_);
+    auto listener = Listener::Listen(*address, options.limits.connection_count_max);
     if (!listener.ok()) {
       return absl::UnavailableError(
           absl::StrCat("cannot listen on ", options.address, ": ", listener.status().message()));
@@ -141,8 +137,7 @@ class GrpcServer final : public Server {
     grpc::ServerBuilder builder;
     Acceptor acceptor =
         AddAcceptor(tls_ == nullptr ? grpc::InsecureServerCredentials() : tls_->Make(), &builder);
-    auto internal_listener = Listener::ListenInternal(std::make_shared<Connections>(
-        options.limits.connection_count_max, absl::InfiniteDuration()));
+    auto internal_listener = Listener::ListenInternal(options.limits.connection_count_max);
     if (!internal_listener.ok()) {
       return internal_listener.status();
     }
@@ -272,7 +267,6 @@ class GrpcServer final : public Server {
   std::string advertised_address_;
   Metrics metrics_{PROCGEN_SERVER_VERSION};
   PoolSupervisor supervisor_;
-  const std::shared_ptr<Connections> connections_;  // from outside the process
   const CallAccounting accounting_;
   const std::shared_ptr<Cluster> cluster_;
   const std::unique_ptr<PipeListener> pipe_listener_;  // null: no pool shares memory

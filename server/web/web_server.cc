@@ -152,9 +152,8 @@ absl::StatusOr<std::unique_ptr<WebServer>> WebServer::Start(const WebOptions& op
   if (!address.ok()) {
     return address.status();
   }
-  absl::StatusOr<std::unique_ptr<Listener>> listener = Listener::Listen(
-      *address, std::make_shared<Connections>(options.viewers_max + kOtherConnectionsMax,
-                                              absl::InfiniteDuration()));
+  absl::StatusOr<std::unique_ptr<Listener>> listener =
+      Listener::Listen(*address, options.viewers_max + kOtherConnectionsMax);
   if (!listener.ok()) {
     return absl::UnavailableError(
         absl::StrCat("cannot serve pages at ", options.address, ": ", listener.status().message()));

@@ -24,9 +24,8 @@ Limits SmallLimits() {
 
 FuzzedServer::FuzzedServer()
     : supervisor_(SmallLimits(), kWorkerCount, &metrics_),
-      connections_(SmallLimits().connection_count_max, SmallLimits().attach_timeout),
       accounting_(Authenticator(nullptr, /*use_certificates=*/false), SmallLimits().attach_timeout,
-                  &connections_, &supervisor_.quotas(), &metrics_),
+                  &supervisor_.quotas(), &metrics_),
       services_(&supervisor_, cluster_.get(), &accounting_, /*pipe_listener=*/nullptr,
                 CloneSourceAllowlist()) {
   // Over TCP, as real clients. gRPC's in-process transport keeps streams that ended while their

@@ -6,7 +6,6 @@
 #include "absl/status/status.h"
 #include "grpcpp/grpcpp.h"
 #include "server/cluster/cluster.h"
-#include "server/net/connections.h"
 #include "server/rpc/auth/call_accounting.h"
 #include "server/rpc/services/services.h"
 #include "server/session/pool_supervisor.h"
@@ -31,7 +30,6 @@ class FuzzedServer {
  private:
   Metrics metrics_{"fuzzed"};
   PoolSupervisor supervisor_;
-  Connections connections_;
   const CallAccounting accounting_;
   const std::unique_ptr<Cluster> cluster_ = Cluster::Alone("fuzzed");
   Services services_;

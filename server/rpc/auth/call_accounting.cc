@@ -2,17 +2,15 @@
 
 #include <utility>
 
-#include "absl/strings/str_cat.h"
 #include "server/logging/event_log.h"
 #include "server/rpc/grpc/grpc_status.h"
 
 namespace procgen {
 
 CallAccounting::CallAccounting(Authenticator authenticator, absl::Duration request_timeout,
-                               Connections* connections, Quotas* quotas, Metrics* metrics)
+                               Quotas* quotas, Metrics* metrics)
     : authenticator_(std::move(authenticator)),
       request_timeout_(request_timeout),
-      connections_(connections),
       quotas_(quotas),
       metrics_(metrics) {}
 
@@ -22,30 +20,13 @@ absl::StatusOr<Caller> CallAccounting::Admit(const grpc::ServerContextBase& cont
     // Logged as debug only, because any client can cause any number of these lines.
     LogEvent(LogLevel::kDebug, "caller_refused",
              {{"peer", context.peer()}, {"message", std::string(owner.status().message())}});
-    Refuse(context);
     return owner.status();
   }
-  connections_->Identify(context.peer());
   absl::StatusOr<Quotas::Reservation> reservation = quotas_->Reserve(*owner, {.call_count = 1});
   if (!reservation.ok()) {
     return reservation.status();
   }
   return Caller{*std::move(owner), *std::move(reservation), counted_};
-}
-
-absl::StatusOr<AnonymousCall> CallAccounting::AdmitAnonymous(
-    const grpc::ServerContextBase& context) const {
-  std::string peer = context.peer();
-  if (!connections_->BeginCall(peer)) {
-    return absl::ResourceExhaustedError(
-        absl::StrCat("the connection has ", Connections::kOpenCallCountMax,
-                     " calls without a token in progress, which is the limit"));
-  }
-  return AnonymousCall(connections_, std::move(peer));
-}
-
-void CallAccounting::Refuse(const grpc::ServerContextBase& context) const {
-  connections_->CountRefused(context.peer());
 }
 
 grpc::Status CallAccounting::EndCall(absl::string_view method, const absl::Status& status) const {

@@ -12,8 +12,6 @@
 #include "grpcpp/server_context.h"
 #include "grpcpp/support/status.h"
 #include "server/metrics/metrics.h"
-#include "server/net/connections.h"
-#include "server/rpc/auth/anonymous_call.h"
 #include "server/rpc/auth/authenticator.h"
 #include "server/session/quota/quotas.h"
 
@@ -26,15 +24,15 @@ struct Caller {
   std::shared_ptr<const void> under_way;  // counted by CallCount while it exists
 };
 
-// Admits calls, counts the calls in progress, and counts errors. Every call of every service is
-// admitted before its request is read. Health and reflection need no token: their contents are
-// public, and monitoring has no tokens.
+// Admits calls, counts the calls in progress, and counts errors. Every call of every service but
+// health and reflection is admitted before its request is read. Those need no token: their contents
+// are public, and monitoring has no tokens.
 // Threads: any method from any thread.
 class CallAccounting {
  public:
   // The pointers must outlive this object.
-  CallAccounting(Authenticator authenticator, absl::Duration request_timeout,
-                 Connections* connections, Quotas* quotas, Metrics* metrics);
+  CallAccounting(Authenticator authenticator, absl::Duration request_timeout, Quotas* quotas,
+                 Metrics* metrics);
 
   // Timeout for the arrival of a call's first request.
   absl::Duration request_timeout() const { return request_timeout_; }
@@ -42,13 +40,6 @@ class CallAccounting {
   // Admits a call. Errors: those of Authenticator::OwnerOf; RESOURCE_EXHAUSTED the owner has too
   // many calls in progress.
   absl::StatusOr<Caller> Admit(const grpc::ServerContextBase& context) const;
-
-  // Admits a call that needs no token. Errors: RESOURCE_EXHAUSTED its connection has
-  // kOpenCallCountMax of them.
-  absl::StatusOr<AnonymousCall> AdmitAnonymous(const grpc::ServerContextBase& context) const;
-
-  // Counts a call of an unknown method as refused.
-  void Refuse(const grpc::ServerContextBase& context) const;
 
   // Reserves `bytes` of requests or responses in the buffer quota of `owner`.
   // Errors: RESOURCE_EXHAUSTED.
@@ -66,7 +57,6 @@ class CallAccounting {
  private:
   const Authenticator authenticator_;
   const absl::Duration request_timeout_;
-  Connections* const connections_;
   Quotas* const quotas_;
   Metrics* const metrics_;
   const std::shared_ptr<const void> counted_ = std::make_shared<char>();  // shared by each Caller

@@ -7,7 +7,6 @@
 #include "absl/status/statusor.h"
 #include "absl/strings/str_cat.h"
 #include "server/rpc/call/one_request_stream.h"
-#include "server/rpc/call/refused_stream.h"
 #include "server/rpc/grpc/parse_message.h"
 
 namespace procgen {
@@ -50,8 +49,8 @@ grpc::ByteBuffer ResponseOf(HealthServiceImpl::Status status) {
 // A call of Check.
 class CheckCall final : public OneRequestStream {
  public:
-  CheckCall(const HealthServiceImpl* health, const CallAccounting* accounting, AnonymousCall call)
-      : health_(health), accounting_(accounting), call_(std::move(call)) {
+  CheckCall(const HealthServiceImpl* health, const CallAccounting* accounting)
+      : health_(health), accounting_(accounting) {
     ReadRequest(accounting->request_timeout());
   }
 
@@ -68,7 +67,6 @@ class CheckCall final : public OneRequestStream {
           kCheck, absl::NotFoundError("there is no such service; reflection lists all services")));
       return;
     }
-    call_.MarkAnswered();
     response_ = ResponseOf(status);
     StartWriteAndFinish(&response_, grpc::WriteOptions(), grpc::Status::OK);
   }
@@ -77,7 +75,6 @@ class CheckCall final : public OneRequestStream {
 
   const HealthServiceImpl* const health_;
   const CallAccounting* const accounting_;
-  AnonymousCall call_;
   grpc::ByteBuffer response_;
 };
 
@@ -86,8 +83,8 @@ class CheckCall final : public OneRequestStream {
 // A stream of Watch. Threads: any method from any thread.
 class HealthServiceImpl::Watch final : public LatestStream {
  public:
-  Watch(const HealthServiceImpl* health, const CallAccounting* accounting, AnonymousCall call)
-      : LatestStream(accounting, kWatch), health_(health), call_(std::move(call)) {}
+  Watch(const HealthServiceImpl* health, const CallAccounting* accounting)
+      : LatestStream(accounting, kWatch), health_(health) {}
   ~Watch() override = default;
 
   static ByteStream* Start(const std::shared_ptr<Watch>& watch) {
@@ -113,7 +110,6 @@ class HealthServiceImpl::Watch final : public LatestStream {
     {
       absl::MutexLock lock(&mutex_);
       service_ = *std::move(service);
-      call_.MarkAnswered();
     }
     SendStatus();
   }
@@ -122,7 +118,6 @@ class HealthServiceImpl::Watch final : public LatestStream {
 
   const HealthServiceImpl* const health_;
   absl::Mutex mutex_;  // held while a status is sent, so that the last one is the newest
-  AnonymousCall call_ ABSL_GUARDED_BY(mutex_);
   std::optional<std::string> service_ ABSL_GUARDED_BY(mutex_);
 };
 
@@ -130,10 +125,8 @@ HealthServiceImpl::HealthServiceImpl(const CallAccounting* accounting,
                                      std::set<std::string> services)
     : accounting_(accounting), services_(std::move(services)) {
   services_.insert("");
-  AddByteMethod("grpc.health.v1.Health/Check",
-                [this](auto* context) { return BeginCheck(context); });
-  AddByteMethod("grpc.health.v1.Health/Watch",
-                [this](auto* context) { return BeginWatch(context); });
+  AddByteMethod("grpc.health.v1.Health/Check", [this](auto* /*context*/) { return BeginCheck(); });
+  AddByteMethod("grpc.health.v1.Health/Watch", [this](auto* /*context*/) { return BeginWatch(); });
 }
 
 HealthServiceImpl::Status HealthServiceImpl::StatusOf(const std::string& service) const {
@@ -144,20 +137,10 @@ HealthServiceImpl::Status HealthServiceImpl::StatusOf(const std::string& service
   return is_serving_ ? HealthCheckResponse::SERVING : HealthCheckResponse::NOT_SERVING;
 }
 
-ByteStream* HealthServiceImpl::BeginCheck(grpc::CallbackServerContext* context) {
-  absl::StatusOr<AnonymousCall> call = accounting_->AdmitAnonymous(*context);
-  if (!call.ok()) {
-    return new RefusedStream(accounting_->EndCall(kCheck, call.status()));
-  }
-  return new CheckCall(this, accounting_, *std::move(call));
-}
+ByteStream* HealthServiceImpl::BeginCheck() { return new CheckCall(this, accounting_); }
 
-ByteStream* HealthServiceImpl::BeginWatch(grpc::CallbackServerContext* context) {
-  absl::StatusOr<AnonymousCall> call = accounting_->AdmitAnonymous(*context);
-  if (!call.ok()) {
-    return new RefusedStream(accounting_->EndCall(kWatch, call.status()));
-  }
-  const auto watch = std::make_shared<Watch>(this, accounting_, *std::move(call));
+ByteStream* HealthServiceImpl::BeginWatch() {
+  const auto watch = std::make_shared<Watch>(this, accounting_);
   {
     absl::MutexLock lock(&mutex_);
     std::erase_if(watches_, [](const auto& each) { return each.expired(); });

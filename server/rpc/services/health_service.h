@@ -37,8 +37,8 @@ class HealthServiceImpl final : public ByteService {
  private:
   class Watch;
 
-  ByteStream* BeginCheck(grpc::CallbackServerContext* context);
-  ByteStream* BeginWatch(grpc::CallbackServerContext* context) ABSL_LOCKS_EXCLUDED(mutex_);
+  ByteStream* BeginCheck();
+  ByteStream* BeginWatch() ABSL_LOCKS_EXCLUDED(mutex_);
   std::vector<std::shared_ptr<Watch>> Watches() const ABSL_LOCKS_EXCLUDED(mutex_);
 
   const CallAccounting* const accounting_;

@@ -9,10 +9,9 @@
 namespace procgen {
 
 ByteStream* ReflectionReactor::Start(const CallAccounting* accounting,
-                                     grpc::CallbackServerContext* context, AnonymousCall call,
-                                     Answer answer) {
+                                     grpc::CallbackServerContext* context, Answer answer) {
   std::shared_ptr<ReflectionReactor> reactor(
-      new ReflectionReactor(accounting, context, std::move(call), std::move(answer)));
+      new ReflectionReactor(accounting, context, std::move(answer)));
   reactor->self_ = reactor;
   // Weak, because the stream owns the alarm, which owns its callback.
   reactor->alarm_.Set(GrpcDeadlineIn(accounting->request_timeout()),
@@ -27,12 +26,8 @@ ByteStream* ReflectionReactor::Start(const CallAccounting* accounting,
 }
 
 ReflectionReactor::ReflectionReactor(const CallAccounting* accounting,
-                                     grpc::CallbackServerContext* context, AnonymousCall call,
-                                     Answer answer)
-    : accounting_(accounting),
-      context_(context),
-      call_(std::move(call)),
-      answer_(std::move(answer)) {}
+                                     grpc::CallbackServerContext* context, Answer answer)
+    : accounting_(accounting), context_(context), answer_(std::move(answer)) {}
 
 void ReflectionReactor::OnReadDone(bool ok) {
   absl::StatusOr<grpc::ByteBuffer> response = grpc::ByteBuffer();
@@ -44,7 +39,6 @@ void ReflectionReactor::OnReadDone(bool ok) {
     End(response.status());
     return;
   }
-  call_.MarkAnswered();
   response_ = *std::move(response);
   if (!ended_) {
     writes_ = true;

@@ -8,7 +8,6 @@
 #include "absl/status/statusor.h"
 #include "absl/synchronization/mutex.h"
 #include "grpcpp/alarm.h"
-#include "server/rpc/auth/anonymous_call.h"
 #include "server/rpc/auth/call_accounting.h"
 #include "server/rpc/call/byte_service.h"
 
@@ -24,11 +23,11 @@ class ReflectionReactor final : public ByteStream,
 
   // Starts a stream, which lives until OnDone. The pointers must outlive it.
   static ByteStream* Start(const CallAccounting* accounting, grpc::CallbackServerContext* context,
-                           AnonymousCall call, Answer answer);
+                           Answer answer);
 
  private:
   ReflectionReactor(const CallAccounting* accounting, grpc::CallbackServerContext* context,
-                    AnonymousCall call, Answer answer);
+                    Answer answer);
 
   void OnReadDone(bool ok) override ABSL_LOCKS_EXCLUDED(mutex_);
   void OnWriteDone(bool ok) override ABSL_LOCKS_EXCLUDED(mutex_);
@@ -40,7 +39,6 @@ class ReflectionReactor final : public ByteStream,
 
   const CallAccounting* const accounting_;
   grpc::CallbackServerContext* const context_;
-  AnonymousCall call_;
   const Answer answer_;
   grpc::Alarm alarm_;
   grpc::ByteBuffer request_;

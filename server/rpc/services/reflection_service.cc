@@ -7,7 +7,6 @@
 #include "google/protobuf/descriptor.pb.h"
 #include "grpc/health/v1/health.pb.h"
 #include "grpc/reflection/v1alpha/reflection.pb.h"
-#include "server/rpc/call/refused_stream.h"
 #include "server/rpc/grpc/parse_message.h"
 #include "server/rpc/services/reflection_reactor.h"
 
@@ -119,10 +118,6 @@ ReflectionServiceImpl::Response ReflectionServiceImpl::Answer(const Request& req
 }
 
 ByteStream* ReflectionServiceImpl::BeginInfo(grpc::CallbackServerContext* context) {
-  absl::StatusOr<AnonymousCall> call = accounting_->AdmitAnonymous(*context);
-  if (!call.ok()) {
-    return new RefusedStream(accounting_->EndCall(kMethod, call.status()));
-  }
   const auto answer = [this](const grpc::ByteBuffer& bytes) -> absl::StatusOr<grpc::ByteBuffer> {
     Request request;
     if (absl::Status status = ParseMessage(bytes, &request); !status.ok()) {
@@ -133,7 +128,7 @@ ByteStream* ReflectionServiceImpl::BeginInfo(grpc::CallbackServerContext* contex
     grpc::SerializationTraits<Response>::Serialize(Answer(request), &response, &own_buffer);
     return response;
   };
-  return ReflectionReactor::Start(accounting_, context, *std::move(call), answer);
+  return ReflectionReactor::Start(accounting_, context, answer);
 }
 
 }  // namespace procgen

@@ -43,8 +43,7 @@ class Services {
         dm_env_rpc_(supervisor, accounting),
         pool_services_({&catalog_, &cluster_, &pool_, &step_, &state_, &render_, &dm_env_rpc_}),
         health_(accounting, NamesOf(pool_services_)),
-        reflection_(accounting, NamesOf(pool_services_)),
-        unknown_methods_(accounting) {}
+        reflection_(accounting, NamesOf(pool_services_)) {}
 
   void RegisterWith(grpc::ServerBuilder* builder) {
     for (ByteService* service : pool_services_) {

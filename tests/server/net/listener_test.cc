@@ -22,9 +22,7 @@
 namespace procgen {
 namespace {
 
-std::shared_ptr<Connections> FourConnections() {
-  return std::make_shared<Connections>(4, absl::Seconds(30));
-}
+constexpr int32_t kConnectionCountMax = 4;
 
 // Connects to an abstract unix socket; returns -1 on failure.
 int ConnectTo(absl::string_view name) {
@@ -44,7 +42,7 @@ int FirstReadOf(absl::string_view name) {
 }
 
 TEST(ListenerTest, StopsDespiteConstantConnections) {
-  auto listener = Listener::ListenInternal(FourConnections());
+  auto listener = Listener::ListenInternal(kConnectionCountMax);
   ASSERT_THAT(listener, IsOk());
   const std::string target = (*listener)->internal_target();
   const absl::string_view name = absl::StripPrefix(target, "unix-abstract:");
@@ -64,10 +62,10 @@ TEST(ListenerTest, SocketPathOfALaterServerIsKept) {
   const TemporaryFolder folder;
   Address address;
   address.unix_path = folder.At("socket");
-  auto first = Listener::Listen(address, FourConnections());
+  auto first = Listener::Listen(address, kConnectionCountMax);
   ASSERT_THAT(first, IsOk());
   std::filesystem::remove(address.unix_path);
-  auto second = Listener::Listen(address, FourConnections());
+  auto second = Listener::Listen(address, kConnectionCountMax);
   ASSERT_THAT(second, IsOk());
   *first = nullptr;
   EXPECT_TRUE(std::filesystem::exists(address.unix_path));
@@ -76,7 +74,7 @@ TEST(ListenerTest, SocketPathOfALaterServerIsKept) {
 }
 
 TEST(ListenerTest, OtherProcessesAreRejected) {
-  const auto listener = Listener::ListenInternal(FourConnections());
+  const auto listener = Listener::ListenInternal(kConnectionCountMax);
   ASSERT_THAT(listener, IsOk());
   std::atomic<int> taken_count = 0;
   (*listener)->Start([&](int /*listening*/, int connection) {

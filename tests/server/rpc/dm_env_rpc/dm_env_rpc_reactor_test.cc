@@ -65,7 +65,7 @@ TEST(DmEnvRpcReactorTest, CancellationDoesNotEndItWhileAReadStarts) {
   Metrics metrics("test");
   PoolSupervisor supervisor(Limits(), 1, &metrics);
   JoinedWorlds worlds;
-  const CallAccounting accounting(Authenticator(nullptr, false), absl::Seconds(10), nullptr,
+  const CallAccounting accounting(Authenticator(nullptr, false), absl::Seconds(10),
                                   &supervisor.quotas(), &metrics);
   grpc::CallbackServerContext context;
   const std::shared_ptr<grpc::ServerBidiReactor<ByteBuffer, ByteBuffer>> reactor =

@@ -1,12 +1,15 @@
-"""Unfinished requests: their memory and their timeouts."""
+"""Large first requests, and unfinished ones: their memory and their timeouts."""
 
 from __future__ import annotations
 
 from pathlib import Path
 
+import grpc
 import pytest
 from http2 import DATA, HEADERS, Http2Connection, message
-from testbed import GET_POOL, HEALTH_CHECK, METADATA, WATCH_POOL, serve
+from testbed import CREATE_POOL, GET_POOL, METADATA, WATCH_POOL, serve
+
+from procgen_client._proto import pools_pb2
 
 _REQUEST_BYTES_MAX = 4 << 20
 _CALLS = 64
@@ -31,7 +34,20 @@ def send_unfinished(connection: Http2Connection, streams: list[int], content: by
         fruitless = 0 if moved else fruitless + 1
 
 
-@pytest.mark.parametrize("method", [GET_POOL, WATCH_POOL, HEALTH_CHECK])
+def test_large_first_requests_of_connections_are_executed(tmp_path: Path) -> None:
+    seeds = [seed % 128 for seed in range(400_000)]
+    sampler = pools_pb2.LevelSampler(level_seeds=seeds, weights=[1.0] * len(seeds))
+    spec = pools_pb2.PoolSpec(games=["coinrun"], env_count=1, level_sampler=sampler)
+    request = pools_pb2.CreatePoolRequest(spec=spec).SerializeToString()
+    assert len(request) > 2_000_000
+    own_connection = [("grpc.use_local_subchannel_pool", 1)]
+    with serve(tmp_path) as server:
+        for _ in range(8):
+            with grpc.insecure_channel(server.address, own_connection) as channel:
+                channel.unary_unary(f"/{CREATE_POOL}")(request, metadata=METADATA, timeout=60)
+
+
+@pytest.mark.parametrize("method", [GET_POOL, WATCH_POOL])
 def test_unfinished_requests_without_a_token_hold_no_memory(tmp_path: Path, method: str) -> None:
     with serve(tmp_path) as server, Http2Connection(server.address) as connection:
         before_mb = server.memory_mb()
