@@ -86,9 +86,11 @@ absl::Status CheckOptions(const CredentialsOptions& options) {
   return absl::OkStatus();
 }
 
-std::string RandomHex(size_t bytes) {
+absl::StatusOr<std::string> RandomHex(size_t bytes) {
   std::string random(bytes, '\0');
-  RAND_bytes(reinterpret_cast<uint8_t*>(random.data()), static_cast<int>(bytes));
+  if (RAND_bytes(reinterpret_cast<uint8_t*>(random.data()), static_cast<int>(bytes)) != 1) {
+    return absl::InternalError("--make_credentials: OpenSSL has no random numbers");
+  }
   return absl::BytesToHexString(random);
 }
 
@@ -101,9 +103,12 @@ CertificatePointer MakeCertificate(EVP_PKEY* key, const std::string& name, int64
   X509* const certificate = made.get();
   X509* const signer = issuer == nullptr ? certificate : issuer;
   X509_set_version(certificate, X509_VERSION_3);
-  const std::string serial = RandomHex(8);
+  const absl::StatusOr<std::string> serial = RandomHex(8);
+  if (!serial.ok()) {
+    return {nullptr, &X509_free};
+  }
   BIGNUM* number = nullptr;
-  BN_hex2bn(&number, serial.c_str());
+  BN_hex2bn(&number, serial->c_str());
   BN_to_ASN1_INTEGER(number, X509_get_serialNumber(certificate));
   BN_free(number);
   X509_gmtime_adj(X509_getm_notBefore(certificate), -kSecondsPerDay);  // for clocks that are late
@@ -210,8 +215,11 @@ absl::StatusOr<std::string> MakeCredentials(const CredentialsOptions& options) {
   if (absl::Status status = CheckOptions(options); !status.ok()) {
     return status;
   }
-  const std::string token = RandomHex(kTokenBytes);
-  const absl::StatusOr<std::vector<NewFile>> files = MakeFiles(options, token);
+  const absl::StatusOr<std::string> token = RandomHex(kTokenBytes);
+  if (!token.ok()) {
+    return token.status();
+  }
+  const absl::StatusOr<std::vector<NewFile>> files = MakeFiles(options, *token);
   if (!files.ok()) {
     return files.status();
   }
@@ -233,7 +241,7 @@ absl::StatusOr<std::string> MakeCredentials(const CredentialsOptions& options) {
       return status;
     }
   }
-  return Explanation(options, dir.string(), token);
+  return Explanation(options, dir.string(), *token);
 }
 
 }  // namespace procgen

@@ -21,7 +21,7 @@ struct CredentialsOptions {
 // server.key), and a file with a token of `owner` (tokens). Only this user can read the keys and
 // the tokens. Returns text for people: the server's flags and a learner's environment variables.
 // Errors: INVALID_ARGUMENT a host or the owner is invalid; ALREADY_EXISTS one of the files exists,
-// and nothing was written; UNKNOWN a file cannot be written.
+// and nothing was written; UNKNOWN a file cannot be written; INTERNAL OpenSSL failed.
 absl::StatusOr<std::string> MakeCredentials(const CredentialsOptions& options);
 
 }  // namespace procgen

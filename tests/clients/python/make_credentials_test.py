@@ -16,9 +16,10 @@ from procgen_client import Client, Credentials, ServerProcess, errors
 _FILES = ["ca.key", "ca.pem", "server.key", "server.pem", "tokens"]
 
 
-def _make(folder: Path, *flags: str) -> subprocess.CompletedProcess[str]:
+def _make(folder: Path, *flags: str, **environment: str) -> subprocess.CompletedProcess[str]:
     return subprocess.run(
         [server_binary(), f"--make_credentials={folder}", *flags],
+        env={**os.environ, **environment},
         capture_output=True,
         text=True,
         check=False,
@@ -86,6 +87,15 @@ def test_existing_files_are_not_overwritten(tmp_path: Path, name: str) -> None:
     assert f"{tmp_path}/{name} exists and is not overwritten" in made.stderr
     assert [path.name for path in tmp_path.iterdir()] == [name]
     assert (tmp_path / name).read_text() == "mine"
+
+
+def test_failing_random_numbers_are_an_error(tmp_path: Path) -> None:
+    config = tmp_path / "openssl.cnf"
+    config.write_text("openssl_conf = a\n[a]\nrandom = b\n[b]\nrandom = NONE\n")
+    made = _make(tmp_path / "new", "--for=localhost", OPENSSL_CONF=str(config))
+    assert made.returncode == 2
+    assert "OpenSSL has no random numbers" in made.stderr
+    assert os.listdir(tmp_path) == [config.name]
 
 
 @pytest.mark.parametrize(
