@@ -52,6 +52,10 @@ absl::Status CheckAccess(const Config& config) {
   const bool has_tls = !tls.certificate.empty();
   const bool has_authentication = !tls.client_ca.empty() || !config.tokens.empty();
   if (OthersCanReach(config) && !config.allow_insecure && (!has_tls || !has_authentication)) {
+    if (absl::Status status = CheckResolvable(*ParseAddress(config.server.address)); !status.ok()) {
+      return absl::InvalidArgumentError(
+          absl::StrCat("--address is ", config.server.address, ": ", status.message()));
+    }
     return absl::InvalidArgumentError(absl::StrCat(
         "--address is ", config.server.address, ", which other machines can reach, ",
         has_tls ? "" : "without TLS: give --tls_certificate and --tls_key",

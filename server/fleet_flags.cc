@@ -3,14 +3,14 @@
 #include <string>
 
 #include "absl/flags/flag.h"
-#include "absl/time/time.h"
+#include "server/duration_flag.h"
 
 ABSL_FLAG(bool, fleet, false,
           "spread pools over the nodes of --cluster instead of stepping them here");
 ABSL_FLAG(std::string, state_dir, "",
           "folder where a --fleet keeps its pools across restarts; one process at a time. Empty: "
           "pools end with the process");
-ABSL_FLAG(absl::Duration, fleet_failover_timeout, procgen::FleetOptions().failover_timeout,
+ABSL_FLAG(procgen::DurationFlag, fleet_failover_timeout, {procgen::FleetOptions().failover_timeout},
           "how long a request waits for nodes that can execute it; then its stream ends");
 ABSL_FLAG(std::string, fleet_ca, "",
           "PEM file of the authorities that sign the nodes' certificates. Empty: plain text to the "
@@ -26,7 +26,7 @@ void ReadFleetFlags(Config* config) {
   config->is_fleet = absl::GetFlag(FLAGS_fleet);
   config->state_dir = absl::GetFlag(FLAGS_state_dir);
   FleetOptions& fleet = config->fleet;
-  fleet.failover_timeout = absl::GetFlag(FLAGS_fleet_failover_timeout);
+  fleet.failover_timeout = absl::GetFlag(FLAGS_fleet_failover_timeout).value;
   fleet.credentials = {.ca = absl::GetFlag(FLAGS_fleet_ca),
                        .certificate = absl::GetFlag(FLAGS_fleet_certificate),
                        .key = absl::GetFlag(FLAGS_fleet_key),

@@ -7,6 +7,7 @@
 #include <csignal>
 #include <cstdint>
 #include <cstdio>
+#include <cstdlib>
 #include <exception>
 #include <memory>
 #include <string>
@@ -21,6 +22,7 @@
 #include "absl/status/statusor.h"
 #include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
+#include "absl/strings/strip.h"
 #include "absl/synchronization/mutex.h"
 #include "envcore/pool/shared_art.h"
 #include "server/cluster/cluster.h"
@@ -28,9 +30,12 @@
 #include "server/concurrency/cpu_count.h"
 #include "server/concurrency/deadline_timer.h"
 #include "server/config.h"
+#include "server/duration_flag.h"
 #include "server/fleet_flags.h"
 #include "server/logging/event_log.h"
 #include "server/metrics/metrics_page.h"
+#include "server/net/address.h"
+#include "server/net/listener.h"
 #include "server/pool_reports.h"
 #include "server/rpc/server.h"
 #include "server/security_flags.h"
@@ -62,17 +67,17 @@ ABSL_FLAG(int64_t, episode_history_bytes_max, procgen::Limits().episode_history_
 ABSL_FLAG(int64_t, shared_memory_bytes_max, procgen::Limits().shared_memory_bytes_max,
           "bytes of memory shared with learners, of all pools");
 ABSL_FLAG(
-    absl::Duration, lease_duration_default, procgen::Limits().lease_duration_default,
+    procgen::DurationFlag, lease_duration_default, {procgen::Limits().lease_duration_default},
     "lease of a pool whose learner chooses none, at most --lease_duration_max; 0: such a pool "
     "lives until it is deleted");
-ABSL_FLAG(absl::Duration, lease_duration_max, procgen::Limits().lease_duration_max,
+ABSL_FLAG(procgen::DurationFlag, lease_duration_max, {procgen::Limits().lease_duration_max},
           "longest lease of a pool without a stream");
-ABSL_FLAG(absl::Duration, keepalive_time, procgen::ServerOptions().keepalive_time,
+ABSL_FLAG(procgen::DurationFlag, keepalive_time, {procgen::ServerOptions().keepalive_time},
           "idle time after which the server sends a keepalive ping");
-ABSL_FLAG(absl::Duration, keepalive_timeout, procgen::ServerOptions().keepalive_timeout,
+ABSL_FLAG(procgen::DurationFlag, keepalive_timeout, {procgen::ServerOptions().keepalive_timeout},
           "time without a reply to the ping after which the connection is closed");
 ABSL_FLAG(
-    absl::Duration, drain_timeout, absl::Seconds(10),
+    procgen::DurationFlag, drain_timeout, {absl::Seconds(10)},
     "time after SIGTERM or SIGINT for running requests to be answered and learners to save states");
 ABSL_FLAG(
     std::string, art_dir, "",
@@ -117,7 +122,7 @@ absl::StatusOr<Config> ReadConfig() {
   }
   Config config;
   config.log_level = *log_level;
-  config.drain_timeout = absl::GetFlag(FLAGS_drain_timeout);
+  config.drain_timeout = absl::GetFlag(FLAGS_drain_timeout).value;
   config.metrics_address = absl::GetFlag(FLAGS_metrics_address);
   config.server.address = absl::GetFlag(FLAGS_address);
   config.server.worker_count = absl::GetFlag(FLAGS_workers);
@@ -135,13 +140,13 @@ absl::StatusOr<Config> ReadConfig() {
   limits.resume_buffer_bytes_max = absl::GetFlag(FLAGS_resume_buffer_bytes_max);
   limits.episode_history_bytes_max = absl::GetFlag(FLAGS_episode_history_bytes_max);
   limits.shared_memory_bytes_max = absl::GetFlag(FLAGS_shared_memory_bytes_max);
-  limits.lease_duration_max = absl::GetFlag(FLAGS_lease_duration_max);
-  const absl::Duration lease_duration_default = absl::GetFlag(FLAGS_lease_duration_default);
+  limits.lease_duration_max = absl::GetFlag(FLAGS_lease_duration_max).value;
+  const absl::Duration lease_duration_default = absl::GetFlag(FLAGS_lease_duration_default).value;
   limits.lease_duration_default = lease_duration_default == absl::ZeroDuration()
                                       ? absl::InfiniteDuration()
                                       : std::min(lease_duration_default, limits.lease_duration_max);
-  config.server.keepalive_time = absl::GetFlag(FLAGS_keepalive_time);
-  config.server.keepalive_timeout = absl::GetFlag(FLAGS_keepalive_timeout);
+  config.server.keepalive_time = absl::GetFlag(FLAGS_keepalive_time).value;
+  config.server.keepalive_timeout = absl::GetFlag(FLAGS_keepalive_timeout).value;
   ReadSecurityFlags(&config);
   ReadClusterFlags(&config);
   ReadFleetFlags(&config);
@@ -194,7 +199,19 @@ absl::StatusOr<std::unique_ptr<MetricsPage>> StartMetricsPage(const Config& conf
   if (config.metrics_address.empty()) {
     return nullptr;
   }
-  return MetricsPage::Start(config.metrics_address, server.metrics());
+  absl::StatusOr<std::unique_ptr<MetricsPage>> page =
+      MetricsPage::Start(config.metrics_address, server.metrics());
+  if (page.ok()) {
+    return page;
+  }
+  // The library of the page reports no reason. Listening reports it.
+  const absl::StatusOr<Address> address = ParseAddress(config.metrics_address);
+  const absl::Status reason =
+      address.ok() ? Listener::Listen(*address, 1).status() : address.status();
+  return reason.ok()
+             ? page.status()
+             : absl::UnavailableError(absl::StrCat("metrics cannot be served at ",
+                                                   config.metrics_address, ": ", reason.message()));
 }
 
 // Returns null if no web address is configured.
@@ -315,7 +332,7 @@ int Serve(const Config& config, const sigset_t& stop_signals,
     (*web_server)->BeginClose();
   }
   (*server)->Stop(config.drain_timeout);
-  web_server->reset();  // now: Stop ends the calls that its pages wait for
+  web_server->reset();    // now: Stop ends the calls that its pages wait for
   metrics_page->reset();  // last: it reads the server's metrics, also during a drain
   LogEvent(LogLevel::kInfo, "stopped", {});
   return 0;
@@ -329,6 +346,32 @@ int PrintCredentials() {
   }
   std::fputs(text->c_str(), stdout);
   return 0;
+}
+
+bool AsksForHelp(absl::string_view argument) {
+  absl::ConsumePrefix(&argument, "-");
+  absl::ConsumePrefix(&argument, "-");
+  return argument == "help" || argument == "helpfull" || argument == "helpshort" ||
+         absl::StartsWith(argument, "help=");
+}
+
+// Parses the flags and returns the remaining arguments. Abseil ends the process with status 1 for
+// an invalid flag and after --help; here the statuses are kExitUsage and 0.
+std::vector<char*> ParseFlags(int argc, char** argv) {
+  static bool is_parsing = false;
+  static const bool asks_for_help = std::any_of(argv + 1, argv + argc, AsksForHelp);
+  on_exit(
+      [](int status, void* /*none*/) {
+        if (is_parsing && status == 1) {
+          std::fflush(nullptr);
+          _exit(asks_for_help ? 0 : kExitUsage);
+        }
+      },
+      nullptr);
+  is_parsing = true;
+  std::vector<char*> rest = absl::ParseCommandLine(argc, argv);
+  is_parsing = false;
+  return rest;
 }
 
 int Main(int argc, char** argv) {
@@ -358,7 +401,7 @@ int Main(int argc, char** argv) {
   };
   absl::SetFlagsUsageConfig(usage);
   absl::SetProgramUsageMessage("hosts pools of Procgen environments behind gRPC");
-  if (const std::vector<char*> rest = absl::ParseCommandLine(argc, argv); rest.size() > 1) {
+  if (const std::vector<char*> rest = ParseFlags(argc, argv); rest.size() > 1) {
     std::fprintf(stderr, "procgen-server: '%s' is not a flag; see --help\n", rest[1]);
     return kExitUsage;
   }

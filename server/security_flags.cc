@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "absl/flags/flag.h"
-#include "absl/time/time.h"
+#include "server/duration_flag.h"
 #include "server/make_credentials.h"
 #include "server/net/address.h"
 
@@ -45,7 +45,7 @@ ABSL_FLAG(int64_t, owner_buffer_bytes_max, procgen::Limits().owner_buffer_bytes_
           "bytes of requests, responses and level samplers held for one owner");
 ABSL_FLAG(int32_t, connection_count_max, procgen::Limits().connection_count_max,
           "connections of all callers");
-ABSL_FLAG(absl::Duration, attach_timeout, procgen::Limits().attach_timeout,
+ABSL_FLAG(procgen::DurationFlag, attach_timeout, {procgen::Limits().attach_timeout},
           "time for a stream to attach and for the request of a call to arrive");
 
 namespace procgen {
@@ -69,7 +69,7 @@ void ReadSecurityFlags(Config* config) {
   limits.owner_call_count_max = absl::GetFlag(FLAGS_owner_call_count_max);
   limits.owner_buffer_bytes_max = absl::GetFlag(FLAGS_owner_buffer_bytes_max);
   limits.connection_count_max = absl::GetFlag(FLAGS_connection_count_max);
-  limits.attach_timeout = absl::GetFlag(FLAGS_attach_timeout);
+  limits.attach_timeout = absl::GetFlag(FLAGS_attach_timeout).value;
 }
 
 absl::StatusOr<std::string> MakeCredentialsOfFlags(const std::string& address) {

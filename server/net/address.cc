@@ -1,10 +1,10 @@
 #include "server/net/address.h"
 
 #include <arpa/inet.h>
+#include <netdb.h>
 
 #include <algorithm>
 
-#include "absl/status/status.h"
 #include "absl/strings/ascii.h"
 #include "absl/strings/match.h"
 #include "absl/strings/numbers.h"
@@ -71,6 +71,17 @@ bool IsWildcard(const Address& address) {
   in6_addr ipv6 = {};
   return (inet_pton(AF_INET, address.host.c_str(), &ipv4) == 1 && ipv4.s_addr == INADDR_ANY) ||
          (inet_pton(AF_INET6, address.host.c_str(), &ipv6) == 1 && IN6_IS_ADDR_UNSPECIFIED(&ipv6));
+}
+
+absl::Status CheckResolvable(const Address& address) {
+  addrinfo* found = nullptr;
+  const int error = getaddrinfo(address.host.c_str(), nullptr, nullptr, &found);
+  if (error != 0) {
+    return absl::UnavailableError(
+        absl::StrCat("host '", address.host, "' cannot be resolved: ", gai_strerror(error)));
+  }
+  freeaddrinfo(found);
+  return absl::OkStatus();
 }
 
 bool IsOnThisMachine(absl::string_view peer) {

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <string>
 
+#include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "absl/strings/string_view.h"
 
@@ -26,6 +27,9 @@ bool IsLocal(const Address& address);
 
 // Whether the address is a wildcard, which listens on all interfaces and cannot be connected to.
 bool IsWildcard(const Address& address);
+
+// Errors: UNAVAILABLE the host cannot be resolved.
+absl::Status CheckResolvable(const Address& address);
 
 // Whether a connection comes from this machine. `peer`: in gRPC's format, e.g.
 // "ipv4:127.0.0.1:40000".

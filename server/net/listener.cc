@@ -144,7 +144,8 @@ absl::Status Listener::ListenOnHost(const Address& address) {
   const int error =
       getaddrinfo(address.host.c_str(), std::to_string(address.port).c_str(), &hints, &found);
   if (error != 0) {
-    return absl::UnavailableError(gai_strerror(error));
+    return absl::UnavailableError(
+        absl::StrCat("host '", address.host, "' cannot be resolved: ", gai_strerror(error)));
   }
   const absl::Cleanup free_found = [found] { freeaddrinfo(found); };
   // A name may have several addresses. All use the same port; listening on one of them is

@@ -58,6 +58,15 @@ TEST(ConfigTest, RemoteListeningNeedsTlsAndAuthentication) {
   EXPECT_THAT(CheckConfig(config), IsOk());
 }
 
+TEST(ConfigTest, AddressOfAnUnknownHostIsReportedAsSuch) {
+  Config config;
+  config.server.address = "no..host:50051";
+  EXPECT_THAT(
+      CheckConfig(config),
+      StatusIs(absl::StatusCode::kInvalidArgument,
+               HasSubstr("--address is no..host:50051: host 'no..host' cannot be resolved")));
+}
+
 TEST(ConfigTest, MetricsAreLocalByDefault) {
   Config config;
   for (const char* address : {"127.0.0.1:9090", "localhost:0"}) {

@@ -2,7 +2,9 @@
 
 #include <csignal>
 #include <filesystem>
+#include <fstream>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "absl/time/clock.h"
@@ -134,7 +136,7 @@ std::string FirstPictureOf(const std::string& address, const std::string& art) {
 
 TEST(BinaryTest, HelpListsTheFlags) {
   ServerProcess process({"--help"});
-  process.Wait();
+  EXPECT_EQ(process.Wait(), 0);
   for (const char* flag :
        {"--address", "--workers", "--pool_count_max", "--request_bytes_max",
         "--requests_in_flight_max", "--drain_timeout", "--art_dir", "--log_level",
@@ -149,6 +151,26 @@ TEST(BinaryTest, InvalidFlagsAreReported) {
   ServerProcess process({"--workers=-3"});
   EXPECT_EQ(process.Wait(), 2);
   EXPECT_THAT(process.rest(), HasSubstr("--workers is -3, allowed: 1 to 1024"));
+}
+
+TEST(BinaryTest, FlagsThatCannotBeParsedExitWithTwo) {
+  const TemporaryFolder temporary;
+  const std::string flag_file = temporary.At("flags");
+  std::ofstream(flag_file) << "not a flag\n";
+  for (const auto& [flag, message] : {
+           std::pair<std::string, std::string>("--adress=127.0.0.1:0", "'adress'"),
+           {"--workers=two", "'two' specified for flag 'workers'"},
+           {"--workers", "Missing the value for the flag 'workers'"},
+           {"--fleet=maybe", "'maybe' specified for flag 'fleet'"},
+           {"--drain_timeout=10", "allowed: a duration with its unit, such as 10s"},
+           {"--flagfile=" + temporary.At("none"), "flagfile"},
+           {"--flagfile=" + flag_file, "flagfile"},
+           {"word", "'word' is not a flag"},
+       }) {
+    ServerProcess process({flag});
+    EXPECT_EQ(process.Wait(), 2) << flag;
+    EXPECT_THAT(process.rest(), HasSubstr(message)) << flag;
+  }
 }
 
 TEST(BinaryTest, ArtDirIsDrawnAndReported) {

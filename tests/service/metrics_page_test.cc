@@ -133,7 +133,8 @@ TEST(MetricsAddressTest, AddressInUseIsAnError) {
   const std::string taken = first.Address();
   ServerProcess second({"--address=127.0.0.1:0", "--metrics_address=" + taken});
   EXPECT_EQ(second.Wait(), 1);
-  EXPECT_THAT(second.rest(), HasSubstr("metrics cannot be served at " + taken));
+  EXPECT_THAT(second.rest(),
+              HasSubstr("metrics cannot be served at " + taken + ": bind: Address already in use"));
 }
 
 }  // namespace

@@ -287,5 +287,5 @@ def test_tied_server_stops_like_any_other(tmp_path: Path) -> None:
         assert _is_served(address)
         assert server.stop() == 0
         assert server.stop() == 0
-    with pytest.raises(errors.UnavailableError, match="status 1"):
+    with pytest.raises(errors.UnavailableError, match="status 2"):
         ServerProcess(server_binary(), ["--no_such_flag"], tied=True)
