@@ -21,7 +21,8 @@ packages=(
   cyclonedds-dev          # discovery in a cluster
   cyclonedds-tools        # compiles its message types
   libboost-dev            # HTTP and WebSocket of the web pages
-  libpng-dev              # reads art, writes PNG
+  libstb-dev              # reads art
+  libpng-dev              # writes PNG
   librsvg2-bin            # rasterises the art while building
   nlohmann-json3-dev      # recordings and messages of the web pages
   zlib1g-dev              # compresses them

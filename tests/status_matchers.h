@@ -4,16 +4,15 @@
 #include <string>
 
 #include "absl/status/status.h"
-#include "absl/status/statusor.h"
 #include "gmock/gmock.h"
 
 namespace procgen {
 
-inline const absl::Status& StatusOf(const absl::Status& status) { return status; }
-template <typename Value>
-const absl::Status& StatusOf(const absl::StatusOr<Value>& result) {
-  return result.status();
-}
+// Of the engine's statuses, too, which convert.
+inline absl::Status StatusOf(const absl::Status& status) { return status; }
+template <typename Result>
+requires requires(const Result& result) { result.status(); }
+absl::Status StatusOf(const Result& result) { return result.status(); }
 
 // Matches a Status or StatusOr that is OK.
 MATCHER(IsOk, "is OK") {
@@ -32,8 +31,8 @@ MATCHER_P2(StatusIs, code, message,
            "is " + absl::StatusCodeToString(code) + " with a message that " +
                testing::DescribeMatcher<std::string>(message)) {
   *result_listener << StatusOf(arg).ToString();
-  return StatusOf(arg).code() == code &&
-         testing::Value(std::string(StatusOf(arg).message()), message);
+  const absl::Status status = StatusOf(arg);
+  return status.code() == code && testing::Value(std::string(status.message()), message);
 }
 
 }  // namespace procgen

@@ -8,7 +8,6 @@
 #include <utility>
 
 #include "absl/functional/function_ref.h"
-#include "absl/status/statusor.h"
 #include "absl/strings/string_view.h"
 #include "envcore/environment/environment_options.h"
 #include "envcore/environment/fingerprint.h"
@@ -18,6 +17,7 @@
 #include "envcore/random/random_stream.h"
 #include "envcore/scene/scene.h"
 #include "envcore/state/state_archive.h"
+#include "envcore/status/status.h"
 
 namespace procgen {
 
@@ -57,7 +57,7 @@ struct SavedEpisode {
 
 // Reads these fields without making an environment. Errors: as Environment::Restore, for the fields
 // that it reads.
-absl::StatusOr<SavedEpisode> ReadSavedMoment(absl::string_view snapshot);
+StatusOr<SavedEpisode> ReadSavedMoment(absl::string_view snapshot);
 
 // One environment: a sequence of levels, with steps and episode ends.
 // Threads: compatible (one thread at a time).
@@ -75,16 +75,16 @@ class Environment {
   // can leave the ranges of the snapshot format. Such values are clamped, in the environment and in
   // the snapshot, so that both continue identically.
   // Errors: INTERNAL: the state does not fit into a snapshot, which is a bug.
-  absl::StatusOr<std::string> SaveState();
+  StatusOr<std::string> SaveState();
 
   // Makes an environment from `snapshot`, options included; only `autoreset_mode` is not in the
   // snapshot. One that was saved between two episodes begins the next with its next step or, with
   // kDisabled, with a reset. The bytes may be untrusted.
   // Errors: DATA_LOSS: not a complete snapshot of this version. FAILED_PRECONDITION: a snapshot of
   // another game. INVALID_ARGUMENT: a value out of range (the message names the field).
-  static absl::StatusOr<std::unique_ptr<Environment>> Restore(const GameSpec& spec,
-                                                              absl::string_view snapshot,
-                                                              AutoresetMode autoreset_mode);
+  static StatusOr<std::unique_ptr<Environment>> Restore(const GameSpec& spec,
+                                                        absl::string_view snapshot,
+                                                        AutoresetMode autoreset_mode);
 
   // Sets the next level. It is used instead of a draw, so the level-seed stream does not advance.
   void SetNextLevel(int32_t level_seed) { next_level_ = level_seed; }

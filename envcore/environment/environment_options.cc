@@ -2,11 +2,11 @@
 
 #include <string>
 
-#include "absl/status/status.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_join.h"
 #include "absl/strings/string_view.h"
 #include "envcore/games/game_catalog.h"
+#include "envcore/status/status.h"
 
 namespace procgen {
 namespace {
@@ -30,29 +30,28 @@ std::string ModesOf(const GameSpec& game) {
   return absl::StrJoin(names, ", ");
 }
 
-absl::Status CheckNotNegative(absl::string_view option, int32_t value) {
+Status CheckNotNegative(absl::string_view option, int32_t value) {
   if (value < 0) {
-    return absl::InvalidArgumentError(absl::StrCat(option, " is ", value, ", must be at least 0"));
+    return InvalidArgumentError(absl::StrCat(option, " is ", value, ", must be at least 0"));
   }
-  return absl::OkStatus();
+  return OkStatus();
 }
 
 }  // namespace
 
-absl::StatusOr<EnvironmentOptions> ResolveOptions(absl::string_view game,
-                                                  const EnvironmentOptions& options) {
+StatusOr<EnvironmentOptions> ResolveOptions(absl::string_view game,
+                                            const EnvironmentOptions& options) {
   const GameSpec* spec = FindGame(game);
   if (spec == nullptr) {
-    return absl::NotFoundError(
-        absl::StrCat("no game is named \"", game, "\"; there are ", GameNames()));
+    return NotFoundError(absl::StrCat("no game is named \"", game, "\"; there are ", GameNames()));
   }
   if (!spec->HasMode(options.distribution_mode)) {
-    return absl::InvalidArgumentError(absl::StrCat(
+    return InvalidArgumentError(absl::StrCat(
         "distribution_mode is ", DistributionModeName(options.distribution_mode), " (",
         static_cast<int32_t>(options.distribution_mode), "), ", game, " has ", ModesOf(*spec)));
   }
-  for (const absl::Status& status : {CheckNotNegative("num_levels", options.num_levels),
-                                     CheckNotNegative("start_level", options.start_level)}) {
+  for (const Status& status : {CheckNotNegative("num_levels", options.num_levels),
+                               CheckNotNegative("start_level", options.start_level)}) {
     if (!status.ok()) {
       return status;
     }
@@ -60,7 +59,7 @@ absl::StatusOr<EnvironmentOptions> ResolveOptions(absl::string_view game,
   EnvironmentOptions resolved = options;
   if (options.distribution_mode == DistributionMode::kExploration) {
     if (options.num_levels != 0 || options.start_level != 0) {
-      return absl::InvalidArgumentError(
+      return InvalidArgumentError(
           absl::StrCat("distribution_mode exploration plays one level of its own: num_levels and "
                        "start_level must be 0, are ",
                        options.num_levels, " and ", options.start_level));

@@ -3,9 +3,9 @@
 
 #include <cstdint>
 
-#include "absl/status/statusor.h"
 #include "absl/strings/string_view.h"
 #include "envcore/games/game_options.h"
+#include "envcore/status/status.h"
 
 namespace procgen {
 
@@ -20,8 +20,8 @@ struct EnvironmentOptions : GameOptions {
 // Checks `options` for `game` and returns them with kExploration resolved: hard mode with one
 // level, whose seed depends on the game. Errors: NOT_FOUND: no such game. INVALID_ARGUMENT: an
 // option is out of range, or the game does not have the mode (the message says what is allowed).
-absl::StatusOr<EnvironmentOptions> ResolveOptions(absl::string_view game,
-                                                  const EnvironmentOptions& options);
+StatusOr<EnvironmentOptions> ResolveOptions(absl::string_view game,
+                                            const EnvironmentOptions& options);
 
 }  // namespace procgen
 

@@ -1,10 +1,10 @@
 #include <limits>
 #include <string>
 
-#include "absl/status/status.h"
 #include "absl/strings/str_cat.h"
 #include "envcore/environment/environment.h"
 #include "envcore/state/state_archive.h"
+#include "envcore/status/status.h"
 
 namespace procgen {
 namespace {
@@ -83,8 +83,8 @@ void VisitProgress(StateArchive& archive, const Progress& progress) {
 
 }  // namespace
 
-absl::StatusOr<SavedEpisode> ReadSavedMoment(absl::string_view snapshot) {
-  absl::StatusOr<StateArchive> archive = StateArchive::Open(snapshot);
+StatusOr<SavedEpisode> ReadSavedMoment(absl::string_view snapshot) {
+  StatusOr<StateArchive> archive = StateArchive::Open(snapshot);
   if (!archive.ok()) {
     return archive.status();
   }
@@ -105,7 +105,7 @@ absl::StatusOr<SavedEpisode> ReadSavedMoment(absl::string_view snapshot) {
   return moment;
 }
 
-absl::StatusOr<std::string> Environment::SaveState() {
+StatusOr<std::string> Environment::SaveState() {
   using OutOfRange = StateArchive::OutOfRange;
   StateArchive archive(is_restored_ ? OutOfRange::kSaturates : OutOfRange::kFails);
   Beginning beginning = {
@@ -115,10 +115,10 @@ absl::StatusOr<std::string> Environment::SaveState() {
   return archive.Finish();
 }
 
-absl::StatusOr<std::unique_ptr<Environment>> Environment::Restore(const GameSpec& spec,
-                                                                  absl::string_view snapshot,
-                                                                  AutoresetMode autoreset_mode) {
-  absl::StatusOr<StateArchive> archive = StateArchive::Open(snapshot);
+StatusOr<std::unique_ptr<Environment>> Environment::Restore(const GameSpec& spec,
+                                                            absl::string_view snapshot,
+                                                            AutoresetMode autoreset_mode) {
+  StatusOr<StateArchive> archive = StateArchive::Open(snapshot);
   if (!archive.ok()) {
     return archive.status();
   }
@@ -128,12 +128,12 @@ absl::StatusOr<std::unique_ptr<Environment>> Environment::Restore(const GameSpec
     return archive->status();
   }
   if (beginning.game != spec.name) {
-    return absl::FailedPreconditionError(
+    return FailedPreconditionError(
         absl::StrCat("game is ", beginning.game, ", the environment plays ", spec.name));
   }
   const auto options = ResolveOptions(spec.name, beginning.options);
   if (!options.ok()) {
-    return absl::InvalidArgumentError(absl::StrCat("options: ", options.status().message()));
+    return InvalidArgumentError(absl::StrCat("options: ", options.status().message()));
   }
   std::unique_ptr<Environment> environment(new Environment(spec, *options, autoreset_mode));
   environment->is_restored_ = true;
@@ -141,7 +141,7 @@ absl::StatusOr<std::unique_ptr<Environment>> Environment::Restore(const GameSpec
   environment->result_.level_seed = beginning.level_seed;
   environment->game_->StartLevel(beginning.level_seed);
   environment->VisitState(*archive);
-  if (absl::Status status = archive->Close(); !status.ok()) {
+  if (Status status = archive->Close(); !status.ok()) {
     return status;
   }
   return environment;

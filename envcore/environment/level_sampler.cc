@@ -19,37 +19,36 @@ uint64_t Mixed(uint64_t bits) {
   return bits ^ (bits >> 31);
 }
 
-absl::Status CheckWeights(const std::vector<float>& weights, size_t seed_count) {
+Status CheckWeights(const std::vector<float>& weights, size_t seed_count) {
   if (weights.size() != seed_count) {
-    return absl::InvalidArgumentError(absl::StrCat("weights has ", weights.size(),
-                                                   " entries, must have ", seed_count,
-                                                   ", as level_seeds, or none"));
+    return InvalidArgumentError(absl::StrCat("weights has ", weights.size(), " entries, must have ",
+                                             seed_count, ", as level_seeds, or none"));
   }
   double sum = 0;
   for (size_t i = 0; i < weights.size(); ++i) {
     if (!std::isfinite(weights[i]) || weights[i] < 0) {
-      return absl::InvalidArgumentError(
+      return InvalidArgumentError(
           absl::StrCat("weights[", i, "] is ", weights[i], ", must be finite and at least 0"));
     }
     sum += static_cast<double>(weights[i]);
   }
   if (sum == 0) {
-    return absl::InvalidArgumentError("weights are all 0, must have a positive sum");
+    return InvalidArgumentError("weights are all 0, must have a positive sum");
   }
-  return absl::OkStatus();
+  return OkStatus();
 }
 
 }  // namespace
 
-absl::StatusOr<std::shared_ptr<const LevelSampler>> LevelSampler::Create(
+StatusOr<std::shared_ptr<const LevelSampler>> LevelSampler::Create(
     std::vector<int32_t> level_seeds, const std::vector<float>& weights, int64_t rand_seed) {
   if (level_seeds.empty() || level_seeds.size() > static_cast<size_t>(kLevelSeedsMax)) {
-    return absl::InvalidArgumentError(absl::StrCat("level_seeds has ", level_seeds.size(),
-                                                   " entries, must have 1 to ", kLevelSeedsMax));
+    return InvalidArgumentError(absl::StrCat("level_seeds has ", level_seeds.size(),
+                                             " entries, must have 1 to ", kLevelSeedsMax));
   }
   std::vector<double> weight_sums;
   if (!weights.empty()) {
-    if (absl::Status status = CheckWeights(weights, level_seeds.size()); !status.ok()) {
+    if (Status status = CheckWeights(weights, level_seeds.size()); !status.ok()) {
       return status;
     }
     double sum = 0;

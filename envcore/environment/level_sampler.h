@@ -5,8 +5,8 @@
 #include <memory>
 #include <vector>
 
-#include "absl/status/statusor.h"
 #include "envcore/random/random_stream.h"
+#include "envcore/status/status.h"
 
 namespace procgen {
 
@@ -21,8 +21,9 @@ class LevelSampler {
   // `level_seeds`: 1 to kLevelSeedsMax entries; any values, duplicates allowed. `weights`: one per
   // seed, relative, finite, at least 0, with a positive sum; empty: uniform. `rand_seed`: used
   // modulo 2^32. Errors: INVALID_ARGUMENT (the message gives the value and what is allowed).
-  static absl::StatusOr<std::shared_ptr<const LevelSampler>> Create(
-      std::vector<int32_t> level_seeds, const std::vector<float>& weights, int64_t rand_seed);
+  static StatusOr<std::shared_ptr<const LevelSampler>> Create(std::vector<int32_t> level_seeds,
+                                                              const std::vector<float>& weights,
+                                                              int64_t rand_seed);
 
   // The arguments of Create; `rand_seed` modulo 2^32.
   const std::vector<int32_t>& level_seeds() const { return level_seeds_; }

@@ -20,7 +20,7 @@ std::vector<int32_t> ObservationFormat::Shape() const {
   return shape;
 }
 
-absl::Status CheckObservationFormat(const ObservationFormat& format) {
+Status CheckObservationFormat(const ObservationFormat& format) {
   struct Field {
     absl::string_view name;
     int32_t value;
@@ -35,12 +35,12 @@ absl::Status CheckObservationFormat(const ObservationFormat& format) {
               static_cast<int32_t>(Layout::kHwc), static_cast<int32_t>(Layout::kChw)},
         Field{"frame_stack", format.frame_stack, 1, kFrameStackMax}}) {
     if (field.value < field.min || field.value > field.max) {
-      return absl::InvalidArgumentError(absl::StrCat("observation_format.", field.name, " is ",
-                                                     field.value, ", must be in [", field.min, ", ",
-                                                     field.max, "]"));
+      return InvalidArgumentError(absl::StrCat("observation_format.", field.name, " is ",
+                                               field.value, ", must be in [", field.min, ", ",
+                                               field.max, "]"));
     }
   }
-  return absl::OkStatus();
+  return OkStatus();
 }
 
 }  // namespace procgen

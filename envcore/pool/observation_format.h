@@ -5,8 +5,8 @@
 #include <cstdint>
 #include <vector>
 
-#include "absl/status/status.h"
 #include "envcore/render/output/frame_format.h"
+#include "envcore/status/status.h"
 
 namespace procgen {
 
@@ -32,7 +32,7 @@ struct ObservationFormat {
 };
 
 // Errors: INVALID_ARGUMENT: a value is out of range (the message gives the value and the range).
-absl::Status CheckObservationFormat(const ObservationFormat& format);
+Status CheckObservationFormat(const ObservationFormat& format);
 
 }  // namespace procgen
 

@@ -5,7 +5,6 @@
 
 #include "absl/functional/function_ref.h"
 #include "absl/strings/str_cat.h"
-#include "absl/synchronization/notification.h"
 #include "envcore/pool/frame_stack.h"
 #include "envcore/pool/pool_input.h"
 #include "envcore/pool/spin_wait.h"
@@ -65,7 +64,7 @@ class Pool::StepJob final : public ParallelJob {
   void OnDone() override {
     DoneCallback done = std::move(done_);
     pool_->Release();
-    done(absl::OkStatus());
+    done(OkStatus());
   }
 
  private:
@@ -183,9 +182,9 @@ class Pool::StepJob final : public ParallelJob {
   bool fetches_ahead_ = false;  // prefetch each row while its environment is stepped
 };
 
-absl::StatusOr<std::unique_ptr<Pool>> Pool::Create(const PoolOptions& options,
-                                                   std::shared_ptr<WorkerPool> workers) {
-  if (absl::Status status = CheckPoolOptions(options); !status.ok()) {
+StatusOr<std::unique_ptr<Pool>> Pool::Create(const PoolOptions& options,
+                                             std::shared_ptr<WorkerPool> workers) {
+  if (Status status = CheckPoolOptions(options); !status.ok()) {
     return status;
   }
   std::vector<EnvironmentOptions> resolved;
@@ -246,19 +245,19 @@ const std::shared_ptr<const GameArt>& Pool::ArtOf(size_t index) const {
   return art_[(static_cast<size_t>(options_.first_env) + index) % art_.size()];
 }
 
-absl::Status Pool::CheckNoneAwaitsReset(const StepInput& input) const {
+Status Pool::CheckNoneAwaitsReset(const StepInput& input) const {
   if (!input.steps || options_.autoreset_mode != AutoresetMode::kDisabled) {
-    return absl::OkStatus();
+    return OkStatus();
   }
   for (int32_t i = input.first; i < input.first + input.count; ++i) {
     const bool is_reset = std::any_of(input.resets.begin(), input.resets.end(),
                                       [i](const Reset& reset) { return reset.environment == i; });
     if (AwaitsReset(i) && !is_reset) {
-      return absl::FailedPreconditionError(absl::StrCat(
-          "the episode of environment ", i, " has ended: reset it before it is stepped"));
+      return FailedPreconditionError(absl::StrCat("the episode of environment ", i,
+                                                  " has ended: reset it before it is stepped"));
     }
   }
-  return absl::OkStatus();
+  return OkStatus();
 }
 
 void Pool::ApplySparse(const StepInput& input) {
@@ -270,36 +269,34 @@ void Pool::ApplySparse(const StepInput& input) {
   }
 }
 
-absl::Status Pool::Begin(const StepInput& input, const Batch& batch) {
-  if (absl::Status status = CheckStep(input, batch, env_count(), observation_bytes());
-      !status.ok()) {
+Status Pool::Begin(const StepInput& input, const Batch& batch) {
+  if (Status status = CheckStep(input, batch, env_count(), observation_bytes()); !status.ok()) {
     return status;
   }
   if (!Take()) {
-    return absl::AbortedError("another call steps or reads this pool; retry when it has returned");
+    return AbortedError("another call steps or reads this pool; retry when it has returned");
   }
-  if (absl::Status status = CheckNoneAwaitsReset(input); !status.ok()) {
+  if (Status status = CheckNoneAwaitsReset(input); !status.ok()) {
     Release();
     return status;
   }
   ApplySparse(input);
-  return absl::OkStatus();
+  return OkStatus();
 }
 
-absl::Status Pool::Step(const StepInput& input, const Batch& batch) {
-  if (absl::Status status = Begin(input, batch); !status.ok()) {
+Status Pool::Step(const StepInput& input, const Batch& batch) {
+  if (Status status = Begin(input, batch); !status.ok()) {
     return status;
   }
-  absl::Notification done;
-  job_->Set(input, batch, [&done](const absl::Status& /*status*/) { done.Notify(); });
+  CompletionEvent done;
+  job_->Set(input, batch, [&done](const Status& /*status*/) { done.Set(); });
   workers_->SubmitAndParticipate(*job_, input.count);
-  SpinUntil([&done] { return done.HasBeenNotified(); });
-  done.WaitForNotification();
-  return absl::OkStatus();
+  done.Wait();
+  return OkStatus();
 }
 
 void Pool::StepAsync(const StepInput& input, const Batch& batch, DoneCallback done) {
-  if (absl::Status status = Begin(input, batch); !status.ok()) {
+  if (Status status = Begin(input, batch); !status.ok()) {
     done(status);
     return;
   }
@@ -311,13 +308,13 @@ void Pool::StepAsync(const StepInput& input, const Batch& batch, DoneCallback do
   }
 }
 
-absl::Status Pool::Observe(int32_t first, int32_t count, const Batch& batch) {
+Status Pool::Observe(int32_t first, int32_t count, const Batch& batch) {
   return Step({.first = first, .count = count, .steps = false}, batch);
 }
 
-absl::Status Pool::SetLevelSampler(std::shared_ptr<const LevelSampler> level_sampler) {
+Status Pool::SetLevelSampler(std::shared_ptr<const LevelSampler> level_sampler) {
   if (!Take()) {
-    return absl::AbortedError("another call steps or reads this pool; retry when it has returned");
+    return AbortedError("another call steps or reads this pool; retry when it has returned");
   }
   level_sampler_ = std::move(level_sampler);
   int32_t number = options_.first_env;
@@ -327,40 +324,44 @@ absl::Status Pool::SetLevelSampler(std::shared_ptr<const LevelSampler> level_sam
     ++number;
   }
   Release();
-  return absl::OkStatus();
+  return OkStatus();
 }
 
-absl::Status Pool::Render(int32_t environment, int32_t size_px, absl::Span<uint8_t> frame) {
-  if (absl::Status status = CheckIndex(environment); !status.ok()) {
+Status Pool::Render(int32_t environment, int32_t size_px, absl::Span<uint8_t> frame,
+                    bool whole_level) {
+  if (Status status = CheckIndex(environment); !status.ok()) {
     return status;
   }
   if (size_px < kHumanViewSizePxMin || size_px > kHumanViewSizePxMax) {
-    return absl::InvalidArgumentError(absl::StrCat("size_px is ", size_px, ", must be in [",
-                                                   kHumanViewSizePxMin, ", ", kHumanViewSizePxMax,
-                                                   "]"));
+    return InvalidArgumentError(absl::StrCat("size_px is ", size_px, ", must be in [",
+                                             kHumanViewSizePxMin, ", ", kHumanViewSizePxMax, "]"));
   }
   const size_t bytes = static_cast<size_t>(size_px) * static_cast<size_t>(size_px) * 3;
   if (frame.size() != bytes) {
-    return absl::InvalidArgumentError(
+    return InvalidArgumentError(
         absl::StrCat("frame has ", frame.size(), " bytes, must have ", bytes));
   }
   if (!Take()) {
-    return absl::AbortedError("another call steps or reads this pool; retry when it has returned");
+    return AbortedError("another call steps or reads this pool; retry when it has returned");
   }
   WorkerScratch& scratch = *worker_scratch_.back();
   const auto index = static_cast<size_t>(environment);
-  environments_[index]->FillScene(&scratch.scene);
+  if (whole_level) {
+    environments_[index]->FillLevelScene(&scratch.scene);
+  } else {
+    environments_[index]->FillScene(&scratch.scene);
+  }
   scratch.rasteriser.DrawHumanView(scratch.scene, *ArtOf(index), size_px, frame);
   Release();
-  return absl::OkStatus();
+  return OkStatus();
 }
 
-absl::StatusOr<SceneSnapshot> Pool::CaptureScene(int32_t environment, bool whole_level) {
-  if (absl::Status status = CheckIndex(environment); !status.ok()) {
+StatusOr<SceneSnapshot> Pool::CaptureScene(int32_t environment, bool whole_level) {
+  if (Status status = CheckIndex(environment); !status.ok()) {
     return status;
   }
   if (!Take()) {
-    return absl::AbortedError("another call steps or reads this pool; retry when it has returned");
+    return AbortedError("another call steps or reads this pool; retry when it has returned");
   }
   const auto index = static_cast<size_t>(environment);
   SceneSnapshot snapshot = whole_level

@@ -10,8 +10,6 @@
 #include <vector>
 
 #include "absl/functional/any_invocable.h"
-#include "absl/status/status.h"
-#include "absl/status/statusor.h"
 #include "absl/strings/string_view.h"
 #include "absl/types/span.h"
 #include "envcore/environment/environment.h"
@@ -22,6 +20,7 @@
 #include "envcore/pool/scene_snapshot.h"
 #include "envcore/pool/shared_art.h"
 #include "envcore/pool/worker_pool.h"
+#include "envcore/status/status.h"
 
 namespace procgen {
 
@@ -138,13 +137,13 @@ struct Batch {
 // Determinism: the number of workers, the slices and the pool size change no bit of any result.
 class Pool {
  public:
-  using DoneCallback = absl::AnyInvocable<void(absl::Status)>;
+  using DoneCallback = absl::AnyInvocable<void(Status)>;
 
   // Makes a pool. Every environment is at the first step of its first level. Several pools can
   // share `workers`. Errors: NOT_FOUND: no such game. INVALID_ARGUMENT: an option is out of range
   // (the message gives its value and the range).
-  static absl::StatusOr<std::unique_ptr<Pool>> Create(const PoolOptions& options,
-                                                      std::shared_ptr<WorkerPool> workers);
+  static StatusOr<std::unique_ptr<Pool>> Create(const PoolOptions& options,
+                                                std::shared_ptr<WorkerPool> workers);
   // REQUIRES: no step is running.
   ~Pool();
   Pool(const Pool&) = delete;
@@ -165,7 +164,7 @@ class Pool {
   // Errors: INVALID_ARGUMENT: wrong length, or an action or index out of range.
   // FAILED_PRECONDITION: with AutoresetMode::kDisabled, an environment whose episode has ended is
   // not reset. ABORTED: another call is running.
-  absl::Status Step(const StepInput& input, const Batch& batch);
+  Status Step(const StepInput& input, const Batch& batch);
   // Like Step, but on the worker pool only, and returns immediately. `done` is called once, on a
   // worker thread, when all environments are done; it must not block. `done` may step or destroy
   // this pool, but must not destroy the worker pool. The spans must stay valid until `done` is
@@ -177,17 +176,17 @@ class Pool {
 
   // Writes the current results of the environments [first, first + count), as after their last
   // step, without stepping. Errors: INVALID_ARGUMENT, ABORTED as in Step.
-  absl::Status Observe(int32_t first, int32_t count, const Batch& batch);
+  Status Observe(int32_t first, int32_t count, const Batch& batch);
 
   // Replaces the level sampler and reseeds each environment's level-seed stream for it. It takes
   // effect at each environment's next choice of a level. States that are restored or cloned later
   // use it too, each from the position of its own stream. `level_sampler`: not null. Errors:
   // ABORTED as in Step.
-  absl::Status SetLevelSampler(std::shared_ptr<const LevelSampler> level_sampler);
+  Status SetLevelSampler(std::shared_ptr<const LevelSampler> level_sampler);
 
   // Returns snapshots of `environments`, in the same order. Runs on the calling thread. Errors:
   // INVALID_ARGUMENT: an index is out of range. ABORTED as in Step.
-  absl::StatusOr<std::vector<std::string>> SaveStates(absl::Span<const int32_t> environments);
+  StatusOr<std::vector<std::string>> SaveStates(absl::Span<const int32_t> environments);
 
   // Restores environments from snapshots, options included. Runs on the calling thread. The next
   // observation equals the last one before the snapshot; a frame stack holds its last frame in all
@@ -197,23 +196,25 @@ class Pool {
   // Errors: INVALID_ARGUMENT: an index is out of range or named twice, or a snapshot has a value
   // out of range. FAILED_PRECONDITION: the snapshot is of another game. DATA_LOSS: the snapshot is
   // damaged or of another version. ABORTED as in Step.
-  absl::Status RestoreStates(absl::Span<const StateToRestore> states);
+  Status RestoreStates(absl::Span<const StateToRestore> states);
 
   // Copies states between environments. Runs on the calling thread. All sources are read before any
   // target is written, so environments can swap states. On error nothing has changed. Errors:
   // INVALID_ARGUMENT: an index is out of range, or a target is named twice. FAILED_PRECONDITION:
   // the environments play different games. ABORTED as in Step.
-  absl::Status CloneStates(absl::Span<const StateToClone> pairs);
+  Status CloneStates(absl::Span<const StateToClone> pairs);
 
-  // Draws the antialiased human view of one environment. Runs on the calling thread. `frame`: uint8
-  // [size_px, size_px, 3], RGB. Errors: INVALID_ARGUMENT: the index or size_px is out of range
+  // Draws the antialiased human view of one environment, or its whole level. Runs on the calling
+  // thread. `frame`: uint8 [size_px, size_px, 3], RGB. Errors: INVALID_ARGUMENT: the index or
+  // size_px is out of range
   // ([kHumanViewSizePxMin, kHumanViewSizePxMax]), or `frame` has another size. ABORTED as in Step.
-  absl::Status Render(int32_t environment, int32_t size_px, absl::Span<uint8_t> frame);
+  Status Render(int32_t environment, int32_t size_px, absl::Span<uint8_t> frame,
+                bool whole_level = false);
 
   // Captures the scene of one environment for later rendering; much cheaper than Render. Errors:
   // INVALID_ARGUMENT: the index is out of range. ABORTED as in Step. `whole_level`: the scene shows
   // the whole level, and not what the agent sees of it.
-  absl::StatusOr<SceneSnapshot> CaptureScene(int32_t environment, bool whole_level = false);
+  StatusOr<SceneSnapshot> CaptureScene(int32_t environment, bool whole_level = false);
 
  private:
   class StepJob;
@@ -226,12 +227,12 @@ class Pool {
   void Release() { busy_.store(false, std::memory_order_release); }
   // Applies `next_levels` and stores `resets` by environment.
   void ApplySparse(const StepInput& input);
-  absl::Status CheckIndex(int32_t environment) const;
-  absl::StatusOr<std::vector<std::string>> SaveTaken(absl::Span<const int32_t> environments);
-  absl::Status RestoreTaken(absl::Span<const StateToRestore> states);
-  absl::Status CheckNoneAwaitsReset(const StepInput& input) const;
+  Status CheckIndex(int32_t environment) const;
+  StatusOr<std::vector<std::string>> SaveTaken(absl::Span<const int32_t> environments);
+  Status RestoreTaken(absl::Span<const StateToRestore> states);
+  Status CheckNoneAwaitsReset(const StepInput& input) const;
   // Checks a step, claims the pool and applies the sparse inputs.
-  absl::Status Begin(const StepInput& input, const Batch& batch);
+  Status Begin(const StepInput& input, const Batch& batch);
   // The art of the game that environment `index` of this pool plays.
   const std::shared_ptr<const GameArt>& ArtOf(size_t index) const;
 

@@ -8,17 +8,17 @@
 namespace procgen {
 namespace {
 
-absl::Status CheckSpan(absl::string_view name, size_t size, size_t rows, size_t values_per_row) {
+Status CheckSpan(absl::string_view name, size_t size, size_t rows, size_t values_per_row) {
   if (size != 0 && size != rows * values_per_row) {
-    return absl::InvalidArgumentError(absl::StrCat("the batch's ", name, " have ", size,
-                                                   " values, must have ", rows * values_per_row,
-                                                   " or none"));
+    return InvalidArgumentError(absl::StrCat("the batch's ", name, " have ", size,
+                                             " values, must have ", rows * values_per_row,
+                                             " or none"));
   }
-  return absl::OkStatus();
+  return OkStatus();
 }
 
-absl::Status CheckBatch(const Batch& batch, size_t rows, size_t observation_bytes) {
-  for (const absl::Status& status :
+Status CheckBatch(const Batch& batch, size_t rows, size_t observation_bytes) {
+  for (const Status& status :
        {CheckSpan("observations", batch.observations.size(), rows, observation_bytes),
         CheckSpan("rewards", batch.rewards.size(), rows, 1),
         CheckSpan("first", batch.first.size(), rows, 1),
@@ -36,34 +36,34 @@ absl::Status CheckBatch(const Batch& batch, size_t rows, size_t observation_byte
       return status;
     }
   }
-  return absl::OkStatus();
+  return OkStatus();
 }
 
-absl::Status CheckActions(const StepInput& input) {
+Status CheckActions(const StepInput& input) {
   const size_t expected = input.steps ? static_cast<size_t>(input.count) : 0;
   if (input.actions.size() != expected) {
-    return absl::InvalidArgumentError(absl::StrCat("actions has ", input.actions.size(),
-                                                   " entries, the slice has ", expected,
-                                                   " environments to step"));
+    return InvalidArgumentError(absl::StrCat("actions has ", input.actions.size(),
+                                             " entries, the slice has ", expected,
+                                             " environments to step"));
   }
   for (size_t i = 0; i < input.actions.size(); ++i) {
     if (input.actions[i] < kEndEpisodeAction || input.actions[i] >= kActionCount) {
-      return absl::InvalidArgumentError(absl::StrCat(
+      return InvalidArgumentError(absl::StrCat(
           "action ", input.actions[i], " of environment ", input.first + static_cast<int32_t>(i),
           " is not in [", kEndEpisodeAction, ", ", kActionCount - 1, "]"));
     }
   }
   if (input.repeat < 1 || input.repeat > kRepeatMax) {
-    return absl::InvalidArgumentError(
+    return InvalidArgumentError(
         absl::StrCat("repeat is ", input.repeat, ", must be in [1, ", kRepeatMax, "]"));
   }
-  return absl::OkStatus();
+  return OkStatus();
 }
 
 // Checks that the entries of a sparse list name environments of the slice, each at most once.
 template <typename Entry>
-absl::Status CheckSparse(absl::string_view name, absl::Span<const Entry> entries,
-                         const StepInput& input) {
+Status CheckSparse(absl::string_view name, absl::Span<const Entry> entries,
+                   const StepInput& input) {
   std::vector<bool> had;
   if (!entries.empty()) {
     had.resize(static_cast<size_t>(input.count));
@@ -71,61 +71,59 @@ absl::Status CheckSparse(absl::string_view name, absl::Span<const Entry> entries
   for (const Entry& entry : entries) {
     const int64_t row = int64_t{entry.environment} - input.first;
     if (row < 0 || row >= input.count) {
-      return absl::InvalidArgumentError(absl::StrCat(name, " names environment ", entry.environment,
-                                                     ", the slice is [", input.first, ", ",
-                                                     input.first + input.count, ")"));
+      return InvalidArgumentError(absl::StrCat(name, " names environment ", entry.environment,
+                                               ", the slice is [", input.first, ", ",
+                                               input.first + input.count, ")"));
     }
     if (had[static_cast<size_t>(row)]) {
-      return absl::InvalidArgumentError(
+      return InvalidArgumentError(
           absl::StrCat(name, " names environment ", entry.environment, " twice"));
     }
     had[static_cast<size_t>(row)] = true;
   }
-  return absl::OkStatus();
+  return OkStatus();
 }
 
 }  // namespace
 
-absl::Status CheckPoolOptions(const PoolOptions& options) {
+Status CheckPoolOptions(const PoolOptions& options) {
   if (options.games.empty()) {
-    return absl::InvalidArgumentError("games is empty, must name at least one game");
+    return InvalidArgumentError("games is empty, must name at least one game");
   }
   if (options.env_count < 1) {
-    return absl::InvalidArgumentError(
+    return InvalidArgumentError(
         absl::StrCat("env_count is ", options.env_count, ", must be at least 1"));
   }
   if (options.first_env < 0) {
-    return absl::InvalidArgumentError(
+    return InvalidArgumentError(
         absl::StrCat("first_env is ", options.first_env, ", must be at least 0"));
   }
   const int64_t end = int64_t{options.first_env} + options.env_count;
   const int64_t total = options.total_env_count == 0 ? end : options.total_env_count;
   if (total < end) {
-    return absl::InvalidArgumentError(
-        absl::StrCat("total_env_count is ", options.total_env_count,
-                     ", must be at least first_env + env_count = ", end, ", or 0"));
+    return InvalidArgumentError(absl::StrCat("total_env_count is ", options.total_env_count,
+                                             ", must be at least first_env + env_count = ", end,
+                                             ", or 0"));
   }
   if (total > kTotalEnvCountMax) {
-    return absl::InvalidArgumentError(absl::StrCat(
-        "the whole pool has ", total, " environments, must be at most ", kTotalEnvCountMax));
+    return InvalidArgumentError(absl::StrCat("the whole pool has ", total,
+                                             " environments, must be at most ", kTotalEnvCountMax));
   }
   const auto game_count = static_cast<int64_t>(options.games.size());
   if (total % game_count != 0) {
-    return absl::InvalidArgumentError(
-        absl::StrCat("there are ", total, " environments for ", game_count,
-                     " games, must be a multiple of the number of games"));
+    return InvalidArgumentError(absl::StrCat("there are ", total, " environments for ", game_count,
+                                             " games, must be a multiple of the number of games"));
   }
   return CheckObservationFormat(options.observation_format);
 }
 
-absl::Status CheckStep(const StepInput& input, const Batch& batch, int32_t env_count,
-                       size_t observation_bytes) {
+Status CheckStep(const StepInput& input, const Batch& batch, int32_t env_count,
+                 size_t observation_bytes) {
   if (input.first < 0 || input.count < 1 || int64_t{input.first} + input.count > env_count) {
-    return absl::InvalidArgumentError(absl::StrCat("the slice is ", input.count,
-                                                   " environments from ", input.first,
-                                                   ", the pool has ", env_count));
+    return InvalidArgumentError(absl::StrCat("the slice is ", input.count, " environments from ",
+                                             input.first, ", the pool has ", env_count));
   }
-  for (const absl::Status& status :
+  for (const Status& status :
        {CheckActions(input), CheckSparse("next_levels", input.next_levels, input),
         CheckSparse("resets", input.resets, input),
         CheckBatch(batch, static_cast<size_t>(input.count), observation_bytes)}) {
@@ -133,7 +131,7 @@ absl::Status CheckStep(const StepInput& input, const Batch& batch, int32_t env_c
       return status;
     }
   }
-  return absl::OkStatus();
+  return OkStatus();
 }
 
 }  // namespace procgen

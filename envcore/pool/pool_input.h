@@ -4,19 +4,19 @@
 #include <cstddef>
 #include <cstdint>
 
-#include "absl/status/status.h"
 #include "envcore/pool/pool.h"
+#include "envcore/status/status.h"
 
 namespace procgen {
 
 // Checks `options`, except what depends on the game (see ResolveOptions). Errors: INVALID_ARGUMENT
 // (the message gives the value and what is allowed).
-absl::Status CheckPoolOptions(const PoolOptions& options);
+Status CheckPoolOptions(const PoolOptions& options);
 
 // Checks a step of a pool of `env_count` environments with observations of `observation_bytes`.
 // Errors: as CheckPoolOptions.
-absl::Status CheckStep(const StepInput& input, const Batch& batch, int32_t env_count,
-                       size_t observation_bytes);
+Status CheckStep(const StepInput& input, const Batch& batch, int32_t env_count,
+                 size_t observation_bytes);
 
 }  // namespace procgen
 

@@ -11,54 +11,54 @@ namespace {
 constexpr absl::string_view kTaken =
     "another call steps or reads this pool; retry when it has returned";
 
-absl::Status NamedTwice(int32_t environment) {
-  return absl::InvalidArgumentError(
+Status NamedTwice(int32_t environment) {
+  return InvalidArgumentError(
       absl::StrCat("environment ", environment, " is to be restored twice"));
 }
 
 // Adds the environment's index to an error.
-absl::Status OfEnvironment(int32_t environment, const absl::Status& status) {
+Status OfEnvironment(int32_t environment, const Status& status) {
   return {status.code(), absl::StrCat("environment ", environment, ": ", status.message())};
 }
 
 }  // namespace
 
-absl::Status Pool::CheckIndex(int32_t environment) const {
+Status Pool::CheckIndex(int32_t environment) const {
   if (environment < 0 || environment >= env_count()) {
-    return absl::InvalidArgumentError(
+    return InvalidArgumentError(
         absl::StrCat("environment ", environment, " is not in [0, ", env_count(), ")"));
   }
-  return absl::OkStatus();
+  return OkStatus();
 }
 
-absl::StatusOr<std::vector<std::string>> Pool::SaveStates(absl::Span<const int32_t> environments) {
+StatusOr<std::vector<std::string>> Pool::SaveStates(absl::Span<const int32_t> environments) {
   if (!Take()) {
-    return absl::AbortedError(kTaken);
+    return procgen::AbortedError(kTaken);
   }
   auto snapshots = SaveTaken(environments);
   Release();
   return snapshots;
 }
 
-absl::Status Pool::RestoreStates(absl::Span<const StateToRestore> states) {
+Status Pool::RestoreStates(absl::Span<const StateToRestore> states) {
   if (!Take()) {
-    return absl::AbortedError(kTaken);
+    return procgen::AbortedError(kTaken);
   }
-  absl::Status status = RestoreTaken(states);
+  Status status = RestoreTaken(states);
   Release();
   return status;
 }
 
-absl::Status Pool::CloneStates(absl::Span<const StateToClone> pairs) {
+Status Pool::CloneStates(absl::Span<const StateToClone> pairs) {
   std::vector<int32_t> sources;
   for (const StateToClone& pair : pairs) {
     sources.push_back(pair.source_environment);
   }
   if (!Take()) {
-    return absl::AbortedError(kTaken);
+    return procgen::AbortedError(kTaken);
   }
   const auto snapshots = SaveTaken(sources);
-  absl::Status status = snapshots.status();
+  Status status = snapshots.status();
   if (status.ok()) {
     std::vector<StateToRestore> states;
     for (size_t i = 0; i < pairs.size(); ++i) {
@@ -70,13 +70,13 @@ absl::Status Pool::CloneStates(absl::Span<const StateToClone> pairs) {
   return status;
 }
 
-absl::StatusOr<std::vector<std::string>> Pool::SaveTaken(absl::Span<const int32_t> environments) {
+StatusOr<std::vector<std::string>> Pool::SaveTaken(absl::Span<const int32_t> environments) {
   std::vector<std::string> snapshots;
   for (const int32_t index : environments) {
-    if (absl::Status status = CheckIndex(index); !status.ok()) {
+    if (Status status = CheckIndex(index); !status.ok()) {
       return status;
     }
-    absl::StatusOr<std::string> snapshot = environments_[static_cast<size_t>(index)]->SaveState();
+    StatusOr<std::string> snapshot = environments_[static_cast<size_t>(index)]->SaveState();
     if (!snapshot.ok()) {
       return OfEnvironment(index, snapshot.status());
     }
@@ -85,11 +85,11 @@ absl::StatusOr<std::vector<std::string>> Pool::SaveTaken(absl::Span<const int32_
   return snapshots;
 }
 
-absl::Status Pool::RestoreTaken(absl::Span<const StateToRestore> states) {
+Status Pool::RestoreTaken(absl::Span<const StateToRestore> states) {
   std::set<int32_t> had;
   std::vector<std::unique_ptr<Environment>> restored;
   for (const StateToRestore& state : states) {
-    if (absl::Status status = CheckIndex(state.environment); !status.ok()) {
+    if (Status status = CheckIndex(state.environment); !status.ok()) {
       return status;
     }
     if (!had.insert(state.environment).second) {
@@ -110,7 +110,7 @@ absl::Status Pool::RestoreTaken(absl::Span<const StateToRestore> states) {
       frame_stacks_[index].Clear();
     }
   }
-  return absl::OkStatus();
+  return OkStatus();
 }
 
 }  // namespace procgen

@@ -17,7 +17,7 @@ std::shared_ptr<const SharedArt> SharedArt::Embedded() {
   return *art;
 }
 
-absl::StatusOr<std::shared_ptr<const SharedArt>> SharedArt::LoadFolder(const std::string& folder) {
+StatusOr<std::shared_ptr<const SharedArt>> SharedArt::LoadFolder(const std::string& folder) {
   auto pack = ReadArtDir(folder, UpstreamImages());
   if (!pack.ok()) {
     return pack.status();
@@ -30,7 +30,7 @@ SharedArt::SharedArt(std::shared_ptr<const ArtPack> pack) : pack_(std::move(pack
 SharedArt::~SharedArt() = default;
 
 std::shared_ptr<const GameArt> SharedArt::Of(const GameSpec& game, const GameArtSpec& spec) const {
-  absl::MutexLock lock(&mutex_);
+  const std::lock_guard lock(mutex_);
   std::shared_ptr<const GameArt>& found = arts_[std::string(game.name)];
   if (found == nullptr) {
     found = std::make_shared<GameArt>(pack_, game.name, spec.slots, game.ArtSeed(),

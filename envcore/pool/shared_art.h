@@ -3,11 +3,10 @@
 
 #include <map>
 #include <memory>
+#include <mutex>
 #include <string>
 
-#include "absl/base/thread_annotations.h"
-#include "absl/status/statusor.h"
-#include "absl/synchronization/mutex.h"
+#include "envcore/status/status.h"
 
 namespace procgen {
 
@@ -32,7 +31,7 @@ class SharedArt {
   // Errors: NOT_FOUND: the folder or a file does not exist. INVALID_ARGUMENT: a file cannot be
   // read, is not a valid PNG, or does not have the size that entity sizes follow from. The message
   // names the first few files and the number of files with errors.
-  static absl::StatusOr<std::shared_ptr<const SharedArt>> LoadFolder(const std::string& folder);
+  static StatusOr<std::shared_ptr<const SharedArt>> LoadFolder(const std::string& folder);
 
   explicit SharedArt(std::shared_ptr<const ArtPack> pack);
   ~SharedArt();
@@ -45,9 +44,8 @@ class SharedArt {
  private:
   const std::shared_ptr<const ArtPack> pack_;
   // A cache: an entry never changes once it is there, hence mutable.
-  mutable absl::Mutex mutex_;
-  mutable std::map<std::string, std::shared_ptr<const GameArt>> arts_
-      ABSL_GUARDED_BY(mutex_);  // by game
+  mutable std::mutex mutex_;
+  mutable std::map<std::string, std::shared_ptr<const GameArt>> arts_;  // by game; under mutex_
 };
 
 }  // namespace procgen

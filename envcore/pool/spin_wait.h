@@ -1,6 +1,9 @@
 #ifndef ENVCORE_POOL_SPIN_WAIT_H_
 #define ENVCORE_POOL_SPIN_WAIT_H_
 
+#include <atomic>
+#include <condition_variable>
+#include <mutex>
 #include <thread>
 
 namespace procgen {
@@ -18,6 +21,35 @@ void SpinUntil(Ready ready) {
     std::this_thread::yield();
   }
 }
+
+// An event that happens once; its setter may be another thread.
+class CompletionEvent {
+ public:
+  CompletionEvent() = default;
+  // Waits until Set has left the object.
+  ~CompletionEvent() { const std::lock_guard lock(mutex_); }
+  CompletionEvent(const CompletionEvent&) = delete;
+  CompletionEvent& operator=(const CompletionEvent&) = delete;
+
+  void Set() {
+    const std::lock_guard lock(mutex_);
+    is_set_.store(true, std::memory_order_release);
+    was_set_.notify_one();
+  }
+
+  void Wait() {
+    SpinUntil([this] { return is_set_.load(std::memory_order_acquire); });
+    if (!is_set_.load(std::memory_order_acquire)) {
+      std::unique_lock lock(mutex_);
+      was_set_.wait(lock, [this] { return is_set_.load(std::memory_order_relaxed); });
+    }
+  }
+
+ private:
+  std::mutex mutex_;
+  std::condition_variable was_set_;
+  std::atomic<bool> is_set_ = false;
+};
 
 }  // namespace procgen
 

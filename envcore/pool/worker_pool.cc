@@ -22,9 +22,10 @@ WorkerPool::WorkerPool(int32_t thread_count) {
 
 WorkerPool::~WorkerPool() {
   {
-    absl::MutexLock lock(&mutex_);
+    const std::lock_guard lock(mutex_);
     stopping_ = true;
   }
+  work_arrived_.notify_all();
   for (std::thread& thread : threads_) {
     thread.join();
   }
@@ -49,38 +50,36 @@ void WorkerPool::Prepare(ParallelJob& job, int32_t item_count, int32_t part_coun
 
 void WorkerPool::Submit(ParallelJob& job, int32_t item_count) {
   Prepare(job, item_count, thread_count());
-  absl::MutexLock lock(&mutex_);
-  waiting_.push_back(&job);
-  work_waits_.store(true, std::memory_order_relaxed);
+  Announce(job);
 }
 
 void WorkerPool::SubmitAndParticipate(ParallelJob& job, int32_t item_count) {
   Prepare(job, item_count, worker_count());
-  {
-    absl::MutexLock lock(&mutex_);
-    job.workers_inside_ = 1;
-    // A single item runs on the calling thread; no worker is woken for it.
-    if (!threads_.empty() && item_count > 1) {
-      waiting_.push_back(&job);
-      work_waits_.store(true, std::memory_order_relaxed);
-    }
+  job.workers_inside_ = 1;
+  // A single item runs on the calling thread; no worker is woken for it.
+  if (!threads_.empty() && item_count > 1) {
+    Announce(job);
   }
   Work(job, thread_count());
   Leave(job);
 }
 
+void WorkerPool::Announce(ParallelJob& job) {
+  {
+    const std::lock_guard lock(mutex_);
+    waiting_.push_back(&job);
+    work_waits_.store(true, std::memory_order_relaxed);
+  }
+  work_arrived_.notify_all();
+}
+
 void WorkerPool::WorkLoop(int32_t worker) {
-  const auto has_work = [this]() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_) {
-    return stopping_ || !waiting_.empty();
-  };
   while (true) {
     ParallelJob* job = nullptr;
     SpinUntil([this] { return work_waits_.load(std::memory_order_relaxed); });
     {
-      // Lock, then wait for work, instead of locking with the condition: a conditional lock that
-      // meets the submitter's lock sleeps instead of spinning.
-      absl::MutexLock lock(&mutex_);
-      mutex_.Await(absl::Condition(&has_work));
+      std::unique_lock lock(mutex_);
+      work_arrived_.wait(lock, [this] { return stopping_ || !waiting_.empty(); });
       if (waiting_.empty()) {
         return;
       }
@@ -112,7 +111,7 @@ void WorkerPool::Work(ParallelJob& job, int32_t worker) {
 
 void WorkerPool::Leave(ParallelJob& job) {
   {
-    absl::MutexLock lock(&mutex_);
+    const std::lock_guard lock(mutex_);
     const auto place = std::find(waiting_.begin(), waiting_.end(), &job);
     if (place != waiting_.end()) {
       waiting_.erase(place);

@@ -2,13 +2,12 @@
 #define ENVCORE_POOL_WORKER_POOL_H_
 
 #include <atomic>
+#include <condition_variable>
 #include <cstdint>
 #include <deque>
+#include <mutex>
 #include <thread>
 #include <vector>
-
-#include "absl/base/thread_annotations.h"
-#include "absl/synchronization/mutex.h"
 
 namespace procgen {
 
@@ -75,6 +74,8 @@ class WorkerPool {
   void SubmitAndParticipate(ParallelJob& job, int32_t item_count);
 
  private:
+  // Queues a prepared job and wakes the threads.
+  void Announce(ParallelJob& job);
   // Divides the items into parts, one per expected worker.
   static void Prepare(ParallelJob& job, int32_t item_count, int32_t part_count);
   void WorkLoop(int32_t worker);
@@ -83,12 +84,12 @@ class WorkerPool {
   // Leaves a job that has no items left to take. The last worker to leave calls OnDone.
   void Leave(ParallelJob& job);
 
-  absl::Mutex mutex_;
-  std::deque<ParallelJob*> waiting_
-      ABSL_GUARDED_BY(mutex_);  // jobs with items left to take, oldest first
+  std::mutex mutex_;
+  std::condition_variable work_arrived_;  // or stopping_
+  std::deque<ParallelJob*> waiting_;  // jobs with items left to take, oldest first; under mutex_
   // Whether waiting_ is non-empty, for workers that poll before they lock.
   std::atomic<bool> work_waits_ = false;
-  bool stopping_ ABSL_GUARDED_BY(mutex_) = false;
+  bool stopping_ = false;  // under mutex_
   std::vector<std::thread> threads_;
 };
 

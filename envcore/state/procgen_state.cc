@@ -11,9 +11,9 @@
 #include <sstream>
 #include <string>
 
-#include "absl/status/statusor.h"
 #include "absl/strings/string_view.h"
 #include "envcore/state/state_archive.h"
+#include "envcore/status/status.h"
 
 namespace {
 
@@ -39,7 +39,7 @@ int Dump(const std::string& path) {
     std::cerr << "procgen-state: cannot read " << path << "\n";
     return kBadUse;
   }
-  const absl::StatusOr<std::string> json = procgen::SnapshotAsJson(bytes.str());
+  const procgen::StatusOr<std::string> json = procgen::SnapshotAsJson(bytes.str());
   if (!json.ok()) {
     std::cerr << "procgen-state: " << json.status().message() << "\n";
     return kNoSnapshot;

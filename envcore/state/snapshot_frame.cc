@@ -1,7 +1,7 @@
 #include "envcore/state/snapshot_frame.h"
 
-#include "absl/status/status.h"
 #include "absl/strings/str_cat.h"
+#include "envcore/status/status.h"
 #include "zlib.h"
 
 namespace procgen {
@@ -42,31 +42,31 @@ std::string FrameSnapshot(absl::string_view body) {
   return bytes;
 }
 
-absl::StatusOr<absl::string_view> UnframeSnapshot(absl::string_view snapshot) {
+StatusOr<absl::string_view> UnframeSnapshot(absl::string_view snapshot) {
   if (snapshot.size() < kSnapshotHeaderBytes) {
-    return absl::DataLossError(absl::StrCat("the snapshot has ", snapshot.size(),
-                                            " bytes, must have at least ", kSnapshotHeaderBytes));
+    return DataLossError(absl::StrCat("the snapshot has ", snapshot.size(),
+                                      " bytes, must have at least ", kSnapshotHeaderBytes));
   }
   if (snapshot.size() > kSnapshotBytesMax) {
-    return absl::DataLossError(absl::StrCat("the snapshot has ", snapshot.size(),
-                                            " bytes, must have at most ", kSnapshotBytesMax));
+    return DataLossError(absl::StrCat("the snapshot has ", snapshot.size(),
+                                      " bytes, must have at most ", kSnapshotBytesMax));
   }
   if (snapshot.substr(0, kSnapshotMagic.size()) != kSnapshotMagic) {
-    return absl::DataLossError("the bytes are not a snapshot: they do not begin with \"PGST\"");
+    return DataLossError("the bytes are not a snapshot: they do not begin with \"PGST\"");
   }
   const uint32_t version = NumberAt(snapshot, kVersionOffset);
   if (version != kSnapshotVersion) {
-    return absl::DataLossError(absl::StrCat("the snapshot is of version ", version,
-                                            ", this engine supports version ", kSnapshotVersion));
+    return DataLossError(absl::StrCat("the snapshot is of version ", version,
+                                      ", this engine supports version ", kSnapshotVersion));
   }
   const absl::string_view body = snapshot.substr(kSnapshotHeaderBytes);
   const uint32_t length = NumberAt(snapshot, kLengthOffset);
   if (length != body.size()) {
-    return absl::DataLossError(
+    return DataLossError(
         absl::StrCat("the snapshot's body has ", body.size(), " bytes, its header says ", length));
   }
   if (NumberAt(snapshot, kChecksumOffset) != ChecksumOf(body)) {
-    return absl::DataLossError("the snapshot's checksum does not match its body");
+    return DataLossError("the snapshot's checksum does not match its body");
   }
   return body;
 }

@@ -5,8 +5,8 @@
 #include <cstdint>
 #include <string>
 
-#include "absl/status/statusor.h"
 #include "absl/strings/string_view.h"
+#include "envcore/status/status.h"
 
 namespace procgen {
 
@@ -31,7 +31,7 @@ std::string FrameSnapshot(absl::string_view body);
 
 // Returns the body of `snapshot`, as a view into it. Errors: DATA_LOSS: the bytes are truncated,
 // too long, not a snapshot, of another version or corrupted.
-absl::StatusOr<absl::string_view> UnframeSnapshot(absl::string_view snapshot);
+StatusOr<absl::string_view> UnframeSnapshot(absl::string_view snapshot);
 
 }  // namespace procgen
 

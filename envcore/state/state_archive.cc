@@ -80,8 +80,8 @@ class BoundsCheck : public nlohmann::json_sax<Json> {
   std::string excess_;
 };
 
-absl::StatusOr<Json> Parsed(absl::string_view snapshot) {
-  const absl::StatusOr<absl::string_view> body = UnframeSnapshot(snapshot);
+StatusOr<Json> Parsed(absl::string_view snapshot) {
+  const StatusOr<absl::string_view> body = UnframeSnapshot(snapshot);
   if (!body.ok()) {
     return body.status();
   }
@@ -96,8 +96,8 @@ absl::StatusOr<Json> Parsed(absl::string_view snapshot) {
   } catch (const std::exception&) {
     // Reported below.
   }
-  return absl::DataLossError(absl::StrCat("the snapshot's body is not a group of fields in CBOR",
-                                          bounds.excess().empty() ? "" : ": ", bounds.excess()));
+  return DataLossError(absl::StrCat("the snapshot's body is not a group of fields in CBOR",
+                                    bounds.excess().empty() ? "" : ": ", bounds.excess()));
 }
 
 // The integer in `node`. Values beyond 63 bits become INT64_MAX, which is out of every range.
@@ -151,8 +151,8 @@ StateArchive::StateArchive(OutOfRange out_of_range)
     : saturates_(out_of_range == OutOfRange::kSaturates),
       tree_(std::make_unique<Tree>(Json::object())) {}
 
-absl::StatusOr<StateArchive> StateArchive::Open(absl::string_view snapshot) {
-  absl::StatusOr<Json> root = Parsed(snapshot);
+StatusOr<StateArchive> StateArchive::Open(absl::string_view snapshot) {
+  StatusOr<Json> root = Parsed(snapshot);
   if (!root.ok()) {
     return root.status();
   }
@@ -166,20 +166,20 @@ StateArchive::~StateArchive() = default;
 StateArchive::StateArchive(StateArchive&& other) noexcept = default;
 StateArchive& StateArchive::operator=(StateArchive&& other) noexcept = default;
 
-absl::StatusOr<std::string> StateArchive::Finish() const {
+StatusOr<std::string> StateArchive::Finish() const {
   if (!ok()) {
     return status_;
   }
   std::string body;
   Json::to_cbor(tree_->root, body);
   if (kSnapshotHeaderBytes + body.size() > kSnapshotBytesMax) {
-    return absl::InternalError(absl::StrCat("the snapshot would have a body of ", body.size(),
-                                            " bytes, a snapshot has at most ", kSnapshotBytesMax));
+    return InternalError(absl::StrCat("the snapshot would have a body of ", body.size(),
+                                      " bytes, a snapshot has at most ", kSnapshotBytesMax));
   }
   return FrameSnapshot(body);
 }
 
-absl::Status StateArchive::Close() {
+Status StateArchive::Close() {
   if (ok()) {
     CheckAllRead();
   }
@@ -418,7 +418,7 @@ void StateArchive::Check(bool holds, absl::string_view reason) {
 
 void StateArchive::Fail(absl::string_view name, absl::string_view reason) {
   const std::string message = absl::StrCat(PathOf(name), " ", reason);
-  status_ = restores_ ? absl::InvalidArgumentError(message) : absl::InternalError(message);
+  status_ = restores_ ? InvalidArgumentError(message) : InternalError(message);
 }
 
 std::string StateArchive::PathOf(absl::string_view name) const {
@@ -434,8 +434,8 @@ std::string StateArchive::PathOf(absl::string_view name) const {
   return path.empty() ? "the snapshot" : path;
 }
 
-absl::StatusOr<std::string> SnapshotAsJson(absl::string_view snapshot) {
-  const absl::StatusOr<Json> root = Parsed(snapshot);
+StatusOr<std::string> SnapshotAsJson(absl::string_view snapshot) {
+  const StatusOr<Json> root = Parsed(snapshot);
   if (!root.ok()) {
     return root.status();
   }

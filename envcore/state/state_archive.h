@@ -9,9 +9,8 @@
 #include <vector>
 
 #include "absl/functional/function_ref.h"
-#include "absl/status/status.h"
-#include "absl/status/statusor.h"
 #include "absl/strings/string_view.h"
+#include "envcore/status/status.h"
 
 namespace procgen {
 
@@ -44,7 +43,7 @@ class StateArchive {
   explicit StateArchive(OutOfRange out_of_range = OutOfRange::kFails);
   // Makes an archive that restores from `snapshot`, which may be freed afterwards. Memory is
   // bounded by a small multiple of kSnapshotBytesMax. Errors: DATA_LOSS: not a complete snapshot.
-  static absl::StatusOr<StateArchive> Open(absl::string_view snapshot);
+  static StatusOr<StateArchive> Open(absl::string_view snapshot);
   ~StateArchive();
   StateArchive(StateArchive&& other) noexcept;
   StateArchive& operator=(StateArchive&& other) noexcept;
@@ -52,13 +51,13 @@ class StateArchive {
   bool restores() const { return restores_; }
   bool saturates() const { return saturates_; }
   bool ok() const { return status_.ok(); }
-  const absl::Status& status() const { return status_; }
+  const Status& status() const { return status_; }
   // Returns the saved snapshot. Errors: status(); INTERNAL: it is larger than kSnapshotBytesMax.
   // REQUIRES: !restores(); no group is open.
-  absl::StatusOr<std::string> Finish() const;
+  StatusOr<std::string> Finish() const;
   // Returns status(), or an error if fields of the snapshot were not read. REQUIRES: restores(); no
   // group is open.
-  absl::Status Close();
+  Status Close();
 
   void Bool(absl::string_view name, bool& value, std::optional<bool> absent = std::nullopt);
   void Int(absl::string_view name, int32_t& value, int32_t low, int32_t high,
@@ -118,13 +117,13 @@ class StateArchive {
 
   bool restores_ = false;
   bool saturates_ = false;
-  absl::Status status_;
+  Status status_;
   std::unique_ptr<Tree> tree_;
 };
 
 // Returns the content of a snapshot as indented JSON. Floats are written with enough digits to
 // restore them exactly. Errors: as StateArchive::Open.
-absl::StatusOr<std::string> SnapshotAsJson(absl::string_view snapshot);
+StatusOr<std::string> SnapshotAsJson(absl::string_view snapshot);
 
 }  // namespace procgen
 

@@ -7,12 +7,12 @@
 #include <stdexcept>
 #include <utility>
 
-#include "absl/status/status.h"
 #include "absl/strings/numbers.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_join.h"
 #include "absl/strings/str_split.h"
 #include "envcore/games/game_catalog.h"
+#include "envcore/status/status.h"
 #include "nlohmann/json.hpp"
 
 namespace procgen {
@@ -57,7 +57,7 @@ EnvironmentOptions OptionsOf(const Json& header) {
   return options;
 }
 
-absl::StatusOr<Arrays> ReadArrays(const Json& header, int32_t env_count, absl::string_view rest) {
+StatusOr<Arrays> ReadArrays(const Json& header, int32_t env_count, absl::string_view rest) {
   Arrays arrays;
   for (const Json& entry : header.at("arrays")) {
     const auto name = entry.at(0).get<std::string>();
@@ -66,13 +66,13 @@ absl::StatusOr<Arrays> ReadArrays(const Json& header, int32_t env_count, absl::s
     const auto rows = entry.at(2).get<int64_t>();
     const size_t value_size = SizeOfType(array.type);
     if (value_size == 0 || rows < 0) {
-      return absl::DataLossError(absl::StrCat("array ", name, " has type ", array.type, " and ",
-                                              rows, " rows of ", env_count));
+      return DataLossError(absl::StrCat("array ", name, " has type ", array.type, " and ", rows,
+                                        " rows of ", env_count));
     }
     const size_t row_size = static_cast<size_t>(env_count) * value_size;
     if (static_cast<size_t>(rows) > rest.size() / row_size) {
-      return absl::DataLossError(absl::StrCat("the file ends within array ", name, ", which has ",
-                                              rows, " rows of ", env_count));
+      return DataLossError(absl::StrCat("the file ends within array ", name, ", which has ", rows,
+                                        " rows of ", env_count));
     }
     array.bytes = rest.substr(0, static_cast<size_t>(rows) * row_size);
     rest.remove_prefix(array.bytes.size());
@@ -121,7 +121,7 @@ std::vector<std::vector<uint64_t>> FingerprintsOf(const Json& header, int32_t en
   return fingerprints;
 }
 
-absl::Status CheckRows(const Trace& trace) {
+Status CheckRows(const Trace& trace) {
   const auto row = static_cast<size_t>(trace.env_count);
   const size_t steps = static_cast<size_t>(trace.step_count) * row;
   if (trace.actions.size() != steps || trace.rewards.size() != steps + row ||
@@ -129,14 +129,14 @@ absl::Status CheckRows(const Trace& trace) {
       trace.prev_level_seeds.size() != steps + row ||
       trace.prev_level_complete.size() != steps + row ||
       (!trace.observation_digests.empty() && trace.observation_digests.size() != steps + row)) {
-    return absl::DataLossError("an array has the wrong number of rows for steps and num_envs");
+    return DataLossError("an array has the wrong number of rows for steps and num_envs");
   }
-  return absl::OkStatus();
+  return OkStatus();
 }
 
-absl::StatusOr<Trace> ParseAfterHeader(const Json& header, absl::string_view rest) {
+StatusOr<Trace> ParseAfterHeader(const Json& header, absl::string_view rest) {
   if (header.at("format") != kFormat) {
-    return absl::DataLossError(
+    return DataLossError(
         absl::StrCat("format is ", header.at("format").dump(), ", must be ", kFormat));
   }
   Trace trace;
@@ -145,13 +145,12 @@ absl::StatusOr<Trace> ParseAfterHeader(const Json& header, absl::string_view res
   trace.env_count = header.at("num_envs").get<int32_t>();
   trace.step_count = header.at("steps").get<int32_t>();
   if (trace.env_count < 1) {
-    return absl::DataLossError(
-        absl::StrCat("num_envs is ", trace.env_count, ", must be at least 1"));
+    return DataLossError(absl::StrCat("num_envs is ", trace.env_count, ", must be at least 1"));
   }
   if (trace.step_count < 0) {
-    return absl::DataLossError(absl::StrCat("steps is ", trace.step_count, ", must be at least 0"));
+    return DataLossError(absl::StrCat("steps is ", trace.step_count, ", must be at least 0"));
   }
-  const absl::StatusOr<Arrays> arrays = ReadArrays(header, trace.env_count, rest);
+  const StatusOr<Arrays> arrays = ReadArrays(header, trace.env_count, rest);
   if (!arrays.ok()) {
     return arrays.status();
   }
@@ -167,7 +166,7 @@ absl::StatusOr<Trace> ParseAfterHeader(const Json& header, absl::string_view res
     trace.observation_digests = ValuesOf<uint32_t>(*arrays, "observation_fnv1a", "u4");
   }
   trace.fingerprints = FingerprintsOf(header, trace.env_count);
-  if (absl::Status status = CheckRows(trace); !status.ok()) {
+  if (Status status = CheckRows(trace); !status.ok()) {
     return status;
   }
   return trace;
@@ -213,31 +212,31 @@ Json FingerprintsJsonOf(const Trace& trace) {
 
 }  // namespace
 
-absl::StatusOr<Trace> ReadTrace(const std::string& path) {
+StatusOr<Trace> ReadTrace(const std::string& path) {
   std::ifstream file(path, std::ios::binary);
   if (!file) {
-    return absl::NotFoundError(absl::StrCat("cannot open ", path));
+    return NotFoundError(absl::StrCat("cannot open ", path));
   }
   const std::string contents((std::istreambuf_iterator<char>(file)),
                              std::istreambuf_iterator<char>());
   return ParseTrace(contents);
 }
 
-absl::StatusOr<Trace> ParseTrace(absl::string_view contents) {
+StatusOr<Trace> ParseTrace(absl::string_view contents) {
   const std::pair<absl::string_view, absl::string_view> parts =
       absl::StrSplit(contents, absl::MaxSplits('\n', 1));
   // The JSON library reports missing fields by exceptions; none leaves this function.
   try {
     return ParseAfterHeader(Json::parse(parts.first), parts.second);
   } catch (const Json::parse_error&) {
-    return absl::DataLossError("invalid trace header: the first line is not JSON");
+    return DataLossError("invalid trace header: the first line is not JSON");
   } catch (const Json::exception& error) {
     // Its texts begin with "[json.exception.KIND.NUMBER] ".
     const std::pair<absl::string_view, absl::string_view> text =
         absl::StrSplit(error.what(), absl::MaxSplits("] ", 1));
-    return absl::DataLossError(absl::StrCat("invalid trace header: ", text.second));
+    return DataLossError(absl::StrCat("invalid trace header: ", text.second));
   } catch (const std::exception& error) {
-    return absl::DataLossError(absl::StrCat("invalid trace header: ", error.what()));
+    return DataLossError(absl::StrCat("invalid trace header: ", error.what()));
   }
 }
 

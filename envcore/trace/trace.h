@@ -5,9 +5,9 @@
 #include <string>
 #include <vector>
 
-#include "absl/status/statusor.h"
 #include "absl/strings/string_view.h"
 #include "envcore/environment/environment_options.h"
+#include "envcore/status/status.h"
 
 namespace procgen {
 
@@ -42,10 +42,10 @@ struct Trace {
 
 // Reads a trace file. Errors: NOT_FOUND: no such file. DATA_LOSS: not a complete trace (the message
 // says what is wrong).
-absl::StatusOr<Trace> ReadTrace(const std::string& path);
+StatusOr<Trace> ReadTrace(const std::string& path);
 // Parses the contents of a trace file. The contents may be untrusted: memory is bounded by a small
 // multiple of their size.
-absl::StatusOr<Trace> ParseTrace(absl::string_view contents);
+StatusOr<Trace> ParseTrace(absl::string_view contents);
 
 // Returns the contents of a trace file. REQUIRES: the arrays have the sizes given by env_count and
 // step_count.

@@ -8,10 +8,11 @@ from source_tree import Violation
 # Module: the modules that it may include, besides itself. A module is the longest folder here that
 # holds the file. Read it as a map: state <- random <- world <- level <- scene <- {games,
 # render} <- environment <- pool, over any number of steps; render and games do not know each other;
-# the server knows the engine by envcore/pool alone; a client knows the contract alone, except
-# libenv, which is the engine in the host's process or, through the C++ client, a server; and top
-# and the Python client's native module, which are over that client.
-_BELOW_SCENE = ("envcore/state", "envcore/random", "envcore/world", "envcore/level")
+# the server knows the engine by envcore/pool alone. The C++ client is pools in this process or on a
+# server; the C ABI, libenv, top and the Python client's native module are over it. Another client
+# knows the contract alone.
+_BELOW_SCENE = ("envcore/status", "envcore/state", "envcore/random", "envcore/world",
+                "envcore/level")
 # server/session: each folder may include the folders above it; pools by name may include all.
 _BELOW_SESSION = ("envcore/pool", "server/concurrency", "server/encoding", "server/metrics",
                   "server/shared_memory")
@@ -50,10 +51,11 @@ for _folder in ("raster", "art", "scene"):
     _RENDER[f"envcore/render/{_folder}"] = (*_BELOW_SCENE, "envcore/scene", "envcore/art", *_RENDER)
 _BELOW_ENVIRONMENT = (*_BELOW_SCENE, "envcore/scene", "envcore/games", *_RENDER, "envcore/art")
 ARROWS = {
-    "envcore/state": (),
-    "envcore/random": ("envcore/state",),
-    "envcore/world": ("envcore/state", "envcore/random"),
-    "envcore/level": ("envcore/state", "envcore/random", "envcore/world"),
+    "envcore/status": (),
+    "envcore/state": ("envcore/status",),
+    "envcore/random": ("envcore/status", "envcore/state"),
+    "envcore/world": ("envcore/status", "envcore/state", "envcore/random"),
+    "envcore/level": ("envcore/status", "envcore/state", "envcore/random", "envcore/world"),
     "envcore/scene": _BELOW_SCENE,
     "envcore/games": (*_BELOW_SCENE, "envcore/scene"),
     "envcore/art": (),
@@ -85,7 +87,9 @@ ARROWS = {
     "server": ("envcore/pool", *_BELOW_FRONTS, *_SESSION, "server/rpc", "server/rpc/auth",
                "server/rpc/services", "server/net", "server/metrics", "server/shared_memory",
                "server/fleet", "server/cluster", "server/web"),
-    "clients/cpp": ("proto",),
+    "clients/cpp": ("proto", "envcore/status", "envcore/environment", "envcore/pool"),
+    "clients/c": ("envcore/status", "envcore/environment", "envcore/games", "envcore/pool",
+                  "clients/cpp"),
     "clients/libenv": ("proto", "envcore/pool", "clients/cpp"),
     "clients/python/native": ("proto", "clients/cpp"),
     "clients/top": ("proto", "clients/cpp"),

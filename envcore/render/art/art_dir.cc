@@ -8,10 +8,10 @@
 #include <utility>
 #include <vector>
 
-#include "absl/status/status.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_join.h"
 #include "envcore/render/art/png_decoding.h"
+#include "envcore/status/status.h"
 
 namespace procgen {
 namespace {
@@ -25,10 +25,10 @@ constexpr uintmax_t kFileBytesMax = 64 << 20;
 // pixels.
 constexpr int64_t kPixelsMax = 256'000'000;
 
-absl::StatusOr<std::string> ReadFile(const std::filesystem::path& path) {
+StatusOr<std::string> ReadFile(const std::filesystem::path& path) {
   std::error_code error;
   if (!std::filesystem::exists(path, error)) {
-    return absl::NotFoundError("is missing");
+    return NotFoundError("is missing");
   }
   const bool is_file = std::filesystem::is_regular_file(path, error);
   const uintmax_t size = is_file ? std::filesystem::file_size(path, error) : 0;
@@ -40,27 +40,26 @@ absl::StatusOr<std::string> ReadFile(const std::filesystem::path& path) {
       return bytes;
     }
   }
-  return absl::InvalidArgumentError("cannot be read");
+  return InvalidArgumentError("cannot be read");
 }
 
 // Checks one image and subtracts its pixels from `pixels_left`.
-absl::Status CheckImage(absl::string_view png, const RequiredImage& required,
-                        int64_t* pixels_left) {
-  const absl::StatusOr<PngSize> size = CheckPng(png);
+Status CheckImage(absl::string_view png, const RequiredImage& required, int64_t* pixels_left) {
+  const StatusOr<PngSize> size = CheckPng(png);
   if (!size.ok()) {
     return size.status();
   }
   if (required.width_px != 0 &&
       (size->width_px != required.width_px || size->height_px != required.height_px)) {
-    return absl::InvalidArgumentError(absl::StrCat("is ", size->width_px, " x ", size->height_px,
-                                                   " pixels, must be ", required.width_px, " x ",
-                                                   required.height_px));
+    return InvalidArgumentError(absl::StrCat("is ", size->width_px, " x ", size->height_px,
+                                             " pixels, must be ", required.width_px, " x ",
+                                             required.height_px));
   }
   *pixels_left -= int64_t{size->width_px} * size->height_px;
   if (*pixels_left < 0) {
-    return absl::InvalidArgumentError(absl::StrCat("is ", size->width_px, " x ", size->height_px,
-                                                   " pixels; all images together can have ",
-                                                   kPixelsMax, " pixels"));
+    return InvalidArgumentError(absl::StrCat("is ", size->width_px, " x ", size->height_px,
+                                             " pixels; all images together can have ", kPixelsMax,
+                                             " pixels"));
   }
   return DecodePng(png, AlphaUse::kIgnored).status();  // AlphaUse does not affect validity
 }
@@ -68,22 +67,22 @@ absl::Status CheckImage(absl::string_view png, const RequiredImage& required,
 // Collects the errors of the files of a folder into one status.
 class FileErrors {
  public:
-  void Add(absl::string_view path, const absl::Status& status) {
-    any_missing_ |= absl::IsNotFound(status);
+  void Add(absl::string_view path, const Status& status) {
+    any_missing_ |= status.code() == absl::StatusCode::kNotFound;
     if (count_++ < kNamedFilesMax) {
       named_.push_back(absl::StrCat(path, " ", status.message()));
     }
   }
 
-  absl::Status ToStatus(absl::string_view folder, size_t required_count) const {
+  Status ToStatus(absl::string_view folder, size_t required_count) const {
     if (count_ == 0) {
-      return absl::OkStatus();
+      return OkStatus();
     }
     const std::string message = absl::StrCat(
         "art folder '", folder, "': ", count_, " of ", required_count,
         " images are missing or invalid: ", absl::StrJoin(named_, "; "),
         count_ > named_.size() ? absl::StrCat("; and ", count_ - named_.size(), " more") : "");
-    return any_missing_ ? absl::NotFoundError(message) : absl::InvalidArgumentError(message);
+    return any_missing_ ? NotFoundError(message) : InvalidArgumentError(message);
   }
 
  private:
@@ -94,11 +93,11 @@ class FileErrors {
 
 }  // namespace
 
-absl::StatusOr<std::shared_ptr<const ArtPack>> ReadArtDir(
-    const std::string& folder, absl::Span<const RequiredImage> required) {
+StatusOr<std::shared_ptr<const ArtPack>> ReadArtDir(const std::string& folder,
+                                                    absl::Span<const RequiredImage> required) {
   std::error_code error;
   if (!std::filesystem::is_directory(folder, error)) {
-    return absl::NotFoundError(absl::StrCat("art folder '", folder, "': there is no such folder"));
+    return NotFoundError(absl::StrCat("art folder '", folder, "': there is no such folder"));
   }
   // Shared with the pack, because its files are views of these bytes.
   const auto contents = std::make_shared<std::vector<std::string>>();
@@ -107,10 +106,9 @@ absl::StatusOr<std::shared_ptr<const ArtPack>> ReadArtDir(
   FileErrors file_errors;
   int64_t pixels_left = kPixelsMax;
   for (const RequiredImage& picture : required) {
-    absl::StatusOr<std::string> bytes =
+    StatusOr<std::string> bytes =
         ReadFile(std::filesystem::path(folder) / std::string(picture.path));
-    const absl::Status status =
-        bytes.ok() ? CheckImage(*bytes, picture, &pixels_left) : bytes.status();
+    const Status status = bytes.ok() ? CheckImage(*bytes, picture, &pixels_left) : bytes.status();
     if (!status.ok()) {
       file_errors.Add(picture.path, status);
       continue;
@@ -118,7 +116,7 @@ absl::StatusOr<std::shared_ptr<const ArtPack>> ReadArtDir(
     contents->push_back(*std::move(bytes));
     files.push_back({std::string(picture.path), contents->back()});
   }
-  if (absl::Status status = file_errors.ToStatus(folder, required.size()); !status.ok()) {
+  if (Status status = file_errors.ToStatus(folder, required.size()); !status.ok()) {
     return status;
   }
   return std::make_shared<const ArtPack>(ArtLayout::kUpstream, files, contents);

@@ -4,10 +4,10 @@
 #include <memory>
 #include <string>
 
-#include "absl/status/statusor.h"
 #include "absl/strings/string_view.h"
 #include "absl/types/span.h"
 #include "envcore/render/art/art_pack.h"
+#include "envcore/status/status.h"
 
 namespace procgen {
 
@@ -25,8 +25,8 @@ struct RequiredImage {
 // Errors: NOT_FOUND: the folder or a file does not exist. INVALID_ARGUMENT: a file cannot be read,
 // is not a valid PNG, has another size, or exceeds the pixel limit of all images together. The
 // message names the folder, the first few files with their errors, and the number of further files.
-absl::StatusOr<std::shared_ptr<const ArtPack>> ReadArtDir(const std::string& folder,
-                                                          absl::Span<const RequiredImage> required);
+StatusOr<std::shared_ptr<const ArtPack>> ReadArtDir(const std::string& folder,
+                                                    absl::Span<const RequiredImage> required);
 
 }  // namespace procgen
 

@@ -3,11 +3,11 @@
 #include <utility>
 
 #include "absl/base/call_once.h"
-#include "absl/status/statusor.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/string_view.h"
 #include "envcore/art/embedded_art.h"
 #include "envcore/render/art/png_decoding.h"
+#include "envcore/status/status.h"
 
 namespace procgen {
 namespace {
@@ -19,7 +19,7 @@ struct LazyImage {
 
   const MipmappedImage* Get(absl::string_view png, AlphaUse alpha_use, Levels levels) const {
     absl::call_once(once, [&] {
-      absl::StatusOr<Image> image = DecodePng(png, alpha_use);
+      StatusOr<Image> image = DecodePng(png, alpha_use);
       if (image.ok()) {
         picture = MipmappedImage(*std::move(image), levels);
       }

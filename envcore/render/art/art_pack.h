@@ -3,9 +3,9 @@
 
 #include <memory>
 #include <string>
+#include <unordered_map>
 #include <vector>
 
-#include "absl/container/flat_hash_map.h"
 #include "absl/strings/string_view.h"
 #include "envcore/render/art/mipmapped_image.h"
 #include "envcore/scene/art_slot.h"
@@ -53,7 +53,7 @@ class ArtPack {
 
   ArtLayout layout_;
   std::shared_ptr<const void> bytes_;
-  absl::flat_hash_map<std::string, std::unique_ptr<Entry>> entries_;
+  std::unordered_map<std::string, std::unique_ptr<Entry>> entries_;
 };
 
 }  // namespace procgen

@@ -1,79 +1,35 @@
 #include "envcore/render/art/png_decoding.h"
 
-#include <csetjmp>
-#include <cstring>
-#include <vector>
+#include <cstdint>
+#include <memory>
 
-#include "absl/status/status.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/string_view.h"
-#include "png.h"
+#include "envcore/status/status.h"
 #include "zlib.h"
+
+// Compiled here: Debian's archive of it is for programs only. 8-bit PNGs in memory are all there
+// is.
+#define STB_IMAGE_IMPLEMENTATION
+#define STB_IMAGE_STATIC
+#define STBI_ONLY_PNG
+#define STBI_NO_STDIO
+#define STBI_MAX_DIMENSIONS 8192  // kPngSizePxMax
+#include "stb/stb_image.h"
 
 namespace procgen {
 namespace {
 
-// The input of libpng and its error message.
-struct Source {
-  absl::string_view rest;
-  char message[128] = "";
-};
+static_assert(STBI_MAX_DIMENSIONS == kPngSizePxMax);
 
-void ReadBytes(png_structp png, png_bytep out, size_t count) {
-  auto* source = static_cast<Source*>(png_get_io_ptr(png));
-  if (count > source->rest.size()) {
-    png_error(png, "ends early");
-  }
-  std::memcpy(out, source->rest.data(), count);
-  source->rest.remove_prefix(count);
+const uint8_t* Unsigned(absl::string_view bytes) {
+  return reinterpret_cast<const uint8_t*>(bytes.data());
 }
 
-[[noreturn]] void OnError(png_structp png, png_const_charp message) {
-  auto* source = static_cast<Source*>(png_get_error_ptr(png));
-  std::strncpy(source->message, message, sizeof(source->message) - 1);
-  png_longjmp(png, 1);
+uint32_t BigEndian(absl::string_view bytes) {
+  const uint8_t* p = Unsigned(bytes);
+  return uint32_t{p[0]} << 24 | uint32_t{p[1]} << 16 | uint32_t{p[2]} << 8 | uint32_t{p[3]};
 }
-
-void OnWarning(png_structp /*png*/, png_const_charp /*message*/) {}
-
-const png_byte* Unsigned(absl::string_view bytes) {
-  return reinterpret_cast<const png_byte*>(bytes.data());
-}
-
-// Converts everything to RGBA with 8 bits per channel. No gamma: the stored values are used.
-void RequestRgba(png_structp png) {
-  png_set_expand(png);
-  png_set_strip_16(png);
-  png_set_gray_to_rgb(png);
-  png_set_add_alpha(png, 255, PNG_FILLER_AFTER);
-  png_set_interlace_handling(png);
-}
-
-// Reads the whole file; returns false on an error. libpng reports errors through longjmp, so no
-// object with a destructor is created here.
-bool ReadImage(png_structp png, png_infop info, std::vector<uint8_t>* bytes,
-               std::vector<png_bytep>* rows, int* width, int* height) {
-  if (setjmp(png_jmpbuf(png)) != 0) {  // NOLINT: libpng's way of telling errors
-    return false;
-  }
-  png_set_user_limits(png, kPngSizePxMax, kPngSizePxMax);
-  png_read_info(png, info);
-  RequestRgba(png);
-  png_read_update_info(png, info);
-  *width = static_cast<int>(png_get_image_width(png, info));
-  *height = static_cast<int>(png_get_image_height(png, info));
-  const size_t row_bytes = png_get_rowbytes(png, info);
-  bytes->resize(row_bytes * static_cast<size_t>(*height));
-  rows->resize(static_cast<size_t>(*height));
-  for (size_t y = 0; y < rows->size(); ++y) {
-    (*rows)[y] = bytes->data() + y * row_bytes;
-  }
-  png_read_image(png, rows->data());
-  png_read_end(png, nullptr);
-  return true;
-}
-
-uint32_t BigEndian(absl::string_view bytes) { return png_get_uint_32(Unsigned(bytes)); }
 
 // A chunk of a PNG file.
 struct Chunk {
@@ -95,9 +51,10 @@ bool TakeChunk(absl::string_view* rest, Chunk* chunk) {
   return crc32(0, Unsigned(checked), static_cast<uInt>(checked.size())) == checksum;
 }
 
-Image ToImage(const std::vector<uint8_t>& bytes, int width, int height, AlphaUse alpha_use) {
+// `pixels`: uint8 [height, width, 4].
+Image ToImage(const uint8_t* pixels, int width, int height, AlphaUse alpha_use) {
   Image image(width, height);
-  const uint8_t* p = bytes.data();
+  const uint8_t* p = pixels;
   for (int y = 0; y < height; ++y) {
     Rgba* row = image.Row(y);
     for (int x = 0; x < width; ++x, p += 4) {
@@ -111,46 +68,38 @@ Image ToImage(const std::vector<uint8_t>& bytes, int width, int height, AlphaUse
 
 }  // namespace
 
-absl::StatusOr<Image> DecodePng(absl::string_view bytes, AlphaUse alpha_use) {
-  Source source = {bytes};
-  png_structp png = png_create_read_struct(PNG_LIBPNG_VER_STRING, &source, OnError, OnWarning);
-  png_infop info = png == nullptr ? nullptr : png_create_info_struct(png);
-  if (info == nullptr) {
-    png_destroy_read_struct(&png, nullptr, nullptr);
-    return absl::ResourceExhaustedError("no memory to decode a PNG");
-  }
-  png_set_read_fn(png, &source, ReadBytes);
-  std::vector<uint8_t> pixels;
-  std::vector<png_bytep> rows;
+StatusOr<Image> DecodePng(absl::string_view bytes, AlphaUse alpha_use) {
   int width = 0;
   int height = 0;
-  const bool read = ReadImage(png, info, &pixels, &rows, &width, &height);
-  png_destroy_read_struct(&png, &info, nullptr);
-  if (!read) {
-    return absl::InvalidArgumentError(absl::StrCat("is not a valid PNG: ", source.message));
+  const std::unique_ptr<stbi_uc, decltype(&stbi_image_free)> pixels(
+      stbi_load_from_memory(Unsigned(bytes), static_cast<int>(bytes.size()), &width, &height,
+                            nullptr, STBI_rgb_alpha),
+      stbi_image_free);
+  if (pixels == nullptr) {
+    return InvalidArgumentError(absl::StrCat("is not a valid PNG: ", stbi_failure_reason()));
   }
-  return ToImage(pixels, width, height, alpha_use);
+  return ToImage(pixels.get(), width, height, alpha_use);
 }
 
-absl::StatusOr<PngSize> CheckPng(absl::string_view bytes) {
-  constexpr size_t kSignatureBytes = 8;
-  if (bytes.size() < kSignatureBytes || png_sig_cmp(Unsigned(bytes), 0, kSignatureBytes) != 0) {
-    return absl::InvalidArgumentError("is not a PNG file");
+StatusOr<PngSize> CheckPng(absl::string_view bytes) {
+  constexpr absl::string_view kSignature = "\x89PNG\r\n\x1a\n";
+  if (bytes.substr(0, kSignature.size()) != kSignature) {
+    return InvalidArgumentError("is not a PNG file");
   }
-  absl::string_view rest = bytes.substr(kSignatureBytes);
+  absl::string_view rest = bytes.substr(kSignature.size());
   Chunk chunk;
   if (!TakeChunk(&rest, &chunk) || chunk.type != "IHDR" || chunk.content.size() != 13) {
-    return absl::InvalidArgumentError("is not a valid PNG: the header is damaged");
+    return InvalidArgumentError("is not a valid PNG: the header is damaged");
   }
   const uint32_t width = BigEndian(chunk.content);
   const uint32_t height = BigEndian(chunk.content.substr(4));
   if (width < 1 || width > kPngSizePxMax || height < 1 || height > kPngSizePxMax) {
-    return absl::InvalidArgumentError(absl::StrCat(
+    return InvalidArgumentError(absl::StrCat(
         "is ", width, " x ", height, " pixels, each side must be in [1, ", kPngSizePxMax, "]"));
   }
   while (chunk.type != "IEND") {
     if (!TakeChunk(&rest, &chunk)) {
-      return absl::InvalidArgumentError("is not a valid PNG: damaged or truncated");
+      return InvalidArgumentError("is not a valid PNG: damaged or truncated");
     }
   }
   return PngSize{static_cast<int>(width), static_cast<int>(height)};

@@ -1,9 +1,9 @@
 #ifndef ENVCORE_RENDER_ART_PNG_DECODING_H_
 #define ENVCORE_RENDER_ART_PNG_DECODING_H_
 
-#include "absl/status/statusor.h"
 #include "absl/strings/string_view.h"
 #include "envcore/render/raster/image.h"
+#include "envcore/status/status.h"
 
 namespace procgen {
 
@@ -15,7 +15,7 @@ enum class AlphaUse {
 
 // Decodes a PNG file of any type to 8-bit channels. Color profiles and gamma are ignored. Errors:
 // INVALID_ARGUMENT: the bytes are not a valid PNG, or a side is above kPngSizePxMax.
-absl::StatusOr<Image> DecodePng(absl::string_view bytes, AlphaUse alpha_use);
+StatusOr<Image> DecodePng(absl::string_view bytes, AlphaUse alpha_use);
 
 inline constexpr int kPngSizePxMax = 8192;
 
@@ -27,7 +27,7 @@ struct PngSize {
 // Reads the size of a PNG file and checks signature, chunks and checksums. Costs a small fraction
 // of decoding. Errors: INVALID_ARGUMENT, as DecodePng. Bytes that pass can be decoded, unless an
 // encoder wrote invalid data with valid checksums.
-absl::StatusOr<PngSize> CheckPng(absl::string_view bytes);
+StatusOr<PngSize> CheckPng(absl::string_view bytes);
 
 }  // namespace procgen
 

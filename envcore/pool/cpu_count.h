@@ -1,5 +1,5 @@
-#ifndef SERVER_CONCURRENCY_CPU_COUNT_H_
-#define SERVER_CONCURRENCY_CPU_COUNT_H_
+#ifndef ENVCORE_POOL_CPU_COUNT_H_
+#define ENVCORE_POOL_CPU_COUNT_H_
 
 #include <string>
 
@@ -18,4 +18,4 @@ double CgroupCpuQuota(absl::string_view memberships, const std::string& mount);
 
 }  // namespace procgen
 
-#endif  // SERVER_CONCURRENCY_CPU_COUNT_H_
+#endif  // ENVCORE_POOL_CPU_COUNT_H_

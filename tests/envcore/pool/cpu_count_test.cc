@@ -1,4 +1,4 @@
-#include "server/concurrency/cpu_count.h"
+#include "envcore/pool/cpu_count.h"
 
 #include <sched.h>
 
