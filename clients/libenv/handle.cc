@@ -5,10 +5,10 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
-#include "clients/libenv/art_folders.h"
 #include "clients/libenv/local_environments.h"
 #include "clients/libenv/remote_environments.h"
 #include "clients/libenv/report.h"
+#include "procgen_client/art_folders.h"
 
 namespace {
 
@@ -20,7 +20,7 @@ constexpr char kServerVariable[] = "PROCGEN_SERVER";
 absl::StatusOr<std::unique_ptr<procgen::Environments>> MakeLocalEnvironments(
     const procgen::MakeOptions& options) {
   procgen::PoolOptions pool = options.pool;
-  const auto art = procgen::FindArt(options.resource_root);
+  const auto art = procgen_client::FindArt(options.resource_root);
   if (art.ok()) {
     pool.art = *art;
   }

@@ -1,0 +1,171 @@
+#include "procgen_client/local_pool.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+#include "envcore/pool/cpu_count.h"
+#include "envcore/pool/pool_input.h"
+#include "envcore/pool/scene_snapshot.h"
+#include "envcore/pool/spin_wait.h"
+
+namespace procgen_client {
+
+LocalPool::Request::Request(const procgen::StepInput& input, const procgen::Batch& batch)
+    : actions(input.actions.begin(), input.actions.end()),
+      next_levels(input.next_levels.begin(), input.next_levels.end()),
+      resets(input.resets.begin(), input.resets.end()),
+      input(input),
+      batch(batch) {
+  this->input.actions = actions;
+  this->input.next_levels = next_levels;
+  this->input.resets = resets;
+}
+
+procgen::StatusOr<std::unique_ptr<LocalPool>> LocalPool::Create(
+    const procgen::PoolOptions& options, std::optional<int32_t> thread_count) {
+  // The calling thread works, too, and takes at least one environment.
+  const int32_t wanted = thread_count.value_or(procgen::CpuCount() - 1);
+  auto workers = std::make_shared<procgen::WorkerPool>(
+      std::clamp(wanted, 0, std::max(0, options.env_count - 1)));
+  auto pool = procgen::Pool::Create(options, workers);
+  if (!pool.ok()) {
+    return pool.status();
+  }
+  return std::unique_ptr<LocalPool>(new LocalPool(*std::move(pool), std::move(workers)));
+}
+
+LocalPool::LocalPool(std::unique_ptr<procgen::Pool> pool,
+                     std::shared_ptr<procgen::WorkerPool> workers)
+    : workers_(std::move(workers)), pool_(std::move(pool)) {}
+
+LocalPool::~LocalPool() {
+  std::unique_lock lock(mutex_);
+  if (thread_count() > 0 && !waiting_.empty()) {
+    waiting_.erase(waiting_.begin() + 1, waiting_.end());
+    has_ended_.wait(lock, [this] { return waiting_.empty(); });
+  }
+}
+
+procgen::Status LocalPool::Send(const procgen::StepInput& input, const procgen::Batch& batch) {
+  if (procgen::Status status =
+          procgen::CheckStep(input, batch, options().env_count, pool_->observation_bytes());
+      !status.ok()) {
+    return status;
+  }
+  auto owned = std::make_unique<Request>(input, batch);
+  Request* const request = owned.get();
+  bool begins = false;
+  {
+    const std::lock_guard lock(mutex_);
+    begins = thread_count() > 0 && waiting_.empty();
+    waiting_.push_back(std::move(owned));
+  }
+  ++unanswered_count_;
+  if (begins) {
+    Begin(request);
+  }
+  return procgen::OkStatus();
+}
+
+void LocalPool::Begin(Request* request) {
+  pool_->StepAsync(request->input, request->batch,
+                   [this](procgen::Status result) { End(std::move(result)); });
+}
+
+void LocalPool::End(procgen::Status result) {
+  Request* next = nullptr;
+  {
+    const std::lock_guard lock(mutex_);
+    waiting_.pop_front();
+    results_.push_back(std::move(result));
+    has_result_.store(true, std::memory_order_release);
+    if (!waiting_.empty()) {
+      next = waiting_.front().get();
+    }
+    has_ended_.notify_all();
+  }
+  if (next != nullptr) {
+    Begin(next);
+  }
+}
+
+procgen::Status LocalPool::Receive(std::chrono::duration<double> timeout) {
+  if (unanswered_count_ == 0) {
+    return procgen::FailedPreconditionError("no request is unanswered: send one first");
+  }
+  if (thread_count() == 0) {
+    const std::unique_ptr<Request> request = std::move(waiting_.front());
+    waiting_.pop_front();
+    --unanswered_count_;
+    return pool_->Step(request->input, request->batch);
+  }
+  procgen::SpinUntil([this] { return has_result_.load(std::memory_order_acquire); });
+  std::unique_lock lock(mutex_);
+  const auto has_result = [this] { return !results_.empty(); };
+  if (timeout < timeout.zero()) {
+    has_ended_.wait(lock, has_result);
+  } else if (!has_ended_.wait_for(lock, timeout, has_result)) {
+    return procgen::DeadlineExceededError("the oldest request is not answered yet");
+  }
+  procgen::Status result = std::move(results_.front());
+  results_.pop_front();
+  has_result_.store(!results_.empty(), std::memory_order_relaxed);
+  --unanswered_count_;
+  return result;
+}
+
+procgen::Status LocalPool::Step(const procgen::StepInput& input, const procgen::Batch& batch) {
+  if (procgen::Status status = CheckIdle(); !status.ok()) {
+    return status;
+  }
+  return pool_->Step(input, batch);
+}
+
+procgen::Status LocalPool::SetLevelSampler(
+    std::shared_ptr<const procgen::LevelSampler> level_sampler) {
+  if (procgen::Status status = CheckIdle(); !status.ok()) {
+    return status;
+  }
+  return pool_->SetLevelSampler(std::move(level_sampler));
+}
+
+procgen::StatusOr<std::vector<std::string>> LocalPool::SaveStates(
+    absl::Span<const int32_t> environments) {
+  if (procgen::Status status = CheckIdle(); !status.ok()) {
+    return status;
+  }
+  return pool_->SaveStates(environments);
+}
+
+procgen::Status LocalPool::RestoreStates(absl::Span<const procgen::StateToRestore> states) {
+  if (procgen::Status status = CheckIdle(); !status.ok()) {
+    return status;
+  }
+  return pool_->RestoreStates(states);
+}
+
+procgen::Status LocalPool::CloneStates(absl::Span<const procgen::StateToClone> pairs) {
+  if (procgen::Status status = CheckIdle(); !status.ok()) {
+    return status;
+  }
+  return pool_->CloneStates(pairs);
+}
+
+procgen::Status LocalPool::Render(int32_t environment, int32_t size_px, bool whole_level,
+                                  absl::Span<uint8_t> frame) {
+  if (procgen::Status status = CheckIdle(); !status.ok()) {
+    return status;
+  }
+  return pool_->Render(environment, size_px, frame, whole_level);
+}
+
+procgen::Status LocalPool::CheckIdle() const {
+  if (unanswered_count_ > 0) {
+    return procgen::FailedPreconditionError(
+        absl::StrCat(unanswered_count_, " requests are unanswered: receive them first"));
+  }
+  return procgen::OkStatus();
+}
+
+}  // namespace procgen_client

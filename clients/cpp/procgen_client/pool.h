@@ -1,0 +1,60 @@
+#ifndef PROCGEN_CLIENT_POOL_H_
+#define PROCGEN_CLIENT_POOL_H_
+
+#include <chrono>
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "absl/types/span.h"
+#include "envcore/environment/level_sampler.h"
+#include "envcore/pool/pool.h"
+#include "envcore/status/status.h"
+
+namespace procgen_client {
+
+// A pool of environments, wherever it runs. Requests are executed and answered in order, each once.
+// Threads: one at a time.
+class Pool {
+ public:
+  virtual ~Pool() = default;
+  Pool(const Pool&) = delete;
+  Pool& operator=(const Pool&) = delete;
+
+  // Every default is filled in.
+  virtual const procgen::PoolOptions& options() const = 0;
+  // Threads that step beside the caller.
+  virtual int32_t thread_count() const = 0;
+
+  // Begins a request, which is copied. The spans of `batch` must stay valid until Receive has
+  // answered it. A request with `steps` false and without resets observes.
+  // Errors: INVALID_ARGUMENT: nothing was sent.
+  virtual procgen::Status Send(const procgen::StepInput& input, const procgen::Batch& batch) = 0;
+  // Waits for the oldest unanswered request, and returns its result. A negative timeout has no end.
+  // Errors: DEADLINE_EXCEEDED not done yet; FAILED_PRECONDITION nothing is unanswered; those of
+  // procgen::Pool::Step.
+  virtual procgen::Status Receive(std::chrono::duration<double> timeout) = 0;
+  virtual int32_t unanswered_count() const = 0;
+
+  // Send and Receive in one, without a copy. Errors: FAILED_PRECONDITION a request is unanswered.
+  virtual procgen::Status Step(const procgen::StepInput& input, const procgen::Batch& batch) = 0;
+
+  // As those of procgen::Pool. Errors also: FAILED_PRECONDITION a request is unanswered.
+  virtual procgen::Status SetLevelSampler(
+      std::shared_ptr<const procgen::LevelSampler> level_sampler) = 0;
+  virtual procgen::StatusOr<std::vector<std::string>> SaveStates(
+      absl::Span<const int32_t> environments) = 0;
+  virtual procgen::Status RestoreStates(absl::Span<const procgen::StateToRestore> states) = 0;
+  virtual procgen::Status CloneStates(absl::Span<const procgen::StateToClone> pairs) = 0;
+  // `frame`: uint8 [size_px, size_px, 3]. `whole_level`: not only what a person sees of it.
+  virtual procgen::Status Render(int32_t environment, int32_t size_px, bool whole_level,
+                                 absl::Span<uint8_t> frame) = 0;
+
+ protected:
+  Pool() = default;
+};
+
+}  // namespace procgen_client
+
+#endif  // PROCGEN_CLIENT_POOL_H_

@@ -1,0 +1,167 @@
+// Bad input is a code and a message, and changes nothing.
+
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <cstdint>
+#include <limits>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "gmock/gmock.h"
+#include "gtest/gtest.h"
+#include "nlohmann/json.hpp"
+#include "tests/clients/c/c_pool.h"
+
+namespace procgen {
+namespace {
+
+using testing::HasSubstr;
+
+std::string CreateError(const ProcgenPoolOptions& options, ProcgenCode code) {
+  ProcgenPool* pool = nullptr;
+  EXPECT_EQ(procgen_pool_create(&options, &pool), code);
+  EXPECT_EQ(pool, nullptr);
+  return procgen_error_message();
+}
+
+TEST(ErrorTest, EachBadOptionIsNamed) {
+  const auto error = [](auto change, ProcgenCode code = PROCGEN_INVALID_ARGUMENT) {
+    COptions options("coinrun");
+    change(options);
+    return CreateError(options, code);
+  };
+  EXPECT_THAT(error([](COptions& o) { o.name = "pong"; }, PROCGEN_NOT_FOUND), HasSubstr("pong"));
+  EXPECT_THAT(error([](COptions& o) { o.games = nullptr; }), HasSubstr("games[0] is null"));
+  EXPECT_THAT(error([](COptions& o) { o.game_count = 65; }),
+              HasSubstr("game_count is 65, must be in [1, 64]"));
+  EXPECT_THAT(error([](COptions& o) { o.env_count = 0; }), HasSubstr("env_count is 0"));
+  EXPECT_THAT(error([](COptions& o) { o.distribution_mode = 3; }),
+              HasSubstr("distribution_mode is 3, must be one of 0, 1, 2, 10, 20"));
+  EXPECT_THAT(error([](COptions& o) { o.distribution_mode = PROCGEN_MEMORY; }),
+              HasSubstr("memory"));
+  EXPECT_THAT(error([](COptions& o) { o.num_levels = -1; }), HasSubstr("num_levels is -1"));
+  EXPECT_THAT(error([](COptions& o) { o.autoreset_mode = 3; }), HasSubstr("autoreset_mode is 3"));
+  EXPECT_THAT(error([](COptions& o) { o.layout = -1; }), HasSubstr("layout is -1"));
+  EXPECT_THAT(error([](COptions& o) { o.screen_size = 15; }), HasSubstr("15"));
+  EXPECT_THAT(error([](COptions& o) { o.frame_stack = 17; }), HasSubstr("17"));
+  EXPECT_THAT(error([](COptions& o) { o.num_threads = 1025; }),
+              HasSubstr("num_threads is 1025, must be in [-1, 1024]"));
+  EXPECT_THAT(error([](COptions& o) { o.art = "/no/such/folder"; }, PROCGEN_NOT_FOUND),
+              HasSubstr("/no/such/folder"));
+}
+
+TEST(ErrorTest, NullPointersAreErrors) {
+  ProcgenPool* pool = nullptr;
+  EXPECT_EQ(procgen_pool_create(nullptr, &pool), PROCGEN_INVALID_ARGUMENT);
+  EXPECT_STREQ(procgen_error_message(), "options is null");
+  EXPECT_EQ(procgen_step(nullptr, nullptr, nullptr), PROCGEN_INVALID_ARGUMENT);
+  EXPECT_STREQ(procgen_error_message(), "pool is null");
+  const CPool made = Made(COptions("maze"));
+  EXPECT_EQ(procgen_step(made.get(), nullptr, nullptr), PROCGEN_INVALID_ARGUMENT);
+  EXPECT_STREQ(procgen_error_message(), "step is null");
+  procgen_pool_destroy(nullptr);
+}
+
+TEST(ErrorTest, AWrongActionOrSliceStepsNothing) {
+  const CPool pool = Made(COptions("maze"));
+  BatchBuffers buffers(4);
+  const BatchBuffers untouched = buffers;
+  const ProcgenBatch batch = BatchIn(buffers);
+  const std::vector<int32_t> wrong = {4, 15, 4, 4};
+  ProcgenStep step = StepOf(wrong);
+  EXPECT_EQ(procgen_step(pool.get(), &step, &batch), PROCGEN_INVALID_ARGUMENT);
+  EXPECT_THAT(procgen_error_message(), HasSubstr("action 15 of environment 1 is not in [-1, 14]"));
+  const std::vector<int32_t> actions(4, 4);
+  step = StepOf(actions, 1);
+  EXPECT_EQ(procgen_send_step(pool.get(), &step, &batch), PROCGEN_INVALID_ARGUMENT);
+  EXPECT_THAT(procgen_error_message(), HasSubstr("the slice is 4 environments from 1"));
+  step = StepOf(actions);
+  step.env_count = std::numeric_limits<int32_t>::min();
+  EXPECT_EQ(procgen_step(pool.get(), &step, &batch), PROCGEN_INVALID_ARGUMENT);
+  step = StepOf(actions);
+  step.actions = nullptr;
+  EXPECT_EQ(procgen_step(pool.get(), &step, &batch), PROCGEN_INVALID_ARGUMENT);
+  EXPECT_EQ(procgen_unanswered_count(pool.get()), 0);
+  EXPECT_EQ(buffers, untouched);
+}
+
+TEST(ErrorTest, MessagesBelongToTheCallingThread) {
+  EXPECT_EQ(procgen_step(nullptr, nullptr, nullptr), PROCGEN_INVALID_ARGUMENT);
+  std::thread other([] {
+    EXPECT_STREQ(procgen_error_message(), "");
+    EXPECT_EQ(procgen_pool_create(nullptr, nullptr), PROCGEN_INVALID_ARGUMENT);
+  });
+  other.join();
+  EXPECT_STREQ(procgen_error_message(), "pool is null");
+}
+
+TEST(ErrorTest, AProgramWithShorterStructsWorks) {
+  COptions options("maze");
+  options.struct_size = offsetof(ProcgenPoolOptions, autoreset_mode);
+  options.autoreset_mode = 99;  // behind the end of that program's struct
+  EXPECT_NE(Made(options), nullptr);
+}
+
+TEST(ErrorTest, AForkedChildCannotUseThePoolButMakesItsOwn) {
+  COptions options("maze");
+  options.num_threads = 2;
+  const CPool pool = Made(options);
+  const pid_t child = fork();
+  if (child == 0) {
+    BatchBuffers buffers(4);
+    const ProcgenBatch batch = BatchIn(buffers);
+    const bool is_refused =
+        procgen_observe(pool.get(), 0, 4, &batch) == PROCGEN_FAILED_PRECONDITION &&
+        std::string(procgen_error_message()).find("is a fork") != std::string::npos;
+    procgen_pool_destroy(pool.get());
+    const std::vector<BatchBuffers> steps = Steps(Made(options).get(), 4, 0, 3);
+    _exit(is_refused && !testing::Test::HasFailure() ? 0 : 1);
+  }
+  int status = 0;
+  ASSERT_EQ(waitpid(child, &status, 0), child);
+  EXPECT_EQ(status, 0);
+}
+
+TEST(StatesTest, SavedStatesContinueInAnotherPool) {
+  COptions options("coinrun");
+  const CPool pool = Made(options);
+  Steps(pool.get(), 4, 0, 30);
+  const std::vector<int32_t> environments = {0, 1, 2, 3};
+  std::vector<size_t> offsets(5);
+  EXPECT_EQ(procgen_save_states(pool.get(), environments.data(), 4, nullptr, 0, offsets.data()),
+            PROCGEN_RESOURCE_EXHAUSTED);
+  std::vector<uint8_t> data(offsets[4]);
+  ASSERT_EQ(procgen_save_states(pool.get(), environments.data(), 4, data.data(), data.size(),
+                                offsets.data()),
+            PROCGEN_OK);
+  const std::vector<BatchBuffers> expected = Steps(pool.get(), 4, 30, 30);
+  options.rand_seed = 8;
+  const CPool other = Made(options);
+  ASSERT_EQ(
+      procgen_restore_states(other.get(), environments.data(), 4, data.data(), offsets.data()),
+      PROCGEN_OK);
+  EXPECT_EQ(Steps(other.get(), 4, 30, 30), expected);
+
+  data[offsets[1] + 20] ^= 1;
+  EXPECT_EQ(
+      procgen_restore_states(other.get(), environments.data(), 4, data.data(), offsets.data()),
+      PROCGEN_DATA_LOSS);
+  const int32_t source = 0;
+  const int32_t target = 9;
+  EXPECT_EQ(procgen_clone_states(other.get(), &source, &target, 1), PROCGEN_INVALID_ARGUMENT);
+}
+
+TEST(CatalogTest, NamesGamesModesAndActions) {
+  const auto catalog = nlohmann::json::parse(procgen_catalog_json());
+  EXPECT_EQ(catalog["games"].size(), 16U);
+  EXPECT_EQ(catalog["actions"].size(), 15U);
+  EXPECT_EQ(catalog["actions"][0]["keys"], nlohmann::json({"LEFT", "DOWN"}));
+  EXPECT_EQ(catalog["games"][0]["name"], "bigfish");
+  EXPECT_EQ(catalog["games"][0]["modes"]["easy"]["return_range"], nlohmann::json({1.0, 40.0}));
+  EXPECT_EQ(procgen_abi_version(), PROCGEN_ABI_VERSION);
+}
+
+}  // namespace
+}  // namespace procgen
