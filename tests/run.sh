@@ -74,7 +74,12 @@ dependencies=(--tests)
 [[ $all == no && " ${labels[*]-} " != *" slow "* ]] || dependencies+=(--slow)
 "$root/deploy/install-dependencies.sh" "${dependencies[@]}"
 echo "== Configuring (preset $preset)"
-cmake --preset "$preset" -DPROCGEN_BUILD_TESTS=ON
+configuration=(-DPROCGEN_BUILD_TESTS=ON)
+# The tests of benchmarks have the label slow. Builds with sanitizers have none.
+if [[ $preset == dev || $preset == release ]] && [[ $all == yes || " ${labels[*]-} " == *" slow "* ]]; then
+  configuration+=(-DPROCGEN_BUILD_BENCHMARKS=ON)
+fi
+cmake --preset "$preset" "${configuration[@]}"
 echo "== Building"
 cmake --build --preset "$preset" --parallel "$(nproc)"
 

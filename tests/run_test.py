@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 """Tests the flags and the closing line of tests/run.sh."""
 
+import os
 import pathlib
 import subprocess
 import sys
@@ -52,6 +53,31 @@ class FlagsTest(unittest.TestCase):
 
     def test_label_is_not_interpreted_as_a_pattern(self):
         self.assertEqual(_run("--label", "unit|slow").returncode, 2)
+
+
+def _configuration(*arguments):
+    """Returns the words with which a copy of run.sh calls cmake first."""
+    with tempfile.TemporaryDirectory() as folder:
+        root = pathlib.Path(folder)
+        for path in ("tests/run.sh", "deploy/install-dependencies.sh", "bin/cmake"):
+            (root / path).parent.mkdir(exist_ok=True)
+            (root / path).write_text("#!/bin/sh\n")
+            (root / path).chmod(0o755)
+        (root / "tests/run.sh").write_text((_TESTS / "run.sh").read_text())
+        (root / "bin/cmake").write_text(f'#!/bin/sh\necho "$@" >{root}/words\nexit 1\n')
+        path = f"{root}/bin:{os.environ['PATH']}"
+        subprocess.run([root / "tests/run.sh", *arguments], capture_output=True, check=False,
+                       env=os.environ | {"PATH": path})
+        return (root / "words").read_text().split()
+
+
+class ConfigurationTest(unittest.TestCase):
+    def test_benchmarks_are_built_with_the_slow_tests_only(self):
+        flag = "-DPROCGEN_BUILD_BENCHMARKS=ON"
+        self.assertNotIn(flag, _configuration())
+        self.assertIn(flag, _configuration("--all"))
+        self.assertIn(flag, _configuration("--label", "unit", "--label", "slow"))
+        self.assertNotIn(flag, _configuration("--all", "--preset", "asan"))
 
 
 class CountTest(unittest.TestCase):
