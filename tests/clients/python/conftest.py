@@ -29,6 +29,11 @@ def server_binary() -> Path:
     return max(built, key=lambda path: path.stat().st_mtime)
 
 
+def pytest_configure(config: pytest.Config) -> None:
+    """Registers the mark of tests that run in a CTest test of their own, with the label slow."""
+    config.addinivalue_line("markers", "slow: takes long, and a quicker test is similar")
+
+
 @pytest.fixture(scope="session")
 def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[ServerProcess]:
     """A server that stops after the last test and must exit with status 0."""

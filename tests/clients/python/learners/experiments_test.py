@@ -67,11 +67,13 @@ def test_games_without_the_mode_are_not_run(server: ServerProcess, tmp_path: Pat
 @pytest.mark.parametrize(
     ("name", "games"),
     [
-        ("exploration", []),  # Those of the scale that have the mode.
-        ("memory", []),  # None of the scale's games has it.
-        ("network_size", ["bigfish"]),
+        # Those of the scale that have the mode.
+        pytest.param("exploration", [], marks=pytest.mark.slow),
+        # None of the scale's games has it.
+        pytest.param("memory", [], marks=pytest.mark.slow),
+        pytest.param("network_size", ["bigfish"], marks=pytest.mark.slow),
         ("rainbow_vs_ppo", ["bigfish"]),
-        ("sample_efficiency", ["bigfish"]),
+        pytest.param("sample_efficiency", ["bigfish"], marks=pytest.mark.slow),
     ],
 )
 def test_experiment_runs(
