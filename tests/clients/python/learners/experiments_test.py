@@ -20,9 +20,10 @@ _TINY = ["--total-steps", "512", "--num-envs", "8", "--num-steps", "32", "--chun
 
 @pytest.fixture(autouse=True)
 def few_episodes(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Limits the evaluation to four episodes."""
+    """Limits the evaluation to four episodes, and runs of the random agent to twenty."""
     small = experiments.SCALES["small"]._replace(episode_count=4)
     monkeypatch.setitem(experiments.SCALES, "small", small)
+    monkeypatch.setattr(experiments, "RANDOM_EPISODE_COUNT", 20)
 
 
 def _run(name: str, server: ServerProcess, output: Path, *others: str) -> Path:
