@@ -40,7 +40,9 @@ class EnginePool:
         """
         self._library = _library.library()
         handle = ctypes.c_void_p()
-        self._check(self._library.pool_create(ctypes.byref(options), ctypes.byref(handle)))
+        code = self._library.pool_create(ctypes.byref(options), ctypes.byref(handle))
+        if code:
+            raise self._library.error(code)
         self._handle = handle
         self._close_once = weakref.finalize(self, self._library.pool_destroy, handle)
         info = _library.PoolInfo(struct_size=ctypes.sizeof(_library.PoolInfo))

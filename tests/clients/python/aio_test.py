@@ -196,8 +196,8 @@ def test_closing_a_client_ends_the_calls_of_its_tasks(
     async def play() -> None:
         for _ in range(3):
             closed = await aio.connect(server.address)
-            pool = await closed.create_pool("maze", 512)
-            await pool.send_step([4] * 512, observe=False, repeat_count=1000)
+            pool = await closed.create_pool("coinrun", 1024)  # A step of a second.
+            await pool.send_step([4] * 1024, observe=False, repeat_count=1000)
             waiting = asyncio.create_task(pool.receive())
             await asyncio.sleep(0.01)  # It waits now.
             assert not waiting.done()

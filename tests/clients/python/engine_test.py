@@ -228,7 +228,7 @@ def test_many_pools_leave_no_thread_and_no_memory() -> None:
     threads, memory = len(os.listdir("/proc/self/task")), resident_mb()
     for _ in range(200):
         _pool("coinrun", 16, num_threads=1).step([4] * 16)
-    assert len(os.listdir("/proc/self/task")) == threads
+    assert len(os.listdir("/proc/self/task")) <= threads
     assert resident_mb() < memory + 20
 
 
