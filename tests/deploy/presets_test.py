@@ -1,4 +1,4 @@
-"""The preset release needs no package of the tests, and a missing package is named."""
+"""Presets need the packages that they say, and a missing package is named."""
 
 from __future__ import annotations
 
@@ -9,11 +9,13 @@ from pathlib import Path
 _ROOT = Path(__file__).resolve().parents[2]
 
 
-def _configure(tree: Path, *without: str) -> subprocess.CompletedProcess[str]:
-    """Configures the preset release as if these packages were not installed."""
+def _configure(
+    tree: Path, *without: str, preset: str = "release"
+) -> subprocess.CompletedProcess[str]:
+    """Configures a preset as if these packages were not installed."""
     flags = [f"-DCMAKE_DISABLE_FIND_PACKAGE_{package}=ON" for package in without]
     return subprocess.run(
-        ["cmake", "--preset", "release", "-B", tree, *flags],
+        ["cmake", "--preset", preset, "-B", tree, *flags],
         cwd=_ROOT,
         capture_output=True,
         text=True,
@@ -39,3 +41,16 @@ def test_a_missing_package_is_named_with_the_command_that_installs_it(tmp_path: 
         "spdlog was not found. This command installs it on Debian: deploy/install-dependencies.sh"
         in message
     )
+
+
+def test_the_library_needs_no_grpc(tmp_path: Path) -> None:
+    result = _configure(
+        tmp_path,
+        *("gRPC", "Protobuf", "OpenSSL", "spdlog", "prometheus-cpp", "CycloneDDS", "PNG"),
+        *("SQLite3", "PkgConfig", "Boost", "GTest", "benchmark"),
+        preset="library",
+    )
+    assert result.returncode == 0, result.stderr
+    compiled = json.loads((tmp_path / "compile_commands.json").read_text())
+    folders = {Path(each["file"]).relative_to(_ROOT).parts[0] for each in compiled}
+    assert folders == {"clients", "envcore"}
