@@ -72,7 +72,7 @@ def test_the_server_starts(debian: DebianRoot) -> None:
     quickstart, server = _row("source")
     assert quickstart == "deploy/quickstart.sh"
     output = _run(debian, f"timeout --preserve-status --signal=INT 3 {server}")
-    assert "event=serving" in output
+    assert "event=listening" in output
 
 
 def test_the_debian_package_is_built_and_installed(debian: DebianRoot) -> None:
