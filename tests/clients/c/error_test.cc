@@ -105,6 +105,9 @@ TEST(ErrorTest, AProgramWithShorterStructsWorks) {
 }
 
 TEST(ErrorTest, AForkedChildCannotUseThePoolButMakesItsOwn) {
+#ifdef __SANITIZE_THREAD__
+  GTEST_SKIP() << "ThreadSanitizer starts no threads in a forked child";
+#endif
   COptions options("maze");
   options.num_threads = 2;
   const CPool pool = Made(options);
