@@ -380,6 +380,7 @@ def train(
         return TrainingRun(options, Ppo(options, ranks, environments), ranks).train()
     finally:
         environments.close()
+        ranks.close()
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

@@ -28,6 +28,11 @@ class Ranks:
             dist.init_process_group(backend)
             self._host_group = dist.new_group(backend="gloo")  # For data on the host.
 
+    def close(self) -> None:
+        """Leaves the process group: its threads must end before the interpreter does."""
+        if self.count > 1:
+            dist.destroy_process_group()
+
     def average(self, gradients: Sequence[torch.Tensor]) -> None:
         """Replaces gradients by their means over all ranks."""
         if self.count == 1:
