@@ -1,4 +1,4 @@
-// libprocgen: Procgen environments behind a C ABI, in the calling process or on a server.
+// libprocgen: Procgen environments in the calling process, behind a C ABI.
 //
 //   ProcgenPoolOptions options;
 //   procgen_pool_options_init(&options, sizeof(options));
@@ -43,18 +43,14 @@ typedef struct ProcgenPool ProcgenPool;
 // gRPC's canonical codes. Never renumber them.
 typedef enum ProcgenCode {
   PROCGEN_OK = 0,
-  PROCGEN_CANCELLED = 1,            // procgen_pool_cancel
   PROCGEN_INVALID_ARGUMENT = 3,     // a value out of range
   PROCGEN_DEADLINE_EXCEEDED = 4,    // procgen_receive: not done yet
   PROCGEN_NOT_FOUND = 5,            // no such game, no such folder of art
   PROCGEN_RESOURCE_EXHAUSTED = 8,   // a named limit, or too little room
   PROCGEN_FAILED_PRECONDITION = 9,  // not in this state of the pool
   PROCGEN_ABORTED = 10,             // another thread uses the pool
-  PROCGEN_UNIMPLEMENTED = 12,       // not in this library
   PROCGEN_INTERNAL = 13,            // a bug of the library
-  PROCGEN_UNAVAILABLE = 14,         // no server
   PROCGEN_DATA_LOSS = 15,           // a snapshot is damaged or of another version
-  PROCGEN_UNAUTHENTICATED = 16,
 } ProcgenCode;
 
 typedef enum ProcgenDistributionMode {
