@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <cstring>
 #include <exception>
+#include <initializer_list>
 #include <memory>
 #include <optional>
 #include <random>
@@ -74,6 +75,37 @@ procgen::Status CheckNotNull(const void* pointer, absl::string_view name) {
                             : procgen::InvalidArgumentError(absl::StrCat(name, " is null"));
 }
 
+// An array of `count` elements, whose length a message names `count_name`.
+procgen::Status CheckArray(const void* array, absl::string_view name, int64_t count,
+                           absl::string_view count_name) {
+  if (count < 0) {
+    return procgen::InvalidArgumentError(absl::StrCat(count_name, " is ", count));
+  }
+  if (count > 0 && array == nullptr) {
+    return procgen::InvalidArgumentError(absl::StrCat(name, " is null, its length is ", count));
+  }
+  return procgen::OkStatus();
+}
+
+// A struct that begins with its size.
+template <typename Struct>
+procgen::Status CheckStruct(const Struct* given, absl::string_view name) {
+  if (given != nullptr && given->struct_size < sizeof(given->struct_size)) {
+    return procgen::InvalidArgumentError(absl::StrCat(name, ".struct_size is ", given->struct_size,
+                                                      ", must be the size of the struct"));
+  }
+  return CheckNotNull(given, name);
+}
+
+procgen::Status FirstError(std::initializer_list<procgen::Status> statuses) {
+  for (const procgen::Status& status : statuses) {
+    if (!status.ok()) {
+      return status;
+    }
+  }
+  return procgen::OkStatus();
+}
+
 int64_t DrawRandSeed() {
   std::random_device device;
   return std::uniform_int_distribution<int64_t>(0, INT32_MAX - 1)(device);
@@ -107,7 +139,7 @@ enum class Way { kSend, kWait };
 
 procgen::Status Request(procgen_client::Pool& pool, Way way, const procgen::StepInput& input,
                         const ProcgenBatch* given) {
-  if (procgen::Status status = CheckNotNull(given, "batch"); !status.ok()) {
+  if (procgen::Status status = CheckStruct(given, "batch"); !status.ok()) {
     return status;
   }
   const procgen::Batch batch =
@@ -118,10 +150,16 @@ procgen::Status Request(procgen_client::Pool& pool, Way way, const procgen::Step
 ProcgenCode Step(ProcgenPool* handle, Way way, const ProcgenStep* given,
                  const ProcgenBatch* batch) noexcept {
   return GuardPool(handle, [&](procgen_client::Pool& pool) -> procgen::Status {
-    if (procgen::Status status = CheckNotNull(given, "step"); !status.ok()) {
+    if (procgen::Status status = CheckStruct(given, "step"); !status.ok()) {
       return status;
     }
     const ProcgenStep step = Complete(*given);
+    if (procgen::Status status = FirstError(
+            {CheckArray(step.next_levels, "next_levels", step.next_level_count, "next_level_count"),
+             CheckArray(step.resets, "resets", step.reset_count, "reset_count")});
+        !status.ok()) {
+      return status;
+    }
     const std::vector<procgen::NextLevel> next_levels =
         procgen_client::NextLevelsOf(step.next_levels, step.next_level_count);
     const std::vector<procgen::Reset> resets = ResetsOf(step.resets, step.reset_count);
@@ -133,6 +171,10 @@ ProcgenCode Reset(ProcgenPool* handle, Way way, int32_t first_env, int32_t env_c
                   const ProcgenReset* given, int32_t reset_count,
                   const ProcgenBatch* batch) noexcept {
   return GuardPool(handle, [&](procgen_client::Pool& pool) -> procgen::Status {
+    if (procgen::Status status = CheckArray(given, "resets", reset_count, "reset_count");
+        !status.ok()) {
+      return status;
+    }
     const std::vector<procgen::Reset> resets = ResetsOf(given, reset_count);
     if (resets.empty()) {
       return procgen::InvalidArgumentError("resets is empty, must name at least one environment");
@@ -169,11 +211,10 @@ void procgen_pool_options_init(ProcgenPoolOptions* options, size_t struct_size) 
 
 ProcgenCode procgen_pool_create(const ProcgenPoolOptions* options, ProcgenPool** pool) {
   return Guard([&]() -> procgen::Status {
-    for (const procgen::Status& status :
-         {CheckNotNull(options, "options"), CheckNotNull(pool, "pool")}) {
-      if (!status.ok()) {
-        return status;
-      }
+    if (procgen::Status status =
+            FirstError({CheckStruct(options, "options"), CheckNotNull(pool, "pool")});
+        !status.ok()) {
+      return status;
     }
     return Create(*options, pool);
   });
@@ -188,7 +229,7 @@ void procgen_pool_destroy(ProcgenPool* pool) {
 
 ProcgenCode procgen_pool_info(const ProcgenPool* pool, ProcgenPoolInfo* info) {
   return GuardPool(pool, [&](const procgen_client::Pool& of) {
-    if (procgen::Status status = CheckNotNull(info, "info"); !status.ok()) {
+    if (procgen::Status status = CheckStruct(info, "info"); !status.ok()) {
       return status;
     }
     procgen_client::Fill(of.options(), of.thread_count(), info);
@@ -239,7 +280,7 @@ int32_t procgen_unanswered_count(const ProcgenPool* pool) {
 
 ProcgenCode procgen_set_level_sampler(ProcgenPool* pool, const ProcgenLevelSampler* sampler) {
   return GuardPool(pool, [&](procgen_client::Pool& of) {
-    if (procgen::Status status = CheckNotNull(sampler, "sampler"); !status.ok()) {
+    if (procgen::Status status = CheckStruct(sampler, "sampler"); !status.ok()) {
       return status;
     }
     auto level_sampler = procgen_client::LevelSamplerOf(*sampler);
@@ -251,6 +292,13 @@ ProcgenCode procgen_set_level_sampler(ProcgenPool* pool, const ProcgenLevelSampl
 ProcgenCode procgen_save_states(ProcgenPool* pool, const int32_t* environments, int32_t count,
                                 uint8_t* data, size_t capacity, size_t* offsets) {
   return GuardPool(pool, [&](procgen_client::Pool& of) {
+    if (procgen::Status status =
+            FirstError({CheckArray(environments, "environments", count, "count"),
+                        CheckArray(data, "data", static_cast<int64_t>(capacity), "capacity"),
+                        CheckNotNull(offsets, "offsets")});
+        !status.ok()) {
+      return status;
+    }
     const auto states = of.SaveStates(procgen_client::SpanOf(environments, count));
     if (!states.ok()) {
       return states.status();
@@ -273,9 +321,20 @@ ProcgenCode procgen_save_states(ProcgenPool* pool, const int32_t* environments, 
 ProcgenCode procgen_restore_states(ProcgenPool* pool, const int32_t* environments, int32_t count,
                                    const uint8_t* data, const size_t* offsets) {
   return GuardPool(pool, [&](procgen_client::Pool& of) {
+    if (procgen::Status status =
+            FirstError({CheckArray(environments, "environments", count, "count"),
+                        CheckNotNull(data, "data"), CheckNotNull(offsets, "offsets")});
+        !status.ok()) {
+      return status;
+    }
     std::vector<procgen::StateToRestore> states;
     const absl::Span<const int32_t> targets = procgen_client::SpanOf(environments, count);
     for (size_t i = 0; i < targets.size(); ++i) {
+      if (offsets[i] > offsets[i + 1]) {
+        return procgen::InvalidArgumentError(
+            absl::StrCat("offsets[", i + 1, "] is ", offsets[i + 1], ", less than the one before, ",
+                         offsets[i]));
+      }
       const auto* const begin = reinterpret_cast<const char*>(data) + offsets[i];
       states.push_back({.environment = targets[i],
                         .snapshot = absl::string_view(begin, offsets[i + 1] - offsets[i])});
@@ -287,6 +346,11 @@ ProcgenCode procgen_restore_states(ProcgenPool* pool, const int32_t* environment
 ProcgenCode procgen_clone_states(ProcgenPool* pool, const int32_t* sources, const int32_t* targets,
                                  int32_t count) {
   return GuardPool(pool, [&](procgen_client::Pool& of) {
+    if (procgen::Status status = FirstError({CheckArray(sources, "sources", count, "count"),
+                                             CheckArray(targets, "targets", count, "count")});
+        !status.ok()) {
+      return status;
+    }
     std::vector<procgen::StateToClone> pairs;
     for (int32_t i = 0; i < count; ++i) {
       pairs.push_back({.source_environment = sources[i], .target_environment = targets[i]});

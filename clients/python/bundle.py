@@ -48,7 +48,7 @@ def build(checkout: pathlib.Path, package: pathlib.Path) -> None:
     tree = checkout / "build/release"
     module_name = f"_native{sysconfig.get_config_var('EXT_SUFFIX')}"
     _run("cmake", "--preset", "release", f"-DPROCGEN_SYSTEM_PYTHON={sys.executable}", cwd=checkout)
-    _run("cmake", "--build", tree, "--target", *PROGRAMS, "procgen_python_native", cwd=checkout)
+    _run("cmake", "--build", tree, "--target", *PROGRAMS, "procgen-python-client", cwd=checkout)
 
     libraries = package / "libs"
     programs = package / "bin"

@@ -64,6 +64,52 @@ TEST(ErrorTest, NullPointersAreErrors) {
   procgen_pool_destroy(nullptr);
 }
 
+TEST(ErrorTest, ArraysThatAreMissingOrOfNegativeLengthAreErrors) {
+  const CPool pool = Made(COptions("maze"));
+  BatchBuffers buffers(4);
+  ProcgenBatch batch = BatchIn(buffers);
+  const std::vector<int32_t> actions(4, 4);
+  ProcgenStep step = StepOf(actions);
+  const auto error = [&](ProcgenCode code) {
+    EXPECT_EQ(code, PROCGEN_INVALID_ARGUMENT);
+    return std::string(procgen_error_message());
+  };
+  step.reset_count = -1;
+  EXPECT_EQ(error(procgen_step(pool.get(), &step, &batch)), "reset_count is -1");
+  step.reset_count = 0;
+  step.next_level_count = 2;
+  EXPECT_EQ(error(procgen_step(pool.get(), &step, &batch)), "next_levels is null, its length is 2");
+  step = StepOf(actions);
+  step.struct_size = 0;
+  EXPECT_EQ(error(procgen_step(pool.get(), &step, &batch)),
+            "step.struct_size is 0, must be the size of the struct");
+  step = StepOf(actions);
+  batch.struct_size = 0;
+  EXPECT_EQ(error(procgen_step(pool.get(), &step, &batch)),
+            "batch.struct_size is 0, must be the size of the struct");
+  EXPECT_EQ(error(procgen_reset(pool.get(), 0, 4, nullptr, 1, &batch)),
+            "resets is null, its length is 1");
+  const int32_t environment = 0;
+  size_t offsets[2] = {};
+  EXPECT_EQ(error(procgen_save_states(pool.get(), &environment, -1, nullptr, 0, offsets)),
+            "count is -1");
+  EXPECT_EQ(error(procgen_save_states(pool.get(), &environment, 1, nullptr, 0, nullptr)),
+            "offsets is null");
+  EXPECT_EQ(error(procgen_save_states(pool.get(), &environment, 1, nullptr, 100, offsets)),
+            "data is null, its length is 100");
+  EXPECT_EQ(error(procgen_restore_states(pool.get(), &environment, 1, nullptr, offsets)),
+            "data is null");
+  const uint8_t byte = 0;
+  offsets[0] = 8;
+  EXPECT_EQ(error(procgen_restore_states(pool.get(), &environment, 1, &byte, offsets)),
+            "offsets[1] is 0, less than the one before, 8");
+  EXPECT_EQ(error(procgen_clone_states(pool.get(), nullptr, &environment, 1)),
+            "sources is null, its length is 1");
+  ProcgenPoolInfo info = {};
+  EXPECT_EQ(error(procgen_pool_info(pool.get(), &info)),
+            "info.struct_size is 0, must be the size of the struct");
+}
+
 TEST(ErrorTest, AWrongActionOrSliceStepsNothing) {
   const CPool pool = Made(COptions("maze"));
   BatchBuffers buffers(4);

@@ -101,7 +101,7 @@ for each in caught:
     assert run.returncode == 0, run.stderr
     (line,) = run.stdout.splitlines()
     assert line.startswith("RuntimeWarning <string> 7 the server is on this machine")
-    assert "--target procgen_python_native" in line
+    assert "--target procgen-python-client" in line
 
 
 @native_only

@@ -56,7 +56,7 @@ def _warn_of_missing_module() -> None:
     warn_caller(
         "the server is on this machine, but steps go through a socket, several times slower than "
         "through shared memory: the module procgen_client._native is not installed. Build it "
-        "(cmake --build build/release --target procgen_python_native), or install the wheel "
+        "(cmake --build build/release --target procgen-python-client), or install the wheel "
         f"(clients/python/build_wheel.sh). {TRANSPORT_VARIABLE}=grpcio turns this warning off",
         RuntimeWarning,
     )
