@@ -29,6 +29,8 @@ SharedArt::SharedArt(std::shared_ptr<const ArtPack> pack) : pack_(std::move(pack
 
 SharedArt::~SharedArt() = default;
 
+uint64_t SharedArt::fingerprint() const { return pack_->fingerprint(); }
+
 std::shared_ptr<const GameArt> SharedArt::Of(const GameSpec& game, const GameArtSpec& spec) const {
   const std::lock_guard lock(mutex_);
   std::shared_ptr<const GameArt>& found = arts_[std::string(game.name)];

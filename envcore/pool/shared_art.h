@@ -1,6 +1,7 @@
 #ifndef ENVCORE_POOL_SHARED_ART_H_
 #define ENVCORE_POOL_SHARED_ART_H_
 
+#include <cstdint>
 #include <map>
 #include <memory>
 #include <mutex>
@@ -37,6 +38,9 @@ class SharedArt {
   ~SharedArt();
   SharedArt(const SharedArt&) = delete;
   SharedArt& operator=(const SharedArt&) = delete;
+
+  // As ArtPack::fingerprint.
+  uint64_t fingerprint() const;
 
   // The art of one game, resolved on first use. `spec`: the game's art spec.
   std::shared_ptr<const GameArt> Of(const GameSpec& game, const GameArtSpec& spec) const;

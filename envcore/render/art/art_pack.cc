@@ -32,6 +32,30 @@ Levels LevelsOf(ArtLayout layout) {
   return layout == ArtLayout::kOwn ? Levels::kAll : Levels::kOne;
 }
 
+// 64-bit FNV-1a.
+class Hash {
+ public:
+  void Add(absl::string_view bytes) {
+    for (const char byte : bytes) {
+      value_ = (value_ ^ static_cast<uint8_t>(byte)) * 1099511628211U;
+    }
+  }
+  uint64_t value() const { return value_; }
+
+ private:
+  uint64_t value_ = 14695981039346656037U;
+};
+
+uint64_t HashOf(ArtLayout layout, const std::vector<ArtFile>& files) {
+  Hash hash;
+  hash.Add(layout == ArtLayout::kOwn ? "own" : "upstream");
+  for (const ArtFile& file : files) {
+    hash.Add(absl::StrCat(file.name, " ", file.png.size(), "\n"));
+    hash.Add(file.png);
+  }
+  return hash.value();
+}
+
 std::string OwnName(absl::string_view game, const ArtSlot& slot) {
   return absl::StrCat(game, "/", slot.name, "_", slot.theme);
 }
@@ -48,7 +72,7 @@ struct ArtPack::Entry {
 
 ArtPack::ArtPack(ArtLayout layout, const std::vector<ArtFile>& files,
                  std::shared_ptr<const void> bytes)
-    : layout_(layout), bytes_(std::move(bytes)) {
+    : layout_(layout), fingerprint_(HashOf(layout, files)), bytes_(std::move(bytes)) {
   for (const ArtFile& file : files) {
     entries_.emplace(file.name, std::make_unique<Entry>(file.png));
   }

@@ -1,6 +1,7 @@
 #ifndef ENVCORE_RENDER_ART_ART_PACK_H_
 #define ENVCORE_RENDER_ART_ART_PACK_H_
 
+#include <cstdint>
 #include <memory>
 #include <string>
 #include <unordered_map>
@@ -39,6 +40,8 @@ class ArtPack {
   static std::shared_ptr<const ArtPack> Embedded();
 
   ArtLayout layout() const { return layout_; }
+  // Hash of the names and contents of the files: packs with equal hashes draw equal images.
+  uint64_t fingerprint() const { return fingerprint_; }
 
   // Returns the image of a slot of `game` ("shared" for the slots that all games share), or of a
   // background. Null: the pack has no such file, or the file is not a valid PNG. The image lives as
@@ -52,6 +55,7 @@ class ArtPack {
   const Entry* Find(const std::string& name) const;
 
   ArtLayout layout_;
+  uint64_t fingerprint_;
   std::shared_ptr<const void> bytes_;
   std::unordered_map<std::string, std::unique_ptr<Entry>> entries_;
 };

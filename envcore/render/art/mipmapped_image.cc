@@ -69,6 +69,10 @@ std::shared_ptr<const ScaledImage> MipmappedImage::KeptAt(const ScaledSize& size
                                    : nullptr;
 }
 
+Image MipmappedImage::PartAt(const ScaledSize& size, const PixelBox& part) const {
+  return ScaledPart(LevelFor(size.width, size.height), size, part);
+}
+
 MipmappedImage MipmappedImage::Mirrored() const {
   MipmappedImage mirrored;
   mirrored.opaque_ = opaque_;

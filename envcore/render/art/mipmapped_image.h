@@ -42,6 +42,9 @@ class MipmappedImage {
   std::shared_ptr<const ScaledImage> ScaledTo(const ScaledSize& size) const;
   // Like ScaledTo, but returns null if the copy would not be kept because the cache is full.
   std::shared_ptr<const ScaledImage> KeptAt(const ScaledSize& size) const;
+  // Returns the pixels `part` of ScaledTo(size), for images that KeptAt does not return.
+  // REQUIRES: as ScaledTo; size.angle is 0; `part` is inside the scaled image and not empty.
+  Image PartAt(const ScaledSize& size, const PixelBox& part) const;
 
   // Copies of the columns of level 0; null if there are other levels. REQUIRES: !empty().
   const ColumnCopies* column_copies() const { return column_copies_.get(); }

@@ -115,9 +115,14 @@ void DrawNearestBackdrop(const MipmappedImage& picture, const ScreenRect& rect,
     const ScaledSize size = {.width = MostPixels(rect.width, box.width()),
                              .height = MostPixels(rect.height, box.height())};
     if (const std::shared_ptr<const ScaledImage> scaled = picture.KeptAt(size)) {
-      DrawScaledBackdrop(*scaled, box, pixels, frame);
-      return;
+      DrawScaledBackdrop(scaled->image, box, pixels, frame);
+    } else {
+      const PixelBox seen = frame.Cut(box);
+      DrawScaledBackdrop(picture.PartAt(size, {seen.left - box.left, seen.top - box.top,
+                                               seen.right - box.left, seen.bottom - box.top}),
+                         seen, pixels, frame);
     }
+    return;
   }
   // The view shows only a small part of a large background. A smaller level fits the caches better.
   const double share = picture.scales() ? kLargeBackdropShare : 1;

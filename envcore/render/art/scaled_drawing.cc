@@ -174,11 +174,10 @@ void DrawScaled(const ScaledImage& picture, int left, int top, uint32_t opacity,
              [count, opacity](const Rgba* from, Rgba* to) { LayPixels(from, count, opacity, to); });
 }
 
-void DrawScaledBackdrop(const ScaledImage& picture, const PixelBox& box, BackdropPixels* pixels,
+void DrawScaledBackdrop(const Image& image, const PixelBox& box, BackdropPixels* pixels,
                         const Frame& frame) {
   ForEachRunToDraw(frame.Cut(box), pixels, [&](int row, int first, int end) {
-    CopyPixels(picture.image.Row(row - box.top) + (first - box.left), end - first,
-               frame.At(first, row));
+    CopyPixels(image.Row(row - box.top) + (first - box.left), end - first, frame.At(first, row));
   });
 }
 

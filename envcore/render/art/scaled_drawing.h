@@ -16,7 +16,7 @@ void DrawScaled(const ScaledImage& picture, int left, int top, uint32_t opacity,
 // Copies the top left part of a scaled image into the pixels of `box`. `pixels`: the pixels to
 // skip, updated with those done; null: draws all pixels. REQUIRES: the image is at least as large
 // as `box`.
-void DrawScaledBackdrop(const ScaledImage& picture, const PixelBox& box, BackdropPixels* pixels,
+void DrawScaledBackdrop(const Image& image, const PixelBox& box, BackdropPixels* pixels,
                         const Frame& frame);
 
 }  // namespace procgen

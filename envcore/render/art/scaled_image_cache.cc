@@ -68,10 +68,11 @@ class Mean {
   double share_;
 };
 
-std::vector<Share> SharesOf(int source_size, int size) {
+// Of the places [first, end).
+std::vector<Share> SharesOf(int first, int end, int source_size, int size) {
   std::vector<Share> shares;
-  shares.reserve(static_cast<size_t>(size));
-  for (int place = 0; place < size; ++place) {
+  shares.reserve(static_cast<size_t>(end - first));
+  for (int place = first; place < end; ++place) {
     shares.push_back(ShareOf(place, source_size, size));
   }
   return shares;
@@ -87,30 +88,6 @@ void ForEachPart(const Share& share, int size, Add add) {
   if (share.end - share.first > 1) {
     add(share.end - 1, share.last_weight);
   }
-}
-
-Image ScaledUpright(const Image& source, int width, int height) {
-  Image image(width, height);
-  const std::vector<Share> shares = SharesOf(source.width(), width);
-  const Mean mean(static_cast<uint64_t>(source.width()) * static_cast<uint64_t>(source.height()));
-  std::vector<Sums> columns(static_cast<size_t>(source.width()));
-  for (int y = 0; y < height; ++y) {
-    std::fill(columns.begin(), columns.end(), Sums());
-    ForEachPart(ShareOf(y, source.height(), height), height, [&](int row, int64_t weight) {
-      const Rgba* pixels = source.Row(row);
-      for (size_t x = 0; x < columns.size(); ++x) {
-        columns[x].Add(pixels[x], static_cast<uint64_t>(weight));
-      }
-    });
-    for (int x = 0; x < width; ++x) {
-      Sums sums;
-      ForEachPart(shares[static_cast<size_t>(x)], width, [&](int column, int64_t weight) {
-        sums.Add(columns[static_cast<size_t>(column)], static_cast<uint64_t>(weight));
-      });
-      image.At(x, y) = mean.Of(sums);
-    }
-  }
-  return image;
 }
 
 int64_t BytesOf(int width, int height) {
@@ -153,8 +130,35 @@ Image ScaledRotated(const Image& source, const ScaledSize& size) {
 }  // namespace
 
 Image Scaled(const Image& source, const ScaledSize& size) {
-  return size.angle == 0 ? ScaledUpright(source, size.width, size.height)
+  return size.angle == 0 ? ScaledPart(source, size, {0, 0, size.width, size.height})
                          : ScaledRotated(source, size);
+}
+
+Image ScaledPart(const Image& source, const ScaledSize& size, const PixelBox& part) {
+  Image image(part.width(), part.height());
+  const std::vector<Share> shares = SharesOf(part.left, part.right, source.width(), size.width);
+  const int first_column = shares.front().first;
+  const Mean mean(static_cast<uint64_t>(source.width()) * static_cast<uint64_t>(source.height()));
+  std::vector<Sums> columns(static_cast<size_t>(shares.back().end - first_column));
+  for (int y = 0; y < part.height(); ++y) {
+    std::fill(columns.begin(), columns.end(), Sums());
+    ForEachPart(ShareOf(part.top + y, source.height(), size.height), size.height,
+                [&](int row, int64_t weight) {
+                  const Rgba* pixels = source.Row(row) + first_column;
+                  for (size_t x = 0; x < columns.size(); ++x) {
+                    columns[x].Add(pixels[x], static_cast<uint64_t>(weight));
+                  }
+                });
+    for (int x = 0; x < part.width(); ++x) {
+      Sums sums;
+      ForEachPart(shares[static_cast<size_t>(x)], size.width, [&](int column, int64_t weight) {
+        sums.Add(columns[static_cast<size_t>(column - first_column)],
+                 static_cast<uint64_t>(weight));
+      });
+      image.At(x, y) = mean.Of(sums);
+    }
+  }
+  return image;
 }
 
 ScaledImageCache::~ScaledImageCache() {

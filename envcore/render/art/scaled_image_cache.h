@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <memory>
 
+#include "envcore/render/output/frame.h"
 #include "envcore/render/raster/image.h"
 
 namespace procgen {
@@ -38,11 +39,14 @@ inline std::shared_ptr<const ScaledImage> Unowned(const ScaledImage& picture) {
 // rotated image is large enough for its corners. REQUIRES: width, height > 0; the source is not
 // empty.
 Image Scaled(const Image& source, const ScaledSize& size);
+// Returns the pixels `part` of Scaled(source, size). REQUIRES: as Scaled; size.angle is 0; `part`
+// is inside the scaled image and not empty.
+Image ScaledPart(const Image& source, const ScaledSize& size, const PixelBox& part);
 
 // The scaled and rotated copies of one image. Each is made once and kept, up to kKeptBytesMax:
 // enough for some dozens of sizes of a sprite at all angles, and for a background in the worlds of
-// all games. Copies beyond that, which only pools of many observation sizes need, are made for each
-// use.
+// most games. Copies beyond that are made for each use: what is drawn never depends on what is
+// kept.
 // Threads: thread-safe; Find takes no lock.
 class ScaledImageCache {
  public:

@@ -90,7 +90,7 @@ void DrawNeedleAntialiased(const Needle& needle, double width, const Rgba& plain
                            const Frame& frame) {
   const double dx = needle.end.x - needle.start.x;
   const double dy = needle.end.y - needle.start.y;
-  const double length = std::hypot(dx, dy);
+  const double length = std::sqrt(dx * dx + dy * dy);
   const double along_x = length > 0 ? dx / length : 1;
   const double along_y = length > 0 ? dy / length : 0;
   const ScreenRect bounds = {std::min(needle.start.x, needle.end.x) - width,

@@ -202,6 +202,35 @@ abb...
   EXPECT_NE(picture.KeptAt({.width = 4, .height = 4}), nullptr);
 }
 
+// A server draws many sizes; what it kept before changes no pixel.
+TEST(NearestSamplingTest, BackdropsAreTheSameWithAFullCache) {
+  std::mt19937 random(7);
+  Image image(300, 200);
+  for (int y = 0; y < image.height(); ++y) {
+    for (int x = 0; x < image.width(); ++x) {
+      image.At(x, y) = {static_cast<uint8_t>(random()), static_cast<uint8_t>(random()), 9, 255};
+    }
+  }
+  const MipmappedImage fresh(image, Levels::kAll);
+  const MipmappedImage full(image, Levels::kAll);
+  for (int width = 1000; full.KeptAt({.width = width, .height = 1}) != nullptr; ++width) {
+  }
+  for (const ScreenRect& rect : std::vector<ScreenRect>{{-100.5, -60.25, 250.5, 190.75},
+                                                        {3.4, 5.2, 20, 30},
+                                                        {-7, -7, 640, 640},
+                                                        {0, 0, 64, 64},
+                                                        {60.6, 60.6, 100, 100}}) {
+    BackdropPixels hidden;
+    hidden.hidden.Add(40, BitRange(20, 50));
+    BackdropPixels hidden_too = hidden;
+    std::vector<Rgba> pixels(64 * 64);
+    std::vector<Rgba> expected(64 * 64);
+    DrawNearestBackdrop(full, rect, BackdropMotion::kAny, &hidden, {pixels.data(), 64});
+    DrawNearestBackdrop(fresh, rect, BackdropMotion::kAny, &hidden_too, {expected.data(), 64});
+    EXPECT_EQ(pixels, expected) << rect.x << ", " << rect.y;
+  }
+}
+
 TEST(NearestSamplingTest, BackdropsMarkPixelsDone) {
   const MipmappedImage exact = Abcd();
   const MipmappedImage scales(ImageOf({"ab", "cd"}), Levels::kAll);
