@@ -16,7 +16,6 @@ packages=(
   libabsl-dev             # status, strings, containers, synchronisation
   libspdlog-dev           # log lines
   libzstd-dev             # compresses observations
-  libsqlite3-dev          # journals of a fleet's pools
   prometheus-cpp-dev      # metrics
   cyclonedds-dev          # discovery in a cluster
   cyclonedds-tools        # compiles its message types
@@ -26,11 +25,8 @@ packages=(
   librsvg2-bin            # rasterises the art while building
   nlohmann-json3-dev      # recordings and messages of the web pages
   zlib1g-dev              # compresses them
-  pybind11-dev            # the C++ client as a module of Python
   python3                 # the Python client, the quickstart, some tests
-  python3-dev             # headers of that module
-  python3-grpcio          # the Python client's transport
-  python3-protobuf        # its messages
+  python3-protobuf        # its messages to servers
   python3-numpy           # its arrays
   python3-pil             # draws the quickstart's image
   dpkg-dev                # finds dependencies of the Debian packages
@@ -38,8 +34,9 @@ packages=(
   fonts-dejavu-core       # font of the quickstart's image
 )
 
-# Further packages for the tests: the other clients, a browser, checking tools.
+# Further packages for the tests: a browser, checking tools.
 test_packages=(
+  python3-grpcio          # servers of tests, procgen-dm-env-rpc
   git                     # lists the files of the tidy test
   clang-format            # checks their format
   libgtest-dev            # tests
@@ -51,14 +48,8 @@ test_packages=(
   python3-websockets      # stands in for the web pages in tests
   mypy                    # checks its types
   ffmpeg                  # its videos
-  nodejs                  # the Node.js client and its tests; npm fetches the rest
+  nodejs                  # runs the tests of the web pages; npm fetches the rest
   chromium                # browser for tests of the web pages
-  golang-go               # the Go client and its tests
-  protoc-gen-go           # its messages
-  protoc-gen-go-grpc      # its service stubs
-  golang-google-grpc-dev  # its transport
-  golang-google-protobuf-dev  # its messages' library
-  golang-github-klauspost-compress-dev  # decompresses its observations
   python3-yaml            # the tests of deploy/ read manifests
   kubernetes-client       # renders the Kubernetes manifests
   iproute2                # private networks for tests
@@ -80,6 +71,30 @@ wheel_packages=(
   patchelf                # bundles libraries into it
 )
 test_packages+=("${wheel_packages[@]}")
+
+# What libprocgen and a wheel without the library for servers need: those that --library installs instead of all above.
+library_packages=(
+  g++                     # the compiler
+  cmake                   # the build
+  ninja-build             # build tool
+  libabsl-dev             # strings
+  nlohmann-json3-dev      # the catalog
+  libstb-dev              # reads art
+  zlib1g-dev              # decompresses it
+  librsvg2-bin            # rasterises the art while building
+  protobuf-compiler       # generates the Python client's messages
+  libprotobuf-dev         # the protos that these import
+  python3                 # builds the wheel
+  python3-protobuf        # bundled
+  "${wheel_packages[@]}"
+)
+
+# What a cross build for 64-bit ARM needs beside these.
+aarch64_packages=(
+  crossbuild-essential-arm64
+  libabsl-dev:arm64
+  zlib1g-dev:arm64
+)
 
 # npm is part of some packages of nodejs, which conflict with Debian's npm.
 command -v npm >/dev/null || test_packages+=(npm)
@@ -109,12 +124,14 @@ slow_packages=(
 
 usage() {
   cat <<TEXT
-Usage: deploy/install-dependencies.sh [--tests] [--clang] [--plot] [--slow] [--list] [--help]
+Usage: deploy/install-dependencies.sh [--library] [--aarch64] [--tests] [--clang] [--plot] [--slow] [--list] [--help]
 
 Installs, with apt, the missing packages for building Procgen Server and its Python client. If none is missing, apt is
 not called. Otherwise needs root or sudo.
 
-  --tests  also packages for the tests, including the Node.js and Go clients
+  --library  only packages for libprocgen and the Python wheel, without the server; before other options
+  --aarch64  also packages for the preset library-aarch64
+  --tests  also packages for the tests
   --learners  and what clients/python/learners needs, PyTorch above all (with the tests' packages, too)
   --wheel  also packages that build the Python wheel (with the tests' packages, too)
   --clang  also packages for the presets lint and fuzz
@@ -126,8 +143,11 @@ TEXT
 }
 
 list=no
+foreign=  # architecture
 while [[ $# -gt 0 ]]; do
   case "$1" in
+    --library) packages=("${library_packages[@]}"); shift ;;
+    --aarch64) packages+=("${aarch64_packages[@]}"); foreign=arm64; shift ;;
     --tests) packages+=("${test_packages[@]}"); shift ;;
     --learners) packages+=("${learner_packages[@]}"); shift ;;
     --wheel) packages+=("${wheel_packages[@]}"); shift ;;
@@ -158,14 +178,17 @@ fi
 # Programs that are often installed from other packages, which conflict with Debian's.
 declare -A program_of=([kubernetes-client]=kubectl [nodejs]=node)
 
+native=$(dpkg --print-architecture)
 missing=()
 for package in "${packages[@]}"; do
   program=${program_of[$package]:-}
   if [[ -n $program ]] && command -v "$program" >/dev/null; then
     continue
   fi
-  state=$(dpkg-query --show --showformat='${db:Status-Status}' "$package" 2>/dev/null || true)
-  [[ $state == installed ]] || missing+=("$package")
+  architecture=$native
+  [[ $package == *:* ]] && architecture=${package##*:}
+  dpkg-query --show --showformat='${Architecture} ${db:Status-Status}\n' "$package" 2>/dev/null |
+    grep -qxE "(all|$architecture) installed" || missing+=("$package")
 done
 if [[ ${#missing[@]} -eq 0 ]]; then
   exit 0
@@ -179,6 +202,9 @@ if [[ $(id -u) -ne 0 ]]; then
     exit 1
   fi
   as_root=(sudo)
+fi
+if [[ -n $foreign ]]; then
+  "${as_root[@]}" dpkg --add-architecture "$foreign"
 fi
 # The package lists may be outdated, or missing on a fresh machine.
 "${as_root[@]}" apt-get -o DPkg::Lock::Timeout=120 update --quiet

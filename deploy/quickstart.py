@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Demonstrates a server: steps each game, prints the rate, draws an image. See quickstart.sh."""
+"""Steps each game, in this process and on a server, and draws an image. See quickstart.sh."""
 
 from __future__ import annotations
 
@@ -12,14 +12,14 @@ import signal
 import subprocess
 import sys
 import time
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
 import mosaic
 import numpy as np
 
-from procgen_client import ACTION_COUNT, Client, ProcgenError, ServerProcess
-from procgen_client.errors import UnavailableError
+from procgen_client import ACTION_COUNT, Client, Pool, ProcgenError, ServerProcess, catalog
 from procgen_client.tools.server_process import BINARY_VARIABLE
 
 _PICTURES_OF_A_GAME = 6
@@ -31,7 +31,6 @@ _PICTURE_ACTIONS = 30
 _PICTURE_ACTION_STEPS = 5
 _PICTURE_ACTION_ODDS = np.array([1, 1, 1, 1, 1, 1, 1, 4, 4, 1, 1, 1, 1, 1, 1]) / 21
 _SECONDS_BETWEEN_REPORTS = 0.1
-_SECONDS_UNTIL_NODES_MEET = 30
 # Loopback, on a free port.
 _PAGES = "--web_address=127.0.0.1:0"
 # The program that keeps stepping with --keep, so that there is something to watch.
@@ -44,15 +43,8 @@ class Result:
 
     name: str
     description: str
-    step_count: int  # Environment steps.
-    seconds: float
-    transport: str  # "shared_memory" or "stream".
+    rates: list[float]  # Environment steps per second, in this process and on the server.
     frames: list[np.ndarray]  # uint8 [side, side, 3] each
-
-    @property
-    def steps_per_second(self) -> float:
-        """Environment steps per second."""
-        return self.step_count / self.seconds
 
 
 class Progress:
@@ -64,22 +56,22 @@ class Progress:
         self._games_done = 0
         self._terminal = sys.stdout.isatty()
 
-    def show(self, name: str, fraction: float, steps_per_second: float) -> None:
+    def show(self, name: str, fraction: float, rates: list[float]) -> None:
         """Shows a running game, after `fraction` of its time."""
         if self._terminal:
             filled = round(24 * min(1.0, fraction))
             bar = "█" * filled + "░" * (24 - filled)
-            self._write(f"\r\033[K{self._line(name, steps_per_second)}  {bar}")
+            self._write(f"\r\033[K{self._line(name, rates)}  {bar}")
 
-    def done(self, name: str, steps_per_second: float) -> None:
+    def done(self, name: str, rates: list[float]) -> None:
         """Shows a finished game."""
         start = "\r\033[K" if self._terminal else ""
-        self._write(f"{start}{self._line(name, steps_per_second)}\n")
+        self._write(f"{start}{self._line(name, rates)}\n")
         self._games_done += 1
 
-    def _line(self, name: str, steps_per_second: float) -> str:
+    def _line(self, name: str, rates: list[float]) -> str:
         count = f"[{self._games_done + 1:2}/{self._game_count}]"
-        return f"{count} {name:<12} {steps_per_second:>12,.0f} steps/s"
+        return f"{count} {name:<12}" + "".join(f" {rate:>11,.0f} steps/s" for rate in rates)
 
     def _write(self, text: str) -> None:
         sys.stdout.write(text)
@@ -89,120 +81,113 @@ class Progress:
 def run_game(
     client: Client, name: str, description: str, arguments: argparse.Namespace, progress: Progress
 ) -> Result:
-    """Steps one game with random actions, one half of the pool after the other.
+    """Steps one game with random actions, in this process and then on a server."""
+    rates: list[float] = []
+    for server in (None, client):
+        with Pool(name, arguments.environments, server=server, rand_seed=0) as pool:
+            rates.append(
+                step_halves(
+                    pool,
+                    arguments.seconds,
+                    lambda fraction, rate: progress.show(name, fraction, [*rates, rate]),
+                )
+            )
+    progress.done(name, rates)
+    return Result(name, description, rates, take_pictures(name))
 
-    Raises:
-        ProcgenError: One server, whose memory the client cannot share: a build without the native
-            module, or no space. A fleet server has no memory to share.
+
+def step_halves(
+    pool: Pool, duration: float, progress: Callable[[float, float], None]
+) -> float:
+    """Steps a pool, one half after the other, with random actions.
+
+    Args:
+        pool: The pool.
+        duration: In seconds.
+        progress: Called with the fraction of the duration, and the rate.
+
+    Returns:
+        Environment steps per second.
     """
     rng = np.random.default_rng(0)
-    transport = "stream" if arguments.nodes else "shared_memory"
-    with client.create_pool(
-        name, arguments.environments, transport=transport, rand_seed=0
-    ) as pool:
-        pool.observe()  # The first observations take longer: art is unpacked on first use.
-        middle = pool.env_count // 2
-        halves = ((0, middle), (middle, pool.env_count - middle))
-        # While the answer of one half is in flight, the server steps the other.
+    pool.observe()  # The first observations take longer: art is unpacked on first use.
+    middle = pool.env_count // 2
+    halves = ((0, middle), (middle, pool.env_count - middle))
+    # While the values of one half are awaited, the other is stepped.
+    for first, count in halves:
+        pool.send_observe(first_env=first, env_count=count)
+    begin = reported = time.perf_counter()
+    step_count = 0
+    while (now := time.perf_counter()) < begin + duration:
         for first, count in halves:
-            pool.send_observe(first_env=first, env_count=count)
-        begin = reported = time.perf_counter()
-        step_count = 0
-        while (now := time.perf_counter()) < begin + arguments.seconds:
-            for first, count in halves:
-                pool.receive()
-                actions = rng.integers(0, ACTION_COUNT, count)
-                pool.send_step(actions, first_env=first, env_count=count)
-                step_count += count
-            if now >= reported + _SECONDS_BETWEEN_REPORTS:
-                reported = now
-                elapsed = now - begin
-                progress.show(name, elapsed / arguments.seconds, step_count / elapsed)
-        for _ in halves:
             pool.receive()
-        seconds = time.perf_counter() - begin
-        frames = take_pictures(client, name)
-        result = Result(name, description, step_count, seconds, pool.transport, frames)
-    progress.done(name, result.steps_per_second)
-    return result
+            actions = rng.integers(0, ACTION_COUNT, count)
+            pool.send_step(actions, first_env=first, env_count=count)
+            step_count += count
+        if now >= reported + _SECONDS_BETWEEN_REPORTS:
+            reported = now
+            progress((now - begin) / duration, step_count / (now - begin))
+    for _ in halves:
+        pool.receive()
+    return step_count / (time.perf_counter() - begin)
 
 
-def take_pictures(client: Client, name: str) -> list[np.ndarray]:
-    """Steps a few environments, some easy, some hard, and returns images of them.
-
-    These are large and antialiased if the server can draw so, otherwise the observations.
-    """
+def take_pictures(name: str) -> list[np.ndarray]:
+    """Steps a few environments, some easy, some hard, and returns large images of them."""
     rng = np.random.default_rng(1)
     pictures: list[np.ndarray] = []
     for seed, mode in enumerate(_PICTURE_MODES):
         count = _PICTURES_OF_A_GAME // len(_PICTURE_MODES)
-        with client.create_pool(name, count, distribution_mode=mode, rand_seed=seed) as pool:
+        with Pool(name, count, distribution_mode=mode, rand_seed=seed) as pool:
             for _ in range(_PICTURE_ACTIONS):
                 actions = rng.choice(ACTION_COUNT, count, p=_PICTURE_ACTION_ODDS)
                 pool.step(actions, repeat_count=_PICTURE_ACTION_STEPS, observe=False)
-            if client.catalog().features.render:
-                pictures += pool.render(size_px=_PICTURE_SIZE_PX)
-            else:
-                pictures += list(pool.observe().observations)
+            pictures += pool.render(size_px=_PICTURE_SIZE_PX)
     return pictures
 
 
 def print_table(results: list[Result], env_count: int) -> None:
-    """Prints steps per second of each game."""
-    width = max(len("game"), *(len(result.name) for result in results))
-    rule = f"{'─' * width}  {'─' * 12}  {'─' * 15}"
-    print(f"\n{'game':<{width}}  {'steps/s':>12}  {'per environment':>15}\n{rule}")
+    """Prints the rate of each game in both places."""
+    width = max(len("steps/s"), *(len(result.name) for result in results))
+    rule = f"{'─' * width}  {'─' * 15}  {'─' * 15}"
+    print(f"\n{'steps/s':<{width}}  {'in this process':>15}  {'on the server':>15}\n{rule}")
     for result in results:
-        rate = result.steps_per_second
-        print(f"{result.name:<{width}}  {rate:>12,.0f}  {rate / env_count:>15,.0f}")
-    transport = {"shared_memory": "shared memory", "stream": "gRPC"}[results[0].transport]
+        print(f"{result.name:<{width}}" + "".join(f"  {rate:>15,.0f}" for rate in result.rates))
     print(
         f"{rule}\n{env_count} environments of each game in hard mode, with observations, from "
-        f"Python over {transport} on this machine\n"
+        "Python on this machine:\nin the process, and over gRPC on a server\n"
     )
 
 
 @dataclass
 class Servers:
-    """The started servers: one server, or a fleet server and its nodes."""
+    """The started servers."""
 
-    front: ServerProcess  # Learners connect to this one.
-    nodes: list[ServerProcess]
-    page: str  # URL of its web pages.
+    processes: list[ServerProcess]
+    pages: list[str]  # URL of each one's web pages.
+
+    @property
+    def addresses(self) -> str:
+        """All addresses, separated by commas: learners spread their pools over them."""
+        return ",".join(server.address for server in self.processes)
 
     def stop(self) -> None:
         """Stops all."""
-        for server in (self.front, *self.nodes):
+        for server in self.processes:
             server.stop()
 
 
 def start_servers(arguments: argparse.Namespace, log_path: Path) -> Servers:
     """Starts the servers for the arguments and waits until they are ready."""
-    if arguments.nodes == 0:
-        server = ServerProcess(arguments.binary, [_PAGES], log_path=log_path)
-        return Servers(server, [], page_address(log_path))
-    cluster = [f"--cluster=quickstart-{os.getpid()}", "--cluster_peers=127.0.0.1"]
+    logs = [log_path]
+    logs += [log_path.with_suffix(f".{i + 1}.log") for i in range(1, arguments.nodes)]
     with contextlib.ExitStack() as started:  # Stops them on errors.
-        nodes = [
-            started.enter_context(
-                ServerProcess(
-                    arguments.binary,
-                    [*cluster, f"--node_id=node-{number}"],
-                    log_path=log_path.with_suffix(f".node-{number}.log"),
-                )
-            )
-            for number in range(1, arguments.nodes + 1)
+        processes = [
+            started.enter_context(ServerProcess(arguments.binary, [_PAGES], log_path=log))
+            for log in logs
         ]
-        front = started.enter_context(
-            ServerProcess(
-                arguments.binary,
-                [*cluster, "--fleet", "--node_id=fleet", _PAGES],
-                log_path=log_path,
-            )
-        )
-        await_nodes(front.address, arguments.nodes)
         started.pop_all()
-    return Servers(front, nodes, page_address(log_path))
+    return Servers(processes, [page_address(log) for log in logs])
 
 
 def page_address(log_path: Path) -> str:
@@ -210,20 +195,6 @@ def page_address(log_path: Path) -> str:
     address = re.search(r" web=(\S+)", log_path.read_text())
     assert address is not None
     return address.group(1)
-
-
-def await_nodes(address: str, node_count: int) -> None:
-    """Waits until the fleet server has discovered its nodes."""
-    deadline = time.monotonic() + _SECONDS_UNTIL_NODES_MEET
-    with Client(address) as client:
-        while (known := len(client.list_nodes().nodes) - 1) < node_count:
-            if time.monotonic() > deadline:
-                raise UnavailableError(
-                    f"the fleet server has found {known} of {node_count} nodes within "
-                    f"{_SECONDS_UNTIL_NODES_MEET} s"
-                )
-            time.sleep(0.05)
-    print(f"== A fleet server at {address} and {node_count} nodes behind it")
 
 
 def start_learner(address: str) -> int:
@@ -241,34 +212,34 @@ def start_learner(address: str) -> int:
 def how_to_connect(servers: Servers, learner: int, log_path: Path) -> str:
     """Describes how to use, watch and stop servers that keep running."""
     package = shlex.quote(str(Path(__file__).resolve().parents[1] / "clients/python"))
-    address = servers.front.address
-    subject = "fleet server and its nodes keep" if servers.nodes else "server keeps"
-    process_ids = [server.process_id for server in (servers.front, *servers.nodes)]
-    process_ids.append(learner)
+    address = servers.addresses
+    subject = "servers keep" if len(servers.processes) > 1 else "server keeps"
+    process_ids = [server.process_id for server in servers.processes]
     text = f"""The {subject} running at {address} (log: {log_path}).
 
-See it:   {servers.page}    (watch, play, replay, browse levels)
+See it:   {" ".join(servers.pages)}    (watch, play, replay, browse levels)
 Connect:  PYTHONPATH={package} {shlex.quote(sys.executable)} -i -c \\
-            'import procgen_client; client = procgen_client.connect("{address}")'
-Stop:     kill {" ".join(map(str, process_ids))}
+            'from procgen_client import *; env = ProcgenVectorEnv("coinrun", server="{address}")'
+Stop:     kill {" ".join(map(str, [*process_ids, learner]))}
 """
-    if servers.nodes:
-        victim = servers.nodes[0].process_id
-        text += f"Test it:  kill -9 {victim}    (kills a node; learners see a pause)\n"
+    if len(process_ids) > 1:
+        text += f"Test it:  kill -9 {process_ids[-1]}    (kills a server; learners see a pause)\n"
     return text
 
 
 def demonstrate(address: str, arguments: argparse.Namespace) -> None:
     """Steps all games, prints the table and writes the image."""
+    games = catalog()["games"]
+    print(
+        f"== Stepping {arguments.environments} environments of each of {len(games)} games, "
+        f"{arguments.seconds:g} s each: in this process, and on {arguments.nodes} "
+        f"server{'s' if arguments.nodes > 1 else ''}"
+    )
+    progress = Progress(len(games))
     with Client(address) as client:
-        games = client.catalog().games
-        print(
-            f"== Stepping {arguments.environments} environments of each of {len(games)} games, "
-            f"{arguments.seconds} s each"
-        )
-        progress = Progress(len(games))
         results = [
-            run_game(client, game.name, game.description, arguments, progress) for game in games
+            run_game(client, game["name"], game["description"], arguments, progress)
+            for game in games
         ]
     print_table(results, arguments.environments)
     rows = [
@@ -283,12 +254,14 @@ def main() -> int:
     """Runs the program and returns its exit status."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--binary", help=f"the server (default: {BINARY_VARIABLE}, else PATH)")
-    parser.add_argument("--seconds", type=int, default=4, help="seconds of stepping per game")
+    parser.add_argument(
+        "--seconds", type=float, default=1, help="seconds of stepping per game and place"
+    )
     parser.add_argument("--environments", type=int, default=64, help="environments per game")
     parser.add_argument("--output", type=Path, default="quickstart.png", help="the image, a .png")
     parser.add_argument("--log", type=Path, default="server.log", help="log file of the server")
     parser.add_argument("--keep", action="store_true", help="leave the server running")
-    parser.add_argument("--nodes", type=int, default=0, help="nodes of a cluster; 0: one server")
+    parser.add_argument("--nodes", type=int, default=1, help="number of servers")
     arguments = parser.parse_args()
 
     # Signals raise exceptions, so that cleanup runs.
@@ -304,8 +277,8 @@ def main() -> int:
         return 1
     keep = False
     try:
-        print(f"== See it in a browser: {servers.page}", flush=True)
-        demonstrate(servers.front.address, arguments)
+        print(f"== See it in a browser: {' '.join(servers.pages)}", flush=True)
+        demonstrate(servers.addresses, arguments)
         keep = arguments.keep
     except KeyboardInterrupt:
         print("\nStopped.", file=sys.stderr)
@@ -317,7 +290,7 @@ def main() -> int:
         if not keep:
             servers.stop()
     if keep:
-        learner = start_learner(servers.front.address)
+        learner = start_learner(servers.addresses)
         print(how_to_connect(servers, learner, log_path))
     return 0
 

@@ -8,16 +8,16 @@ usage() {
   cat <<TEXT
 Usage: deploy/quickstart.sh [--keep] [--nodes N] [--seconds S] [--environments N] [--output FILE]
 
-Installs missing packages, builds the server and starts it on a free port of this machine. Steps
-environments of each game for some seconds with the Python client, prints steps per second, draws an
-image of the games and stops the server. Prints an address where a browser shows the running server.
-Runs from any directory, any number of times. Needs root or sudo only if packages are missing.
+Installs missing packages, builds everything and starts a server on a free port of this machine.
+Steps environments of each game from Python, in the process and on the server, prints steps per
+second, draws an image of the games and stops the server. Prints an address where a browser shows the
+running server. Runs from any directory, any number of times. Needs root or sudo only if packages are
+missing.
 
   --keep             leave the server running, with a pool that is stepped at watching speed, and print
                      its address for browsers, how to connect to it and how to stop it
-  --nodes N          a cluster of N servers and a fleet server that distributes pools over them,
-                     1 to 8 (default: one server, no cluster)
-  --seconds S        how long to step each game, 1 to 600 (default: 4)
+  --nodes N          N servers, over which the Python program spreads its pools, 1 to 8 (default: 1)
+  --seconds S        how long to step each game in each place, 1 to 600 (default: 1)
   --environments N   environments of each game, 2 to 4096 (default: 64)
   --output FILE      where to write the image, a .png file (default: ./quickstart.png)
   --help             print this and stop
@@ -39,7 +39,7 @@ require_integer() {
 
 keep=()
 nodes=()
-seconds=4
+seconds=1
 environments=64
 output=quickstart.png
 while [[ $# -gt 0 ]]; do
@@ -70,12 +70,12 @@ require_integer --environments "$environments" 2 4096
 # The system's Python has the packages; one that is earlier in PATH may not.
 python=
 for candidate in "${PYTHON:-}" /usr/bin/python3 python3; do
-  if [[ -n $candidate ]] && "$candidate" -c "import grpc, google.protobuf, numpy, PIL" 2>/dev/null; then
+  if [[ -n $candidate ]] && "$candidate" -c "import google.protobuf, numpy, PIL" 2>/dev/null; then
     python=$candidate
     break
   fi
 done
-[[ -n $python ]] || fail "found no Python with grpc, protobuf, numpy and PIL; set PYTHON=..."
+[[ -n $python ]] || fail "found no Python with protobuf, numpy and PIL; set PYTHON=..."
 
 echo "== Building the server and the Python client (some minutes the first time)"
 (

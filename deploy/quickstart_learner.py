@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Steps a pool at watching speed until the server stops.
+"""Steps a pool at watching speed until its servers stop.
 
 deploy/quickstart.sh --keep starts it.
 """
@@ -25,9 +25,9 @@ def main() -> None:
     rng = np.random.default_rng(0)
     actions = rng.integers(0, ACTION_COUNT, _ENVIRONMENTS)
     with (
-        Client(sys.argv[1], reconnect_timeout=0) as client,
+        Client(sys.argv[1], reconnect_timeout=5) as client,
         client.create_pool(
-            _GAMES, _ENVIRONMENTS, pool_id="watch-me", distribution_mode="easy", lease_duration=60
+            _GAMES, _ENVIRONMENTS, pool_id="watch-me", distribution_mode="easy"
         ) as pool,
     ):
         while True:
@@ -42,4 +42,4 @@ if __name__ == "__main__":
     try:
         main()
     except ProcgenError:
-        pass  # The server has stopped.
+        pass  # The servers have stopped.

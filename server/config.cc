@@ -8,13 +8,11 @@
 #include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
 #include "server/cluster/cluster.h"
-#include "server/fleet/fleet.h"
 #include "server/net/address.h"
 
 namespace procgen {
 namespace {
 
-constexpr int64_t kLeaseSecondsMax = int64_t{366} * 24 * 3600;
 constexpr int64_t kKeepaliveMsMax = 24 * 3600 * 1000;
 
 struct Range {
@@ -169,26 +167,11 @@ absl::Status CheckCluster(const Config& config) {
   if (!cluster.name.empty()) {
     return CheckClusterOptions(cluster);
   }
-  if (cluster.domain_id != 0 || !cluster.peers.empty() || !cluster.security.IsOff()) {
+  if (cluster.domain_id != 0 || !cluster.peers.empty()) {
     return absl::InvalidArgumentError(
         "--cluster is missing, which the other flags that begin with --cluster_ need");
   }
   return CheckNodeId(cluster.node_id);
-}
-
-absl::Status CheckFleet(const Config& config) {
-  const FleetCredentials& credentials = config.fleet.credentials;
-  const bool has_credentials = !credentials.ca.empty() || !credentials.certificate.empty() ||
-                               !credentials.key.empty() || !credentials.token.empty();
-  if (!config.is_fleet && (has_credentials || !config.state_dir.empty())) {
-    return absl::InvalidArgumentError(
-        "--fleet is missing, which --state_dir and the flags that begin with --fleet_ need");
-  }
-  if (config.is_fleet && config.cluster.name.empty()) {
-    return absl::InvalidArgumentError(
-        "--fleet is given without --cluster, whose nodes it spreads pools over");
-  }
-  return CheckFleetCredentials(credentials);
 }
 
 }  // namespace
@@ -203,53 +186,26 @@ absl::Status CheckConfig(const Config& config) {
   if (absl::Status status = CheckCluster(config); !status.ok()) {
     return status;
   }
-  if (absl::Status status = CheckFleet(config); !status.ok()) {
-    return status;
-  }
   const Limits& limits = config.server.limits;
   for (const Range& range :
        {Range{"workers", config.server.worker_count, 1, 1024},
-        Range{"pool_count_max", limits.pool_count_max, 1, 1 << 20},
-        Range{"pool_env_count_max", limits.pool_env_count_max, 1, 1 << 20},
         Range{"env_count_max", limits.env_count_max, 1, 1 << 20},
-        Range{"observation_bytes_max", limits.observation_bytes_max, kMessageBytesMin,
-              int64_t{1} << 40},
         Range{"request_bytes_max", limits.request_bytes_max, kMessageBytesMin, INT32_MAX},
         Range{"response_bytes_max", limits.response_bytes_max, kMessageBytesMin, INT32_MAX},
-        Range{"requests_in_flight_max", limits.requests_in_flight_max, 1, 1024},
-        Range{"resume_buffer_bytes_max", limits.resume_buffer_bytes_max, 0, int64_t{1} << 40},
-        Range{"shared_memory_bytes_max", limits.shared_memory_bytes_max, 0, int64_t{1} << 40},
         Range{"episode_history_bytes_max", limits.episode_history_bytes_max, 0, int64_t{1} << 40},
-        Range{"lease_duration_max in seconds", absl::ToInt64Seconds(limits.lease_duration_max), 1,
-              kLeaseSecondsMax},
-        Range{"lease_duration_default in seconds",
-              absl::ToInt64Seconds(limits.lease_duration_default), 1, INT64_MAX},
         Range{"keepalive_time in milliseconds",
               absl::ToInt64Milliseconds(config.server.keepalive_time), 100, kKeepaliveMsMax},
         Range{"keepalive_timeout in milliseconds",
               absl::ToInt64Milliseconds(config.server.keepalive_timeout), 100, kKeepaliveMsMax},
-        Range{"owner_pool_count_max", limits.owner_pool_count_max, 1, 1 << 20},
         Range{"owner_env_count_max", limits.owner_env_count_max, 1, 1 << 20},
-        Range{"owner_stream_count_max", limits.owner_stream_count_max, 1, 1 << 20},
         Range{"owner_call_count_max", limits.owner_call_count_max, 1, 1 << 20},
-        Range{"owner_watch_count_max", limits.owner_watch_count_max, 1, 1 << 20},
-        Range{"owner_buffer_bytes_max", limits.owner_buffer_bytes_max, kMessageBytesMin,
-              int64_t{1} << 40},
+        Range{"owner_bytes_max", limits.owner_bytes_max, kMessageBytesMin, int64_t{1} << 40},
         Range{"connection_count_max", limits.connection_count_max, 1, 1 << 20},
-        Range{"attach_timeout in seconds", absl::ToInt64Seconds(limits.attach_timeout), 1, 3600},
-        Range{"web_viewers_max", config.web_viewers_max, 1, 1024},
-        Range{"fleet_failover_timeout in seconds",
-              absl::ToInt64Seconds(config.fleet.failover_timeout), 1, 7 * 24 * 3600},
-        Range{"drain_timeout in seconds", absl::ToInt64Seconds(config.drain_timeout), 0, 3600}}) {
+        Range{"web_viewers_max", config.web_viewers_max, 1, 1024}}) {
     if (range.value < range.min || range.value > range.max) {
       return absl::InvalidArgumentError(absl::StrCat("--", range.flag, " is ", range.value,
                                                      ", allowed: ", range.min, " to ", range.max));
     }
-  }
-  if (limits.pool_env_count_max > limits.env_count_max) {
-    return absl::InvalidArgumentError(
-        absl::StrCat("--pool_env_count_max is ", limits.pool_env_count_max,
-                     ", allowed: at most --env_count_max, which is ", limits.env_count_max));
   }
   if (absl::Status status = CheckAccess(config); !status.ok()) {
     return status;
@@ -272,29 +228,6 @@ absl::Status LoadSecrets(Config* config) {
     }
     config->server.tokens = *std::move(tokens);
   }
-  const std::string default_allowlist = OthersCanReach(*config) ? "none" : "local";
-  absl::StatusOr<CloneSourceAllowlist> allowlist = CloneSourceAllowlist::Parse(
-      config->clone_source_allowlist.empty() ? default_allowlist : config->clone_source_allowlist);
-  if (!allowlist.ok()) {
-    return absl::InvalidArgumentError(
-        absl::StrCat("--clone_source_allowlist ", allowlist.status().message()));
-  }
-  config->server.clone_source_allowlist = *std::move(allowlist);
-  return absl::OkStatus();
-}
-
-absl::Status OpenStateDir(Config* config) {
-  if (config->state_dir.empty()) {
-    return absl::OkStatus();
-  }
-  auto state = FleetState::Open(config->state_dir);
-  if (!state.ok()) {
-    return absl::InvalidArgumentError(absl::StrCat("--state_dir is ", state.status().message()));
-  }
-  config->fleet.state = *std::move(state);
-  if (config->draws_node_id) {
-    config->cluster.node_id = absl::StrCat("node-", config->fleet.state->fleet_name());
-  }
   return absl::OkStatus();
 }
 
@@ -308,28 +241,6 @@ absl::Status JoinCluster(Config* config) {
     return cluster.status();
   }
   config->server.cluster = *std::move(cluster);
-  return absl::OkStatus();
-}
-
-absl::Status JoinFleet(Config* config) {
-  if (!config->is_fleet) {
-    return absl::OkStatus();
-  }
-  if (config->server.art != nullptr) {
-    return absl::InvalidArgumentError(
-        "--art_dir is given with --fleet, where the nodes draw: give it to "
-        "each of them");
-  }
-  FleetOptions options = config->fleet;
-  options.requests_in_flight_max = config->server.limits.requests_in_flight_max;
-  const std::shared_ptr<Cluster> cluster = config->server.cluster;
-  options.nodes = [cluster] { return cluster->Nodes(); };
-  options.subscribe = [cluster](absl::AnyInvocable<void()> changed) {
-    return cluster->Subscribe(std::move(changed));
-  };
-  config->server.make_backend_factory = [options](Metrics* metrics) {
-    return std::make_unique<Fleet>(options, metrics);
-  };
   return absl::OkStatus();
 }
 

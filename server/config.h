@@ -8,7 +8,6 @@
 #include "absl/status/status.h"
 #include "absl/time/time.h"
 #include "server/cluster/cluster_options.h"
-#include "server/fleet/nodes/fleet_options.h"
 #include "server/logging/event_log.h"
 #include "server/rpc/server.h"
 
@@ -17,7 +16,6 @@ namespace procgen {
 // The configuration of procgen-server, from its flags.
 struct Config {
   ServerOptions server;
-  absl::Duration drain_timeout = absl::Seconds(10);  // after a signal to stop; [0 s, 1 h]
   LogLevel log_level = LogLevel::kInfo;
   std::string metrics_address;  // serves metrics over HTTP, "HOST:PORT"; empty: none
 
@@ -29,43 +27,25 @@ struct Config {
 
   // The cluster of this server; no name: none.
   ClusterOptions cluster;
-  bool draws_node_id = false;  // node_id was not given and is random
-
-  // Whether pools are spread over the nodes of the cluster.
-  bool is_fleet = false;
-  FleetOptions fleet;
-  std::string state_dir;  // where pools are kept; empty: nowhere
 
   // Authentication: paths of files; empty: none.
   TlsPaths tls;
   std::string tokens;
   // Allows listening beyond loopback without TLS or without authentication.
   bool allow_insecure = false;
-  // In the format of CloneSourceAllowlist. Empty: "local" if only this machine can reach the
-  // server, otherwise "none".
-  std::string clone_source_allowlist;
 };
 
 // Errors: INVALID_ARGUMENT a value out of range, or two contradictory ones; the message
 // names the flag, what was given and what is allowed.
 absl::Status CheckConfig(const Config& config);
 
-// Reads the TLS and token files and the clone source allowlist. REQUIRES: CheckConfig. Errors: a
-// file is missing or invalid, or the list is invalid; the message names the flag.
+// Reads the TLS and token files. REQUIRES: CheckConfig. Errors: a file is missing
+// or invalid; the message names the flag.
 absl::Status LoadSecrets(Config* config);
-
-// Opens state_dir, if set. A random node_id is replaced by the one stored there, so it persists.
-// REQUIRES: CheckConfig. Errors: INVALID_ARGUMENT the folder cannot be used; the message names the
-// flag.
-absl::Status OpenStateDir(Config* config);
 
 // Joins the cluster of `config`, if it is set. REQUIRES: CheckConfig. Errors: as
 // Cluster::Join.
 absl::Status JoinCluster(Config* config);
-
-// Makes the server create its pools on the fleet, if is_fleet. REQUIRES: OpenStateDir, JoinCluster.
-// Errors: INVALID_ARGUMENT contradictory flags.
-absl::Status JoinFleet(Config* config);
 
 }  // namespace procgen
 

@@ -31,7 +31,6 @@
 #include "server/concurrency/deadline_timer.h"
 #include "server/config.h"
 #include "server/duration_flag.h"
-#include "server/fleet_flags.h"
 #include "server/logging/event_log.h"
 #include "server/metrics/metrics_page.h"
 #include "server/net/address.h"
@@ -39,7 +38,6 @@
 #include "server/pool_reports.h"
 #include "server/rpc/server.h"
 #include "server/security_flags.h"
-#include "server/shared_memory/shared_memory_dir.h"
 #include "server/web/web_server.h"
 #include "server/web_flags.h"
 
@@ -48,43 +46,20 @@ ABSL_FLAG(std::string, address, "127.0.0.1:50051",
 ABSL_FLAG(int32_t, workers, 0,
           "threads that step environments; 0: one per core available to the process (CPU affinity, "
           "cgroup quota)");
-ABSL_FLAG(int32_t, pool_count_max, procgen::Limits().pool_count_max, "pools at a time");
-ABSL_FLAG(int32_t, pool_env_count_max, procgen::Limits().pool_env_count_max,
-          "environments of one pool");
 ABSL_FLAG(int32_t, env_count_max, procgen::Limits().env_count_max, "environments of all pools");
-ABSL_FLAG(int64_t, observation_bytes_max, procgen::Limits().observation_bytes_max,
-          "bytes of one observation of each environment, summed over all pools");
 ABSL_FLAG(int64_t, request_bytes_max, procgen::Limits().request_bytes_max,
           "size of a request message in bytes");
 ABSL_FLAG(int64_t, response_bytes_max, procgen::Limits().response_bytes_max,
-          "size of a response message in bytes that a client may ask for");
-ABSL_FLAG(int32_t, requests_in_flight_max, procgen::Limits().requests_in_flight_max,
-          "unanswered requests of a stream that a client may ask for");
-ABSL_FLAG(int64_t, resume_buffer_bytes_max, procgen::Limits().resume_buffer_bytes_max,
-          "bytes of answers kept for resumable streams, of all pools");
+          "size of a response message in bytes");
 ABSL_FLAG(int64_t, episode_history_bytes_max, procgen::Limits().episode_history_bytes_max,
           "bytes of the history of the last episodes, of all pools; 0: no history");
-ABSL_FLAG(int64_t, shared_memory_bytes_max, procgen::Limits().shared_memory_bytes_max,
-          "bytes of memory shared with learners, of all pools");
-ABSL_FLAG(
-    procgen::DurationFlag, lease_duration_default, {procgen::Limits().lease_duration_default},
-    "lease of a pool whose learner chooses none, at most --lease_duration_max; 0: such a pool "
-    "lives until it is deleted");
-ABSL_FLAG(procgen::DurationFlag, lease_duration_max, {procgen::Limits().lease_duration_max},
-          "longest lease of a pool without a stream");
 ABSL_FLAG(procgen::DurationFlag, keepalive_time, {procgen::ServerOptions().keepalive_time},
           "idle time after which the server sends a keepalive ping");
 ABSL_FLAG(procgen::DurationFlag, keepalive_timeout, {procgen::ServerOptions().keepalive_timeout},
           "time without a reply to the ping after which the connection is closed");
 ABSL_FLAG(
-    procgen::DurationFlag, drain_timeout, {absl::Seconds(10)},
-    "time after SIGTERM or SIGINT for running requests to be answered and learners to save states");
-ABSL_FLAG(
     std::string, art_dir, "",
     "folder of art in the layout of Procgen 0.10.7 that all pools draw with; empty: built-in art");
-ABSL_FLAG(
-    std::string, shared_memory_dir, "/dev/shm",
-    "folder of the shared memory files for learners on this machine; empty: no shared memory");
 ABSL_FLAG(
     std::string, metrics_address, "",
     "address that serves metrics for Prometheus over HTTP at /metrics: HOST:PORT (port 0: any free "
@@ -98,7 +73,9 @@ namespace {
 constexpr int kExitFailedToStart = 1;
 constexpr int kExitUsage = 2;
 constexpr int kExitStopTimedOut = 3;
-// Time to stop after --drain_timeout: closes the web pages and the metrics page, and cancels calls.
+// Time for running requests to be answered after a signal to stop.
+constexpr absl::Duration kDrainTimeout = absl::Seconds(1);
+// Time to stop after that: closes the web pages and the metrics page, and cancels calls.
 constexpr absl::Duration kStopGrace = absl::Seconds(10);
 // How long a process that exits waits for its log lines to be written.
 constexpr absl::Duration kLogTimeout = absl::Seconds(1);
@@ -122,7 +99,6 @@ absl::StatusOr<Config> ReadConfig() {
   }
   Config config;
   config.log_level = *log_level;
-  config.drain_timeout = absl::GetFlag(FLAGS_drain_timeout).value;
   config.metrics_address = absl::GetFlag(FLAGS_metrics_address);
   config.server.address = absl::GetFlag(FLAGS_address);
   config.server.worker_count = absl::GetFlag(FLAGS_workers);
@@ -130,26 +106,14 @@ absl::StatusOr<Config> ReadConfig() {
     config.server.worker_count = CpuCount();
   }
   Limits& limits = config.server.limits;
-  limits.pool_count_max = absl::GetFlag(FLAGS_pool_count_max);
-  limits.pool_env_count_max = absl::GetFlag(FLAGS_pool_env_count_max);
   limits.env_count_max = absl::GetFlag(FLAGS_env_count_max);
-  limits.observation_bytes_max = absl::GetFlag(FLAGS_observation_bytes_max);
   limits.request_bytes_max = absl::GetFlag(FLAGS_request_bytes_max);
   limits.response_bytes_max = absl::GetFlag(FLAGS_response_bytes_max);
-  limits.requests_in_flight_max = absl::GetFlag(FLAGS_requests_in_flight_max);
-  limits.resume_buffer_bytes_max = absl::GetFlag(FLAGS_resume_buffer_bytes_max);
   limits.episode_history_bytes_max = absl::GetFlag(FLAGS_episode_history_bytes_max);
-  limits.shared_memory_bytes_max = absl::GetFlag(FLAGS_shared_memory_bytes_max);
-  limits.lease_duration_max = absl::GetFlag(FLAGS_lease_duration_max).value;
-  const absl::Duration lease_duration_default = absl::GetFlag(FLAGS_lease_duration_default).value;
-  limits.lease_duration_default = lease_duration_default == absl::ZeroDuration()
-                                      ? absl::InfiniteDuration()
-                                      : std::min(lease_duration_default, limits.lease_duration_max);
   config.server.keepalive_time = absl::GetFlag(FLAGS_keepalive_time).value;
   config.server.keepalive_timeout = absl::GetFlag(FLAGS_keepalive_timeout).value;
   ReadSecurityFlags(&config);
   ReadClusterFlags(&config);
-  ReadFleetFlags(&config);
   ReadWebFlags(&config);
   if (absl::Status status = CheckConfig(config); !status.ok()) {
     return status;
@@ -163,14 +127,6 @@ absl::StatusOr<Config> ReadConfig() {
       return absl::Status(art.status().code(), absl::StrCat("--art_dir: ", art.status().message()));
     }
     config.server.art = *std::move(art);
-  }
-  if (const std::string path = absl::GetFlag(FLAGS_shared_memory_dir); !path.empty()) {
-    auto folder = SharedMemoryDir::Open(path);
-    if (!folder.ok()) {
-      return absl::InvalidArgumentError(
-          absl::StrCat("--shared_memory_dir is ", folder.status().message(), ", or nothing"));
-    }
-    config.server.shared_memory_dir = *std::move(folder);
   }
   return config;
 }
@@ -277,19 +233,10 @@ class StopWatchdog {
   DeadlineTimer timer_{SteadyNow, End};
 };
 
-void LogStaleFiles(const Config& config) {
-  const SharedMemoryDir* const folder = config.server.shared_memory_dir.get();
-  if (folder != nullptr && folder->stale_file_count() > 0) {
-    LogEvent(LogLevel::kInfo, "stale_files_removed",
-             {{"folder", folder->path()}, {"files", absl::StrCat(folder->stale_file_count())}});
-  }
-}
-
 int Serve(const Config& config, const sigset_t& stop_signals,
           std::terminate_handler usual_terminate) {
   SetLogLevel(config.log_level);
   StopWatchdog watchdog;
-  LogStaleFiles(config);
   absl::StatusOr<std::unique_ptr<Server>> server = Server::Start(config.server);
   if (!server.ok()) {
     return FailToStart(server.status());
@@ -309,10 +256,6 @@ int Serve(const Config& config, const sigset_t& stop_signals,
             {"access", AccessText(config)},
             {"cluster", config.cluster.name.empty() ? "none" : config.cluster.name},
             {"node", config.cluster.node_id},
-            {"fleet", config.is_fleet ? "true" : "false"},
-            {"shared_memory", config.server.shared_memory_dir == nullptr
-                                  ? "none"
-                                  : config.server.shared_memory_dir->path()},
             {"metrics", *metrics_page == nullptr ? "none" : (*metrics_page)->address()},
             {"web", *web_server == nullptr ? "none" : (*web_server)->url()},
             {"art", config.server.art == nullptr ? "built-in" : absl::GetFlag(FLAGS_art_dir)}});
@@ -324,14 +267,12 @@ int Serve(const Config& config, const sigset_t& stop_signals,
 
   int signal = 0;
   sigwait(&stop_signals, &signal);
-  LogEvent(LogLevel::kInfo, "draining",
-           {{"signal", signal == SIGTERM ? "SIGTERM" : "SIGINT"},
-            {"timeout", absl::FormatDuration(config.drain_timeout)}});
-  watchdog.Start(config.drain_timeout + kStopGrace);
+  LogEvent(LogLevel::kInfo, "draining", {{"signal", signal == SIGTERM ? "SIGTERM" : "SIGINT"}});
+  watchdog.Start(kDrainTimeout + kStopGrace);
   if (*web_server != nullptr) {
     (*web_server)->BeginClose();
   }
-  (*server)->Stop(config.drain_timeout);
+  (*server)->Stop(kDrainTimeout);
   web_server->reset();    // now: Stop ends the calls that its pages wait for
   metrics_page->reset();  // last: it reads the server's metrics, also during a drain
   LogEvent(LogLevel::kInfo, "stopped", {});
@@ -389,7 +330,6 @@ int Main(int argc, char** argv) {
   const auto is_ours = [](absl::string_view file) {
     return absl::EndsWith(file, "server/main.cc") ||
            absl::EndsWith(file, "server/cluster_flags.cc") ||
-           absl::EndsWith(file, "server/fleet_flags.cc") ||
            absl::EndsWith(file, "server/security_flags.cc") ||
            absl::EndsWith(file, "server/web_flags.cc");
   };
@@ -415,13 +355,7 @@ int Main(int argc, char** argv) {
       LogEvent(is_error ? LogLevel::kError : LogLevel::kWarning, "cluster",
                {{"message", std::string(message)}});
     });
-    status = OpenStateDir(&*config);
-  }
-  if (status.ok()) {
     status = JoinCluster(&*config);
-  }
-  if (status.ok()) {
-    status = JoinFleet(&*config);
   }
   if (!status.ok()) {
     std::fprintf(stderr, "procgen-server: %s\n", std::string(status.message()).c_str());

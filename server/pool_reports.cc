@@ -8,7 +8,7 @@
 #include <string>
 
 #include "absl/time/time.h"
-#include "server/session/pool/pool_session.h"
+#include "server/pool/pool_session.h"
 #include "server/wire/convert_pool.h"
 
 namespace procgen {

@@ -30,23 +30,13 @@ ABSL_FLAG(
     bool, allow_insecure, false,
     "allow listening beyond loopback without TLS or without authentication, also for metrics and "
     "pages");
-ABSL_FLAG(std::string, clone_source_allowlist, "",
-          "servers that CloneStates may read from, comma-separated: HOST, HOST:PORT, unix:PATH, "
-          "'local', or 'none'. Empty: local if this server listens on loopback or a unix socket, "
-          "otherwise none");
-ABSL_FLAG(int32_t, owner_pool_count_max, 0, "pools of one owner; 0: --pool_count_max");
 ABSL_FLAG(int32_t, owner_env_count_max, 0, "environments of one owner; 0: --env_count_max");
-ABSL_FLAG(int32_t, owner_stream_count_max, 0, "attached streams of one owner; 0: --pool_count_max");
-ABSL_FLAG(int32_t, owner_watch_count_max, procgen::Limits().owner_watch_count_max,
-          "WatchPool streams of one owner");
 ABSL_FLAG(int32_t, owner_call_count_max, procgen::Limits().owner_call_count_max,
-          "calls of one owner in progress, including streams that have not attached");
-ABSL_FLAG(int64_t, owner_buffer_bytes_max, procgen::Limits().owner_buffer_bytes_max,
-          "bytes of requests, responses and level samplers held for one owner");
+          "calls of one owner in progress, with the streams of its pools");
+ABSL_FLAG(int64_t, owner_bytes_max, procgen::Limits().owner_bytes_max,
+          "memory of the pools and level samplers of one owner, in bytes");
 ABSL_FLAG(int32_t, connection_count_max, procgen::Limits().connection_count_max,
           "connections of all callers");
-ABSL_FLAG(procgen::DurationFlag, attach_timeout, {procgen::Limits().attach_timeout},
-          "time for a stream to attach and for the request of a call to arrive");
 
 namespace procgen {
 
@@ -56,20 +46,13 @@ void ReadSecurityFlags(Config* config) {
   config->tls.client_ca = absl::GetFlag(FLAGS_tls_client_ca);
   config->tokens = absl::GetFlag(FLAGS_tokens);
   config->allow_insecure = absl::GetFlag(FLAGS_allow_insecure);
-  config->clone_source_allowlist = absl::GetFlag(FLAGS_clone_source_allowlist);
-  const auto or_else = [](int32_t value, int32_t server) { return value == 0 ? server : value; };
   Limits& limits = config->server.limits;
-  limits.owner_pool_count_max =
-      or_else(absl::GetFlag(FLAGS_owner_pool_count_max), limits.pool_count_max);
+  const int32_t owner_env_count_max = absl::GetFlag(FLAGS_owner_env_count_max);
   limits.owner_env_count_max =
-      or_else(absl::GetFlag(FLAGS_owner_env_count_max), limits.env_count_max);
-  limits.owner_stream_count_max =
-      or_else(absl::GetFlag(FLAGS_owner_stream_count_max), limits.pool_count_max);
-  limits.owner_watch_count_max = absl::GetFlag(FLAGS_owner_watch_count_max);
+      owner_env_count_max == 0 ? limits.env_count_max : owner_env_count_max;
   limits.owner_call_count_max = absl::GetFlag(FLAGS_owner_call_count_max);
-  limits.owner_buffer_bytes_max = absl::GetFlag(FLAGS_owner_buffer_bytes_max);
+  limits.owner_bytes_max = absl::GetFlag(FLAGS_owner_bytes_max);
   limits.connection_count_max = absl::GetFlag(FLAGS_connection_count_max);
-  limits.attach_timeout = absl::GetFlag(FLAGS_attach_timeout).value;
 }
 
 absl::StatusOr<std::string> MakeCredentialsOfFlags(const std::string& address) {

@@ -1,11 +1,14 @@
 #include "clients/c/conversion.h"
 
+#include <sys/random.h>
+
+#include <algorithm>
+#include <stdexcept>
 #include <string>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_join.h"
-#include "procgen_client/art_folders.h"
 
 namespace procgen_client {
 namespace {
@@ -36,6 +39,15 @@ procgen::StatusOr<std::vector<std::string>> GamesOf(const ProcgenPoolOptions& op
   return games;
 }
 
+// Not std::random_device: it calls functions of a newer C library than anything else here.
+int64_t DrawRandSeed() {
+  uint64_t number = 0;
+  if (getrandom(&number, sizeof(number), 0) != static_cast<ssize_t>(sizeof(number))) {
+    throw std::runtime_error("getrandom failed: the system has no random numbers");
+  }
+  return static_cast<int64_t>(number % INT32_MAX);
+}
+
 procgen::EnvironmentOptions EnvironmentOptionsOf(const ProcgenPoolOptions& options) {
   procgen::EnvironmentOptions result;
   result.distribution_mode = static_cast<procgen::DistributionMode>(options.distribution_mode);
@@ -48,7 +60,7 @@ procgen::EnvironmentOptions EnvironmentOptionsOf(const ProcgenPoolOptions& optio
   result.debug_mode = options.debug_mode;
   result.num_levels = options.num_levels;
   result.start_level = options.start_level;
-  result.rand_seed = options.rand_seed;
+  result.rand_seed = options.has_rand_seed != 0 ? options.rand_seed : DrawRandSeed();
   result.use_sequential_levels = options.use_sequential_levels != 0;
   return result;
 }
@@ -110,11 +122,6 @@ procgen::StatusOr<procgen::PoolOptions> PoolOptionsOf(const ProcgenPoolOptions& 
     }
     result.level_sampler = *std::move(level_sampler);
   }
-  auto art = FindArt(options.art == nullptr ? "" : options.art);
-  if (!art.ok()) {
-    return art.status();
-  }
-  result.art = *std::move(art);
   return result;
 }
 
@@ -165,6 +172,23 @@ procgen::StepInput StepInputOf(const ProcgenStep& step,
           .repeat = step.repeat_count == 0 ? 1 : step.repeat_count,
           .next_levels = next_levels,
           .resets = resets};
+}
+
+procgen::StatusOr<std::vector<Annotation>> AnnotationsOf(const ProcgenStep& step) {
+  std::vector<Annotation> result;
+  for (int32_t i = 0; i < step.annotation_count; ++i) {
+    const ProcgenAnnotation& annotation = step.annotations[i];
+    if (annotation.name == nullptr || annotation.values == nullptr || annotation.value_count < 1) {
+      return procgen::InvalidArgumentError(absl::StrCat(
+          "annotations[", i, "] has ",
+          annotation.name == nullptr ? "no name" : absl::StrCat("the name ", annotation.name), ", ",
+          annotation.values == nullptr ? "no values" : "values", " and value_count ",
+          annotation.value_count, ", must have a name, values and a value_count of at least 1"));
+    }
+    const auto size = int64_t{std::max(step.env_count, 0)} * annotation.value_count;
+    result.push_back({.name = annotation.name, .values = SpanOf(annotation.values, size)});
+  }
+  return result;
 }
 
 procgen::Batch BatchOf(const ProcgenBatch& given, int32_t env_count, size_t observation_bytes) {

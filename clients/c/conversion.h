@@ -13,6 +13,7 @@
 #include "envcore/environment/level_sampler.h"
 #include "envcore/pool/pool.h"
 #include "envcore/status/status.h"
+#include "procgen_client/pool.h"
 
 // The structs of procgen.h as those of the engine.
 namespace procgen_client {
@@ -37,8 +38,8 @@ absl::Span<const Element> SpanOf(const Element* elements, int64_t count) {
   return absl::MakeConstSpan(elements, static_cast<size_t>(elements == nullptr ? 0 : count));
 }
 
-// Loads the art, too. Errors: INVALID_ARGUMENT a pointer or an enum that the engine does not check;
-// those of SharedArt::LoadFolder and LevelSampler::Create.
+// Without art; draws a rand_seed that is not given. Errors: INVALID_ARGUMENT a pointer or an enum
+// that the engine does not check; those of LevelSampler::Create.
 procgen::StatusOr<procgen::PoolOptions> PoolOptionsOf(const ProcgenPoolOptions& options);
 procgen::StatusOr<std::shared_ptr<const procgen::LevelSampler>> LevelSamplerOf(
     const ProcgenLevelSampler& sampler);
@@ -48,6 +49,8 @@ std::vector<procgen::Reset> ResetsOf(const ProcgenReset* resets, int32_t count);
 procgen::StepInput StepInputOf(const ProcgenStep& step,
                                absl::Span<const procgen::NextLevel> next_levels,
                                absl::Span<const procgen::Reset> resets);
+// Errors: INVALID_ARGUMENT a null or a count.
+procgen::StatusOr<std::vector<Annotation>> AnnotationsOf(const ProcgenStep& step);
 // `env_count`: rows. `observation_bytes`: of one row.
 procgen::Batch BatchOf(const ProcgenBatch& batch, int32_t env_count, size_t observation_bytes);
 

@@ -1,125 +1,49 @@
 #include "clients/c/procgen.h"
 
-#include <unistd.h>
-
 #include <algorithm>
 #include <chrono>
 #include <cstdint>
 #include <cstring>
-#include <exception>
-#include <initializer_list>
 #include <memory>
 #include <optional>
-#include <random>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/string_view.h"
+#include "absl/types/span.h"
+#include "clients/c/call_guard.h"
 #include "clients/c/catalog_json.h"
 #include "clients/c/conversion.h"
 #include "envcore/status/status.h"
+#include "procgen_client/art_folders.h"
 #include "procgen_client/local_pool.h"
-
-struct ProcgenPool {
-  std::unique_ptr<procgen_client::Pool> pool;
-  pid_t process_id = 0;  // that created it
-};
 
 namespace {
 
 using procgen_client::BatchOf;
+using procgen_client::CheckArray;
+using procgen_client::CheckNotNull;
+using procgen_client::CheckStruct;
 using procgen_client::Complete;
+using procgen_client::FirstError;
+using procgen_client::Guard;
+using procgen_client::GuardPool;
 using procgen_client::ResetsOf;
 using procgen_client::StepInputOf;
 
-thread_local std::string error_message;
-
-ProcgenCode Fail(const procgen::Status& status) {
-  error_message = std::string(status.message());
-  return static_cast<ProcgenCode>(status.code());
-}
-
-// Runs the body of an interface function, and turns its status, or an exception, into a code.
-template <typename Body>
-ProcgenCode Guard(const Body& body) noexcept {
-  try {
-    const procgen::Status status = body();
-    return status.ok() ? PROCGEN_OK : Fail(status);
-  } catch (const std::bad_alloc&) {
-    return Fail(procgen::ResourceExhaustedError("out of memory"));
-  } catch (const std::exception& error) {
-    return Fail(procgen::InternalError(error.what()));
-  }
-}
-
-// As Guard, for functions of a pool: `body` takes it.
-template <typename Body>
-ProcgenCode GuardPool(const ProcgenPool* pool, const Body& body) noexcept {
-  return Guard([&]() -> procgen::Status {
-    if (pool == nullptr) {
-      return procgen::InvalidArgumentError("pool is null");
-    }
-    if (pool->process_id != getpid()) {
-      return procgen::FailedPreconditionError(
-          absl::StrCat("the pool belongs to process ", pool->process_id, ", of which this one, ",
-                       getpid(), ", is a fork: create another pool here"));
-    }
-    return body(*pool->pool);
-  });
-}
-
-procgen::Status CheckNotNull(const void* pointer, absl::string_view name) {
-  return pointer != nullptr ? procgen::OkStatus()
-                            : procgen::InvalidArgumentError(absl::StrCat(name, " is null"));
-}
-
-// An array of `count` elements, whose length a message names `count_name`.
-procgen::Status CheckArray(const void* array, absl::string_view name, int64_t count,
-                           absl::string_view count_name) {
-  if (count < 0) {
-    return procgen::InvalidArgumentError(absl::StrCat(count_name, " is ", count));
-  }
-  if (count > 0 && array == nullptr) {
-    return procgen::InvalidArgumentError(absl::StrCat(name, " is null, its length is ", count));
-  }
-  return procgen::OkStatus();
-}
-
-// A struct that begins with its size.
-template <typename Struct>
-procgen::Status CheckStruct(const Struct* given, absl::string_view name) {
-  if (given != nullptr && given->struct_size < sizeof(given->struct_size)) {
-    return procgen::InvalidArgumentError(absl::StrCat(name, ".struct_size is ", given->struct_size,
-                                                      ", must be the size of the struct"));
-  }
-  return CheckNotNull(given, name);
-}
-
-procgen::Status FirstError(std::initializer_list<procgen::Status> statuses) {
-  for (const procgen::Status& status : statuses) {
-    if (!status.ok()) {
-      return status;
-    }
-  }
-  return procgen::OkStatus();
-}
-
-int64_t DrawRandSeed() {
-  std::random_device device;
-  return std::uniform_int_distribution<int64_t>(0, INT32_MAX - 1)(device);
-}
-
 procgen::Status Create(const ProcgenPoolOptions& given, ProcgenPool** pool) {
-  ProcgenPoolOptions options = Complete(given, procgen_client::DefaultPoolOptions());
-  if (options.has_rand_seed == 0) {
-    options.rand_seed = DrawRandSeed();
-  }
+  const ProcgenPoolOptions options = Complete(given, procgen_client::DefaultPoolOptions());
   auto pool_options = procgen_client::PoolOptionsOf(options);
   if (!pool_options.ok()) {
     return pool_options.status();
   }
+  auto art = procgen_client::FindArt(options.art == nullptr ? "" : options.art);
+  if (!art.ok()) {
+    return art.status();
+  }
+  pool_options->art = *std::move(art);
   if (options.num_threads < -1 || options.num_threads > procgen_client::kNumThreadsMax) {
     return procgen::InvalidArgumentError(absl::StrCat("num_threads is ", options.num_threads,
                                                       ", must be in [-1, ",
@@ -130,7 +54,7 @@ procgen::Status Create(const ProcgenPoolOptions& given, ProcgenPool** pool) {
   if (!created.ok()) {
     return created.status();
   }
-  *pool = new ProcgenPool{.pool = *std::move(created), .process_id = getpid()};
+  *pool = new ProcgenPool{.pool = *std::move(created)};
   return procgen::OkStatus();
 }
 
@@ -138,13 +62,15 @@ procgen::Status Create(const ProcgenPoolOptions& given, ProcgenPool** pool) {
 enum class Way { kSend, kWait };
 
 procgen::Status Request(procgen_client::Pool& pool, Way way, const procgen::StepInput& input,
+                        absl::Span<const procgen_client::Annotation> annotations,
                         const ProcgenBatch* given) {
   if (procgen::Status status = CheckStruct(given, "batch"); !status.ok()) {
     return status;
   }
   const procgen::Batch batch =
       BatchOf(*given, input.count, pool.options().observation_format.bytes());
-  return way == Way::kSend ? pool.Send(input, batch) : pool.Step(input, batch);
+  return way == Way::kSend ? pool.Send(input, annotations, batch)
+                           : pool.Step(input, annotations, batch);
 }
 
 ProcgenCode Step(ProcgenPool* handle, Way way, const ProcgenStep* given,
@@ -156,14 +82,20 @@ ProcgenCode Step(ProcgenPool* handle, Way way, const ProcgenStep* given,
     const ProcgenStep step = Complete(*given);
     if (procgen::Status status = FirstError(
             {CheckArray(step.next_levels, "next_levels", step.next_level_count, "next_level_count"),
-             CheckArray(step.resets, "resets", step.reset_count, "reset_count")});
+             CheckArray(step.resets, "resets", step.reset_count, "reset_count"),
+             CheckArray(step.annotations, "annotations", step.annotation_count,
+                        "annotation_count")});
         !status.ok()) {
       return status;
+    }
+    const auto annotations = procgen_client::AnnotationsOf(step);
+    if (!annotations.ok()) {
+      return annotations.status();
     }
     const std::vector<procgen::NextLevel> next_levels =
         procgen_client::NextLevelsOf(step.next_levels, step.next_level_count);
     const std::vector<procgen::Reset> resets = ResetsOf(step.resets, step.reset_count);
-    return Request(pool, way, StepInputOf(step, next_levels, resets), batch);
+    return Request(pool, way, StepInputOf(step, next_levels, resets), *annotations, batch);
   });
 }
 
@@ -181,14 +113,15 @@ ProcgenCode Reset(ProcgenPool* handle, Way way, int32_t first_env, int32_t env_c
     }
     return Request(pool, way,
                    {.first = first_env, .count = env_count, .steps = false, .resets = resets},
-                   batch);
+                   /*annotations=*/{}, batch);
   });
 }
 
 ProcgenCode Observe(ProcgenPool* handle, Way way, int32_t first_env, int32_t env_count,
                     const ProcgenBatch* batch) noexcept {
   return GuardPool(handle, [&](procgen_client::Pool& pool) {
-    return Request(pool, way, {.first = first_env, .count = env_count, .steps = false}, batch);
+    return Request(pool, way, {.first = first_env, .count = env_count, .steps = false},
+                   /*annotations=*/{}, batch);
   });
 }
 
@@ -198,7 +131,7 @@ int32_t procgen_abi_version(void) { return PROCGEN_ABI_VERSION; }
 
 const char* procgen_version(void) { return PROCGEN_VERSION; }
 
-const char* procgen_error_message(void) { return error_message.c_str(); }
+const char* procgen_error_message(void) { return procgen_client::ErrorMessage().c_str(); }
 
 const char* procgen_catalog_json(void) {
   static const std::string json = procgen_client::CatalogJson();
@@ -221,7 +154,7 @@ ProcgenCode procgen_pool_create(const ProcgenPoolOptions* options, ProcgenPool**
 }
 
 void procgen_pool_destroy(ProcgenPool* pool) {
-  if (pool != nullptr && pool->process_id != getpid()) {
+  if (pool != nullptr && !pool->owner.is_this_process()) {
     return;  // Its threads are not in this process, so they cannot be joined.
   }
   delete pool;

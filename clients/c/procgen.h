@@ -13,10 +13,10 @@
 // row-major, environment first, without gaps, and belong to the caller.
 // Errors: a function that can fail returns a ProcgenCode. procgen_error_message() then says what
 // was given and what is allowed. A failed call has changed nothing, unless its comment says
-// otherwise. Threads: functions without a pool from any thread. One pool from one thread at a time,
-// except procgen_pool_cancel. Different pools do not wait for each other. Fork: a pool belongs to
-// the process that created it. In a forked child every call on it fails with
-// PROCGEN_FAILED_PRECONDITION, and procgen_pool_destroy frees nothing; new pools work.
+// otherwise. Threads: functions without a pool from any thread. One pool from one thread at a time.
+// Different pools do not wait for each other. Fork: a pool belongs to the process that created it.
+// In a forked child every call on it fails with PROCGEN_FAILED_PRECONDITION, and
+// procgen_pool_destroy frees nothing; new pools work.
 // Versions: structs begin with their size, so a program and a library of different versions agree
 // on the fields that both have.
 #ifndef CLIENTS_C_PROCGEN_H_
@@ -40,17 +40,26 @@ extern "C" {
 // A pool of environments that are stepped together. Opaque.
 typedef struct ProcgenPool ProcgenPool;
 
-// gRPC's canonical codes. Never renumber them.
+// gRPC's canonical codes. Never renumber them. Those marked * only libprocgen_remote returns
+// (procgen_remote.h).
 typedef enum ProcgenCode {
   PROCGEN_OK = 0,
+  PROCGEN_CANCELLED = 1,            // * the caller or the connection's end cancelled a wait
+  PROCGEN_UNKNOWN = 2,              // *
   PROCGEN_INVALID_ARGUMENT = 3,     // a value out of range
   PROCGEN_DEADLINE_EXCEEDED = 4,    // procgen_receive: not done yet
   PROCGEN_NOT_FOUND = 5,            // no such game, no such folder of art
+  PROCGEN_ALREADY_EXISTS = 6,       // * a pool of this name
+  PROCGEN_PERMISSION_DENIED = 7,    // *
   PROCGEN_RESOURCE_EXHAUSTED = 8,   // a named limit, or too little room
   PROCGEN_FAILED_PRECONDITION = 9,  // not in this state of the pool
   PROCGEN_ABORTED = 10,             // another thread uses the pool
-  PROCGEN_INTERNAL = 13,            // a bug of the library
+  PROCGEN_OUT_OF_RANGE = 11,        // *
+  PROCGEN_UNIMPLEMENTED = 12,       // * the server does not offer it
+  PROCGEN_INTERNAL = 13,            // a bug of the library, or of the server
+  PROCGEN_UNAVAILABLE = 14,         // * no server answers, or it drains
   PROCGEN_DATA_LOSS = 15,           // a snapshot is damaged or of another version
+  PROCGEN_UNAUTHENTICATED = 16,     // * no valid token or certificate
 } ProcgenCode;
 
 typedef enum ProcgenDistributionMode {
@@ -145,6 +154,13 @@ typedef struct ProcgenNextLevel {
   int32_t level_seed;
 } ProcgenNextLevel;
 
+// Values of one kind for viewers of a step, such as value estimates.
+typedef struct ProcgenAnnotation {
+  const char* name;     // 1 to 64 bytes: letters, digits, spaces and _ - . /
+  const float* values;  // [n, value_count], environment first
+  int32_t value_count;  // for each environment, in [1, 64]
+} ProcgenAnnotation;
+
 // A step of the environments [first_env, first_env + env_count). Everything is copied by the call.
 typedef struct ProcgenStep {
   size_t struct_size;
@@ -157,6 +173,10 @@ typedef struct ProcgenStep {
   const ProcgenNextLevel* next_levels;  // [next_level_count], each environment at most once
   const ProcgenReset* resets;           // [reset_count], each environment at most once
   int32_t reset_count;
+  // [annotation_count], at most 16, each name at most once. A pool in this process has no viewers
+  // and ignores them.
+  const ProcgenAnnotation* annotations;
+  int32_t annotation_count;
 } ProcgenStep;
 
 // Memory for the values of n environments. A null array is not written. Without `observations`
@@ -176,7 +196,8 @@ typedef struct ProcgenBatch {
   uint8_t* prev_level_complete;  // 1: this step completed it                         [n]
   float* episode_returns;        // of the episode that ended, or of the current one  [n]
   int32_t* episode_lengths;      // steps of the same episode                         [n]
-  uint64_t* fingerprints;        // of each episode that ended: equal for equal ones  [n]
+  uint64_t* fingerprints;        // of each episode that ended: equal for equal ones;
+                                 // 0 in other rows                                   [n]
   uint8_t* final_observations;   // last observation of each episode that ended; other rows are not
                                  // written. With PROCGEN_SAME_STEP                   [n, F]
 } ProcgenBatch;

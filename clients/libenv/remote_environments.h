@@ -4,24 +4,23 @@
 #include <cstdint>
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "clients/libenv/environments.h"
+#include "envcore/pool/batch_numbers.h"
 #include "envcore/pool/pool.h"
-#include "procgen_client/client.h"
+#include "procgen_client/pool.h"
 
 namespace procgen {
 
-// Environments on a server: a pool that this creates there and deletes at its end. Act sends the
-// step, Observe receives the answer. The server also renders the human views.
+// Environments on one or several servers: a pool that lives as long as this object. Act sends the
+// step, Observe receives the response. The server also renders the human views.
 class RemoteEnvironments final : public Environments {
  public:
-  // `address`: "host:port" or "unix:path". Errors: UNAVAILABLE no server answers within
-  // kConnectTimeout; those of the server.
-  static absl::StatusOr<std::unique_ptr<RemoteEnvironments>> Create(const std::string& address,
+  // `addresses`: "host:port" or "unix:path", or several separated by commas. Errors: UNAVAILABLE no
+  // server answers within kConnectTimeout; those of the server.
+  static absl::StatusOr<std::unique_ptr<RemoteEnvironments>> Create(const std::string& addresses,
                                                                     const PoolOptions& options);
-  ~RemoteEnvironments() override;
-  RemoteEnvironments(const RemoteEnvironments&) = delete;
-  RemoteEnvironments& operator=(const RemoteEnvironments&) = delete;
 
   absl::Status Act(absl::Span<const int32_t> actions) override;
   absl::StatusOr<EnvironmentValues> Observe() override;
@@ -30,16 +29,17 @@ class RemoteEnvironments final : public Environments {
   absl::Status RestoreState(int32_t environment, absl::string_view snapshot) override;
 
  private:
-  RemoteEnvironments(std::unique_ptr<procgen_client::Client> client, std::string pool);
+  explicit RemoteEnvironments(std::unique_ptr<procgen_client::Pool> pool);
 
-  // Receives the answer to the last step, if one is outstanding.
+  // Receives the response to the last step, if one is outstanding.
   absl::Status Wait();
+  absl::Status ObservePool();
+  Batch OwnBatch();
 
-  const std::unique_ptr<procgen_client::Client> client_;
-  const std::string pool_;
-  std::unique_ptr<procgen_client::StepStream> stream_;
-  procgen_client::Batch batch_;
-  bool is_stepping_ = false;
+  std::vector<uint8_t> observations_;  // [N, 64, 64, 3]
+  BatchNumbers numbers_;               // [N]
+  // Destroyed first: it writes to the arrays above.
+  const std::unique_ptr<procgen_client::Pool> pool_;
 };
 
 }  // namespace procgen

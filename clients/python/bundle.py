@@ -1,7 +1,7 @@
-"""Bundles native parts into a wheel: programs, the native module, and the libraries they need.
+"""Builds the libraries of a wheel and copies them into it, with the libraries that they need.
 
-Libraries of the C library and of GCC's runtime stay the system's (glibc 2.36 or newer). All others
-are copied under names of their own, so that they do not collide with other copies in a process.
+Libraries of the C library and of GCC's runtime stay the system's. All others are copied under names
+of their own, so that they do not collide with other copies in a process.
 """
 
 from __future__ import annotations
@@ -9,79 +9,125 @@ from __future__ import annotations
 import hashlib
 import importlib.util
 import pathlib
+import platform
 import re
 import shutil
 import subprocess
 import sys
-import sysconfig
 
-PROGRAMS = ("procgen-server", "procgen-top")
+LIBRARY = "libprocgen.so.1"
+REMOTE_LIBRARY = "libprocgen_remote.so.1"  # optional
+_REMOTE_TARGET = "procgen_remote"
 
 _SYSTEM_LIBRARIES = re.compile(
-    r"(linux-vdso|ld-linux-x86-64|libc|libm|libdl|librt|libpthread|libstdc\+\+|libgcc_s)\.so"
+    r"(linux-vdso|ld-linux-[\w-]+|libc|libm|libdl|librt|libpthread|libstdc\+\+|libgcc_s)\.so"
 )
+# The oldest glibc beside which distributions have this version of GCC's C++ runtime or a newer one.
+_GLIBC_OF_RUNTIME = {(3, 4, 29): (2, 34), (3, 4, 30): (2, 35)}
 _TOOLS = {
     "cmake": "cmake",
     "ninja": "ninja-build",
     "c++": "g++",
-    "patchelf": "patchelf",
-    "strip": "binutils",
-    "ldd": "libc-bin",
+    "rsvg-convert": "librsvg2-bin",
 }
+# Debian packages whose code libprocgen contains.
+_STATIC_PACKAGES = ("libabsl-dev", "libstb-dev", "nlohmann-json3-dev", "zlib1g-dev")
 
 
-def require_tools(package_of: dict[str, str], hint: str = "") -> None:
+def require_tools(package_of: dict[str, str]) -> None:
     """Exits with a message if tools are missing. `package_of`: Debian package of each tool."""
     missing = [tool for tool in package_of if shutil.which(tool) is None]
     if missing:
         packages = " ".join(sorted({package_of[tool] for tool in missing}))
         sys.exit(
             f"error: building the wheel needs {', '.join(missing)}; on Debian: apt install "
-            f"{packages}, or deploy/install-dependencies.sh.{hint}"
+            f"{packages}, or clients/python/build_wheel.sh, which installs them"
         )
 
 
-def build(checkout: pathlib.Path, package: pathlib.Path) -> None:
-    """Builds the native parts of `checkout` and puts them into the folder `package`."""
-    require_tools(_TOOLS, " PROCGEN_WHEEL=pure builds a client without native parts.")
-    protobuf = _protobuf_folder()
-    tree = checkout / "build/release"
-    module_name = f"_native{sysconfig.get_config_var('EXT_SUFFIX')}"
-    _run("cmake", "--preset", "release", f"-DPROCGEN_SYSTEM_PYTHON={sys.executable}", cwd=checkout)
-    _run("cmake", "--build", tree, "--target", *PROGRAMS, "procgen-python-client", cwd=checkout)
+def build(checkout: pathlib.Path, machine: str, with_remote: bool) -> pathlib.Path:
+    """Builds the libraries of `checkout` and returns their folder.
 
-    libraries = package / "libs"
-    programs = package / "bin"
-    for folder in (libraries, programs):
-        shutil.rmtree(folder, ignore_errors=True)
-        folder.mkdir()
-    module = package / module_name
-    shutil.copy2(tree / "python/procgen_client" / module_name, module)
-    for program in PROGRAMS:
-        shutil.copy2(tree / "bin" / program, programs / program)
+    Args:
+        checkout: The checkout.
+        machine: As `uname -m` names it; another one than this is cross-compiled.
+        with_remote: Whether to build the library for servers, too.
+    """
+    require_tools(_TOOLS)
+    is_native = machine == platform.machine()
+    if with_remote and not is_native:
+        sys.exit("error: the library for servers cannot be cross-compiled")
+    preset = "release" if with_remote else "library" if is_native else f"library-{machine}"
+    targets = ["procgen_c", *([_REMOTE_TARGET] if with_remote else [])]
+    _run("cmake", "--preset", preset, cwd=checkout)
+    _run("cmake", "--build", checkout / "build" / preset, "--target", *targets, cwd=checkout)
+    return checkout / "build" / preset / "lib"
 
-    sources = sorted(set().union(*(_needed(file) for file in (module, *programs.iterdir()))))
-    new_names = {source.name: _unique_name(source) for source in sources}
-    for source in sources:
-        copy = libraries / new_names[source.name]
-        shutil.copy2(source.resolve(), copy)
-        _run("patchelf", "--set-soname", copy.name, copy)
-    for file, run_path in [
-        (module, "$ORIGIN/libs"),
-        *((program, "$ORIGIN/../libs") for program in programs.iterdir()),
-        *((library, "$ORIGIN") for library in libraries.iterdir()),
-    ]:
-        _run("strip", "--strip-unneeded", file)
-        _link(file, run_path, new_names)
-    _copy_licenses(sources, package / "licenses")
-    # The Python parts of protobuf, for environments without it.
-    vendored = package / "_vendor"
-    shutil.rmtree(vendored, ignore_errors=True)
+
+def copy_libraries(built: pathlib.Path, package: pathlib.Path, machine: str) -> None:
+    """Copies the libraries in the folder `built`, and what they need, into the folder `package`."""
+    names = [name for name in (LIBRARY, REMOTE_LIBRARY) if (built / name).exists()]
+    if LIBRARY not in names:
+        sys.exit(f"error: there is no {built / LIBRARY}")
+    for name in names:
+        shutil.copy2(built / name, package / name)
+        _strip(package / name, machine)
+    licenses = package / "licenses"
+    licenses.mkdir(exist_ok=True)
+    for owner in _STATIC_PACKAGES:
+        _copy_license(owner, licenses)
+    if REMOTE_LIBRARY in names:
+        _bundle(package / REMOTE_LIBRARY, package / "libs", machine)
+
+
+def copy_protobuf(package: pathlib.Path) -> None:
+    """Copies the Python parts of protobuf into `package`, for environments without it."""
     shutil.copytree(
-        protobuf,
-        vendored / "google/protobuf",
+        _protobuf_folder(),
+        package / "_vendor/google/protobuf",
         ignore=lambda _, names: [name for name in names if name.endswith((".so", "__pycache__"))],
     )
+
+
+def platform_tag(package: pathlib.Path, machine: str) -> str:
+    """Returns the platform tag: that of the newest glibc that a library of `package` needs."""
+    newest = (2, 17)
+    for library in sorted(package.rglob("*.so*")):
+        versions = _run("readelf", "--version-info", "--wide", library)
+        for glibc in re.findall(r"\bGLIBC_(\d+)\.(\d+)\b", versions):
+            newest = max(newest, (int(glibc[0]), int(glibc[1])))
+        for runtime in re.findall(r"\bGLIBCXX_(\d+)\.(\d+)\.(\d+)\b", versions):
+            newest = max(newest, _glibc_of(tuple(map(int, runtime))))
+    return f"manylinux_{newest[0]}_{newest[1]}_{machine}"
+
+
+def _glibc_of(runtime: tuple[int, ...]) -> tuple[int, int]:
+    if runtime < min(_GLIBC_OF_RUNTIME):
+        return (2, 17)
+    major, minor = platform.libc_ver()[1].split(".")
+    return _GLIBC_OF_RUNTIME.get(runtime, (int(major), int(minor)))
+
+
+def _bundle(library: pathlib.Path, folder: pathlib.Path, machine: str) -> None:
+    """Copies what a library needs into `folder`, and lets it find it there."""
+    require_tools({"patchelf": "patchelf", "ldd": "libc-bin"})
+    folder.mkdir()
+    sources = sorted(_needed(library))
+    new_names = {source.name: _unique_name(source) for source in sources}
+    for source in sources:
+        copy = folder / new_names[source.name]
+        shutil.copy2(source.resolve(), copy)
+        _strip(copy, machine)
+        _run("patchelf", "--set-soname", copy.name, copy)
+        _link(copy, "$ORIGIN", new_names)
+    _link(library, f"$ORIGIN/{folder.name}", new_names)
+    _copy_licenses(sources, folder.parent / "licenses")
+
+
+def _strip(file: pathlib.Path, machine: str) -> None:
+    strip = "strip" if machine == platform.machine() else f"{machine}-linux-gnu-strip"
+    require_tools({strip: "binutils"})
+    _run(strip, "--strip-unneeded", file)
 
 
 def _needed(file: pathlib.Path) -> set[pathlib.Path]:
@@ -121,8 +167,6 @@ def _link(file: pathlib.Path, run_path: str, new_names: dict[str, str]) -> None:
 
 def _copy_licenses(libraries: list[pathlib.Path], folder: pathlib.Path) -> None:
     """Copies the copyright file of each library's Debian package."""
-    shutil.rmtree(folder, ignore_errors=True)
-    folder.mkdir()
     for library in libraries:
         for path in (library, library.resolve()):
             owner = subprocess.run(
@@ -135,8 +179,15 @@ def _copy_licenses(libraries: list[pathlib.Path], folder: pathlib.Path) -> None:
                 break
         else:
             sys.exit(f"error: no Debian package has {library}, so its license is unknown")
-        package = owner.split(":")[0]
-        shutil.copy2(f"/usr/share/doc/{package}/copyright", folder / package)
+        _copy_license(owner.split(":")[0], folder)
+
+
+def _copy_license(package: str, folder: pathlib.Path) -> None:
+    """Copies the copyright file of a Debian package."""
+    file = pathlib.Path(f"/usr/share/doc/{package}/copyright")
+    if not file.exists():
+        sys.exit(f"error: there is no {file}, so the license of {package} is unknown")
+    shutil.copy2(file, folder / package)
 
 
 def _protobuf_folder() -> str:

@@ -12,29 +12,26 @@ here=$(cd "$(dirname "$0")" && pwd)
 protos=$here/../../proto
 output=${1:-$here/procgen_client/_proto}
 protoc=${PROTOC:-protoc}
-plugin=${GRPC_PYTHON_PLUGIN:-grpc_python_plugin}
 
 if [ ! -d "$protos/procgen/v1" ]; then
   echo "generate.sh: no $protos/procgen/v1; run it from a checkout" >&2
   exit 1
 fi
-for tool in "$protoc" "$plugin"; do
-  if ! command -v "$tool" >/dev/null; then
-    echo "generate.sh: $tool is missing; on Debian: apt install protobuf-compiler protobuf-compiler-grpc" >&2
-    exit 1
-  fi
-done
+if ! command -v "$protoc" >/dev/null; then
+  echo "generate.sh: $protoc is missing; on Debian: apt install protobuf-compiler" >&2
+  exit 1
+fi
 
 mkdir -p "$output"
 work=$(mktemp -d "$output/.generating.XXXXXX")
 trap 'rm -rf "$work"' EXIT
 
-"$protoc" --proto_path="$protos" --python_out="$work" --pyi_out="$work" --grpc_python_out="$work" \
-  --plugin=protoc-gen-grpc_python="$(command -v "$plugin")" "$protos"/procgen/v1/*.proto
+"$protoc" --proto_path="$protos" --python_out="$work" --pyi_out="$work" \
+  "$protos"/procgen/v1/*.proto
 
 for file in "$work"/procgen/v1/*.py "$work"/procgen/v1/*.pyi; do
   sed -i -e 's/^from procgen\.v1 import /from procgen_client._proto import /' \
-    -e "s/'procgen\.v1\.\([a-z]*_pb2\)'/'procgen_client._proto.\1'/" "$file"
+    -e "s/'procgen\.v1\.\([a-z_]*_pb2\)'/'procgen_client._proto.\1'/" "$file"
   mv "$file" "$output/$(basename "$file")"
 done
 echo '"""Generated from proto/procgen/v1 by generate.sh."""' >"$work/__init__.py"

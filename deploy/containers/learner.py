@@ -17,7 +17,7 @@ _SECONDS_BETWEEN_REPORTS = 5.0
 def play(client: Client, arguments: argparse.Namespace) -> None:
     """Steps for the given time and prints environment steps per second."""
     rng = np.random.default_rng(0)
-    with client.create_pool(arguments.game, arguments.environments, lease_duration=60) as pool:
+    with client.create_pool(arguments.game, arguments.environments) as pool:
         begin = reported = time.monotonic()
         steps = steps_reported = 0
         longest = 0.0
@@ -37,7 +37,11 @@ def play(client: Client, arguments: argparse.Namespace) -> None:
 def main() -> int:
     """Runs the program and returns its exit status."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--server", default="127.0.0.1:50051", help="HOST:PORT or unix:PATH")
+    parser.add_argument(
+        "--server",
+        default="127.0.0.1:50051",
+        help="HOST:PORT or unix:PATH; several separated by commas",
+    )
     parser.add_argument("--game", default="coinrun", help="the game")
     parser.add_argument("--environments", type=int, default=256, help="number of environments")
     parser.add_argument("--seconds", type=float, default=0, help="duration; 0: until stopped")

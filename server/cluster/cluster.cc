@@ -1,7 +1,9 @@
 #include "server/cluster/cluster.h"
 
 #include <algorithm>
+#include <cmath>
 #include <memory>
+#include <optional>
 #include <thread>
 #include <utility>
 
@@ -9,6 +11,7 @@
 #include "absl/strings/str_cat.h"
 #include "absl/synchronization/mutex.h"
 #include "server/cluster/dds_log.h"
+#include "server/cluster/failure_detector.h"
 #include "server/cluster/participant.h"
 #include "server/cluster/subscribers.h"
 #include "server/cluster/timing.h"
@@ -16,6 +19,9 @@
 
 namespace procgen {
 namespace {
+
+// Relative change of a node's rate that is not published.
+constexpr double kRateTolerance = 0.1;
 
 // Returns the addresses of all peers, sorted. `complains`: log peers without an address.
 std::vector<std::string> ResolvePeers(const ClusterOptions& options, const HostResolver& resolve,
@@ -39,6 +45,15 @@ void Report(const absl::Status& status) {
   }
 }
 
+// Whether the other nodes have to hear of a change. `sends_rate`: also of one of the rate alone.
+bool DiffersFrom(const NodeStatus& sent, NodeStatus status, bool sends_rate) {
+  const double change = std::abs(status.steps_per_second - sent.steps_per_second);
+  if (!sends_rate || change <= kRateTolerance * sent.steps_per_second) {
+    status.steps_per_second = sent.steps_per_second;
+  }
+  return status != sent;
+}
+
 class DdsCluster final : public Cluster {
  public:
   DdsCluster(ClusterOptions options, HostResolver resolve, std::vector<std::string> peer_addresses,
@@ -46,6 +61,7 @@ class DdsCluster final : public Cluster {
       : options_(std::move(options)),
         resolve_(std::move(resolve)),
         peer_addresses_(std::move(peer_addresses)),
+        detector_(options_.node_id),
         participant_(std::move(participant)),
         watching_([this] { WatchUntilStopped(); }) {
     if (!options_.peers.empty()) {
@@ -73,11 +89,17 @@ class DdsCluster final : public Cluster {
     status.node_id = options_.node_id;
     {
       absl::MutexLock lock(&speaking_);
+      published_ = SteadyNow();
+      const bool sends_rate =
+          published_ >= sent_time_ + absl::Seconds(detector_.others().size()) / kRatesPerSecondMax;
+      const bool is_news = !sent_.has_value() || DiffersFrom(*sent_, status, sends_rate);
       {
         absl::MutexLock known(&mutex_);
-        own_ = {status};
+        own_ = {std::move(status)};
       }
-      Report(participant()->Write(status));
+      if (is_news) {
+        Send();
+      }
     }
     participant()->Wake();
   }
@@ -109,6 +131,7 @@ class DdsCluster final : public Cluster {
       RefreshNodes();
       std::vector<NodeStatus> nodes = Nodes();
       if (nodes == told_nodes) {
+        stopped_.WaitWithTimeout(kRefreshIntervalMin);
         continue;
       }
       told_nodes = std::move(nodes);
@@ -118,16 +141,47 @@ class DdsCluster final : public Cluster {
     }
   }
 
-  // Waits for new samples, or for kRefreshInterval, then reads the status of the other nodes.
+  // Waits for new samples, at most kRefreshInterval; then reads those of the other nodes and speaks
+  // for this one.
   void RefreshNodes() {
     const std::shared_ptr<Participant> participant = this->participant();
-    participant->Wait(kRefreshInterval);
-    std::vector<NodeStatus> others = participant->ReadNodes();
-    // The local status takes precedence over samples with this node's id.
-    std::erase_if(others, [this](const NodeStatus& node) { return node.node_id == node_id(); });
-    absl::MutexLock lock(&mutex_);
-    if (participant == participant_) {
-      others_ = std::move(others);
+    participant->Wait(std::min(kRefreshInterval, next_heartbeat_ - SteadyNow()));
+    const std::vector<NodeReport> reports = participant->ReadNodes();
+    const std::vector<std::string> heard = participant->TakeHeartbeats();
+    const absl::Time now = SteadyNow();
+    {
+      absl::MutexLock lock(&speaking_);
+      const bool is_alive = now < published_ + kPublishTimeout;
+      for (const NodeReport& report : reports) {
+        if (report.status.node_id == node_id() && report.status != sent_) {
+          sent_.reset();  // another node has the same id, perhaps a predecessor: publish again
+        }
+      }
+      const bool is_news = detector_.Update(now, reports, heard, is_alive);
+      if (sent_.has_value() && is_news) {
+        Send();
+      }
+      if (now >= next_heartbeat_) {
+        next_heartbeat_ = now + kHeartbeatInterval;
+        if (is_alive) {
+          Report(participant->WriteHeartbeat());
+        }
+      }
+      Report(participant->Monitor(detector_.monitored()));
+      absl::MutexLock known(&mutex_);
+      if (participant == participant_) {
+        others_ = detector_.others();
+      }
+    }
+  }
+
+  // Publishes the status of this node.
+  void Send() ABSL_EXCLUSIVE_LOCKS_REQUIRED(speaking_) {
+    absl::MutexLock known(&mutex_);
+    for (const NodeStatus& status : own_) {
+      Report(participant_->Write({status, detector_.incarnation(), detector_.losses()}));
+      sent_ = status;
+      sent_time_ = SteadyNow();
     }
   }
 
@@ -157,19 +211,25 @@ class DdsCluster final : public Cluster {
       next->Wait(kRefreshInterval);
     }
     absl::MutexLock lock(&speaking_);
-    absl::MutexLock known(&mutex_);
-    for (const NodeStatus& status : own_) {
-      Report(next->Write(status));
+    {
+      absl::MutexLock known(&mutex_);
+      participant_.swap(next);
     }
-    participant_.swap(next);
+    Send();
   }
 
   const ClusterOptions options_;
   const HostResolver resolve_;
   SteadyNotification stopped_;
   std::vector<std::string> peer_addresses_;  // used by the resolving thread only
+  absl::Time next_heartbeat_ = SteadyNow();  // used by the watching thread only
 
-  absl::Mutex speaking_;  // held during a publish; before mutex_
+  absl::Mutex speaking_;  // held while this node writes; before mutex_
+  FailureDetector detector_ ABSL_GUARDED_BY(speaking_);
+  // the status that the other nodes know; empty: they may know another
+  std::optional<NodeStatus> sent_ ABSL_GUARDED_BY(speaking_);
+  absl::Time sent_time_ ABSL_GUARDED_BY(speaking_) = absl::InfinitePast();
+  absl::Time published_ ABSL_GUARDED_BY(speaking_) = absl::InfinitePast();
 
   mutable absl::Mutex mutex_;
   // shared with its current users

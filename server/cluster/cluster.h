@@ -29,10 +29,9 @@ class Cluster {
  public:
   // Joins a cluster. Other nodes see this one after its first Publish. Blocks for about 10 ms,
   // longer if resolving names of peers is slow.
-  // Errors: INVALID_ARGUMENT as CheckClusterOptions; FAILED_PRECONDITION unusable security files,
-  // no network, or more nodes of the domain on this machine than kNodesOfMachineMax; the message
-  // contains that of Cyclone DDS.
-  // `resolve`: called for the peers at startup and periodically; must be callable while this
+  // Errors: INVALID_ARGUMENT as CheckClusterOptions; FAILED_PRECONDITION no network, or more nodes
+  // of the domain on this machine than allowed; the message contains that of Cyclone
+  // DDS. `resolve`: called for the peers at startup and periodically; must be callable while this
   // exists.
   static absl::StatusOr<std::unique_ptr<Cluster>> Join(const ClusterOptions& options,
                                                        HostResolver resolve = ResolveHost);

@@ -1,7 +1,6 @@
 #include "server/cluster/cluster_options.h"
 
 #include <algorithm>
-#include <fstream>
 
 #include "absl/strings/ascii.h"
 #include "absl/strings/str_cat.h"
@@ -23,33 +22,6 @@ absl::Status CheckName(absl::string_view flag, const std::string& text) {
     return absl::InvalidArgumentError(absl::StrCat(
         "--", flag, " is '", text.substr(0, kClusterNameLengthMax), "', allowed: 1 to ",
         kClusterNameLengthMax, " letters, digits, '.', '_' and '-' of ASCII"));
-  }
-  return absl::OkStatus();
-}
-
-absl::Status CheckSecurity(const ClusterSecurity& security) {
-  struct File {
-    absl::string_view name;
-    const std::string& path;
-  };
-  const File files[] = {{"identity_ca", security.identity_ca},
-                        {"identity_certificate", security.identity_certificate},
-                        {"identity_key", security.identity_key},
-                        {"permissions_ca", security.permissions_ca},
-                        {"governance", security.governance},
-                        {"permissions", security.permissions}};
-  if (security.IsOff()) {
-    return absl::OkStatus();
-  }
-  for (const File& file : files) {
-    if (file.path.empty()) {
-      return absl::InvalidArgumentError(absl::StrCat(
-          "--cluster_", file.name, " is missing, allowed: all six files of security, or none"));
-    }
-    if (!std::ifstream(file.path).is_open()) {
-      return absl::InvalidArgumentError(
-          absl::StrCat("--cluster_", file.name, ": cannot read ", file.path));
-    }
   }
   return absl::OkStatus();
 }
@@ -76,7 +48,7 @@ absl::Status CheckClusterOptions(const ClusterOptions& options) {
                        "', allowed: names and IPv4 addresses of hosts, without a port"));
     }
   }
-  return CheckSecurity(options.security);
+  return absl::OkStatus();
 }
 
 }  // namespace procgen

@@ -11,22 +11,10 @@ namespace procgen {
 
 inline constexpr int32_t kClusterDomainMax = 230;  // its ports are the last below 65536
 inline constexpr int kClusterNameLengthMax = 64;
-// Maximum nodes of a cluster on one machine. Peers without multicast are probed at as many ports.
+// Maximum nodes of a domain on one machine.
 inline constexpr int kNodesOfMachineMax = 32;
-
-// Credentials of DDS Security, as paths of files. All are set, or none.
-struct ClusterSecurity {
-  std::string identity_ca;           // PEM: the CA of the nodes
-  std::string identity_certificate;  // PEM: this node's certificate
-  std::string identity_key;          // PEM: its private key
-  std::string permissions_ca;        // PEM: the CA that signs the two below
-  std::string governance;            // S/MIME: what is protected, and how
-  std::string permissions;           // S/MIME: which node may publish what
-
-  bool IsOff() const { return *this == ClusterSecurity(); }
-
-  friend bool operator==(const ClusterSecurity&, const ClusterSecurity&) = default;
-};
+// The same with peers, each of which is probed at as many ports.
+inline constexpr int kNodesOfPeerMax = 8;
 
 // The cluster to join, and the identity of this node.
 struct ClusterOptions {
@@ -40,14 +28,13 @@ struct ClusterOptions {
   // the cluster's traffic: loopback for a loopback host; the interface with exactly this address;
   // else the system's default. The port is not used here.
   std::string address;
-  ClusterSecurity security;
 };
 
 // Errors: INVALID_ARGUMENT not a valid node id; the message contains the allowed values.
 absl::Status CheckNodeId(const std::string& node_id);
 
 // Errors: INVALID_ARGUMENT an invalid value; the message contains the server's flag, the value and
-// the allowed values; or a file that cannot be read.
+// the allowed values.
 absl::Status CheckClusterOptions(const ClusterOptions& options);
 
 }  // namespace procgen

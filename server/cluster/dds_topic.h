@@ -14,13 +14,6 @@
 
 namespace procgen {
 
-// The parent entities of a topic.
-struct DdsParents {
-  const DdsEntity& participant;
-  const DdsEntity& publisher;
-  const DdsEntity& subscriber;
-};
-
 // A topic with this node's writer and reader. Sample: its type, generated from topics.idl. The
 // reader's memory is the state of the cluster: one instance per key, with its last sample.
 // Threads: any method from any thread; reading from one at a time.
@@ -30,19 +23,24 @@ class DdsTopic {
   // Maximum number of instances that are read.
   static constexpr size_t kInstancesMax = 4096;
 
-  // Call once, before anything else. Errors: FAILED_PRECONDITION.
-  absl::Status Create(const DdsParents& parents, const char* name,
+  // Creates topic and writer. Call once, before anything else. Errors: FAILED_PRECONDITION.
+  absl::Status Create(const DdsEntity& participant, const DdsEntity& publisher, const char* name,
                       const dds_topic_descriptor_t& type, const dds_qos_t& qos) {
     const std::string what = absl::StrCat("topic ", name);
-    absl::Status status = topic_.Own(
-        dds_create_topic(parents.participant.handle(), &type, name, &qos, nullptr), what);
-    status.Update(writer_.Own(
-        dds_create_writer(parents.publisher.handle(), topic_.handle(), &qos, nullptr), what));
-    // No limit of instances: a full reader blocks the writer of its own process.
-    status.Update(reader_.Own(
-        dds_create_reader(parents.subscriber.handle(), topic_.handle(), &qos, nullptr), what));
+    absl::Status status =
+        topic_.Own(dds_create_topic(participant.handle(), &type, name, &qos, nullptr), what);
+    status.Update(
+        writer_.Own(dds_create_writer(publisher.handle(), topic_.handle(), &qos, nullptr), what));
     return status;
   }
+  // Creates the reader; without one there is nothing to read. Errors: FAILED_PRECONDITION.
+  absl::Status Subscribe(const DdsEntity& subscriber, const dds_qos_t& qos) {
+    // No limit of instances: a full reader blocks the writer of its own process.
+    return reader_.Own(dds_create_reader(subscriber.handle(), topic_.handle(), &qos, nullptr),
+                       "reader");
+  }
+  // Deletes the reader.
+  void Unsubscribe() { reader_ = DdsEntity(); }
 
   // Errors: those of Cyclone DDS.
   absl::Status Write(const Sample& sample) const {
@@ -55,6 +53,11 @@ class DdsTopic {
     while (Lend(&dds_take_mask, kDead, [](const Sample&) {}) == kInstancesMax) {
     }
     Lend(&dds_read_mask, kAlive, use);
+  }
+  // Calls `use(sample)` for each instance of which a sample has arrived since the last call.
+  template <typename Use>
+  void TakeAll(Use use) {
+    Lend(&dds_take_mask, kAnyView | DDS_ANY_INSTANCE_STATE, use);
   }
 
   // Creates a condition that is ready when there are samples that ReadAlive has not read.
@@ -80,12 +83,11 @@ class DdsTopic {
   template <typename Function, typename Use>
   size_t Lend(Function function, uint32_t states, Use use) {
     std::vector<void*> samples(kInstancesMax);
-    std::vector<dds_sample_info_t> infos(kInstancesMax);
-    const int32_t count = function(reader_.handle(), samples.data(), infos.data(), kInstancesMax,
+    const int32_t count = function(reader_.handle(), samples.data(), infos_.data(), kInstancesMax,
                                    kInstancesMax, states);
     for (int32_t i = 0; i < count; ++i) {
       const auto at = static_cast<size_t>(i);
-      if (infos[at].valid_data) {
+      if (infos_[at].valid_data) {
         use(*static_cast<const Sample*>(samples[at]));
       }
     }
@@ -98,6 +100,7 @@ class DdsTopic {
   DdsEntity topic_;
   DdsEntity writer_;
   DdsEntity reader_;
+  std::vector<dds_sample_info_t> infos_ = std::vector<dds_sample_info_t>(kInstancesMax);
 };
 
 }  // namespace procgen

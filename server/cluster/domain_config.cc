@@ -87,34 +87,43 @@ std::string InterfaceOf(const std::string& address) {
 std::string DomainConfig(const ClusterOptions& options,
                          const std::vector<std::string>& peer_addresses) {
   const std::string interface = InterfaceOf(options.address);
-  std::vector<std::string> peers = peer_addresses;
-  if (interface == kLoopback && options.peers.empty()) {
-    peers.emplace_back(kLoopback);  // it has no multicast
+  const bool asks_peers = !options.peers.empty();
+  std::string interfaces;
+  if (!interface.empty()) {
+    // Loopback supports multicast, although its flags do not say so.
+    interfaces = Element("Interfaces", absl::StrCat("<NetworkInterface address=\"", interface,
+                                                    "\" multicast=\"true\"/>"));
   }
-  std::string peer_list;
-  for (const std::string& peer : peers) {
-    absl::StrAppend(&peer_list, "<Peer address=\"", peer, "\"/>");
+  std::string peers;
+  for (const std::string& peer : peer_addresses) {
+    absl::StrAppend(&peers, "<Peer address=\"", peer, "\"/>");
   }
-  const bool asks_peers = !peers.empty() || !options.peers.empty();
-  const std::string interfaces =
-      interface.empty()
-          ? ""
-          : Element("Interfaces", absl::StrCat("<NetworkInterface address=\"", interface, "\"/>"));
+  const int nodes_max = asks_peers ? kNodesOfPeerMax : kNodesOfMachineMax;
+  const absl::Duration interval =
+      std::clamp(absl::Seconds(peer_addresses.size() * static_cast<size_t>(nodes_max)) /
+                     kDiscoveryMessagesPerSecondMax,
+                 kDiscoveryIntervalMin, kDiscoveryIntervalMax);
   return absl::StrCat(
       "<CycloneDDS><Domain>",
       Element("General", absl::StrCat(interfaces,
                                       // Discovery by multicast, data by unicast.
                                       Element("AllowMulticast", asks_peers ? "false" : "spdp"))),
-      Element("Discovery",
-              absl::StrCat(Element("ExternalDomainId", absl::StrCat(options.domain_id)),
-                           Element("LeaseDuration", Milliseconds(kNodeLease)),
-                           Element("SPDPInterval", Milliseconds(kPresenceInterval)),
-                           // Ports that peers can guess: one set per node of a machine.
-                           Element("ParticipantIndex", "auto"),
-                           Element("MaxAutoParticipantIndex", absl::StrCat(kNodesOfMachineMax - 1)),
-                           Element("Peers", peer_list))),
+      Element(
+          "Discovery",
+          absl::StrCat(
+              Element("ExternalDomainId", absl::StrCat(options.domain_id)),
+              Element("LeaseDuration", Milliseconds(std::max(3 * interval, kDiscoveryLeaseMin))),
+              Element("SPDPInterval", Milliseconds(interval)),
+              // Ports that peers can guess: one set per node of a machine.
+              Element("ParticipantIndex", "auto"),
+              Element("MaxAutoParticipantIndex", absl::StrCat(nodes_max)),  // exclusive
+              Element("Peers", peers))),
       // Larger samples are dropped on receipt; those of these topics are much smaller.
-      Element("Internal", Element("MaxSampleSize", "64KiB")), "</Domain></CycloneDDS>");
+      Element("Internal",
+              absl::StrCat(Element("MaxSampleSize", "64KiB"),
+                           // A node leaves at once, although a crashed one acknowledges nothing.
+                           Element("WriterLingerDuration", "0s"))),
+      "</Domain></CycloneDDS>");
 }
 
 }  // namespace procgen

@@ -6,22 +6,14 @@
 
 namespace procgen {
 
-// The role of a node in its cluster.
-enum class NodeRole : uint8_t {
-  kHost,   // steps environments itself; may be given shards
-  kFleet,  // distributes pools over the hosts; its capacity is 0
-};
-
 // The published status of a server.
 struct NodeStatus {
   std::string node_id;
   std::string address;  // its gRPC address: "HOST:PORT" or "unix:PATH"
   std::string server_version;
-  NodeRole role = NodeRole::kHost;
   int32_t environment_capacity = 0;  // maximum number of environments; 0: it takes none
   int32_t env_count = 0;             // environments of all its pools
   int32_t pool_count = 0;
-  int32_t stream_count = 0;
   int32_t worker_count = 0;
   double steps_per_second = 0;  // environment steps, over about the last second
   bool healthy = false;         // its health service reports SERVING

@@ -7,9 +7,9 @@
 #include <cstring>
 #include <utility>
 
-#include "absl/container/flat_hash_map.h"
 #include "absl/strings/ascii.h"
 #include "absl/strings/str_cat.h"
+#include "absl/types/span.h"
 #include "server/cluster/cluster.h"
 #include "server/cluster/dds_log.h"
 #include "server/cluster/domain_config.h"
@@ -29,37 +29,53 @@ constexpr int32_t kWorkersOfNodeMax = 4096;
 // Generated sample types have mutable pointers; the text is not changed.
 char* Text(const std::string& text) { return const_cast<char*>(text.c_str()); }
 
-procgen_topics_NodeStatus SampleOf(const NodeStatus& status) {
+absl::Span<const procgen_topics_NodeLoss> LossesOf(const procgen_topics_NodeStatus& sample) {
+  return {sample.losses._buffer, sample.losses._length};
+}
+
+// `losses`: the memory of the sample's losses.
+procgen_topics_NodeStatus SampleOf(const NodeReport& report,
+                                   std::vector<procgen_topics_NodeLoss>* losses) {
+  const NodeStatus& status = report.status;
+  for (const NodeLoss& loss : report.losses) {
+    losses->push_back({.node_id = Text(loss.node_id), .incarnation = loss.incarnation});
+  }
+  const auto count = static_cast<uint32_t>(losses->size());
   return {.node_id = Text(status.node_id),
           .address = Text(status.address),
           .server_version = Text(status.server_version),
-          .role = status.role == NodeRole::kFleet ? procgen_topics_ROLE_FLEET
-                                                  : procgen_topics_ROLE_HOST,
           .environment_capacity = status.environment_capacity,
           .env_count = status.env_count,
           .pool_count = status.pool_count,
-          .stream_count = status.stream_count,
           .worker_count = status.worker_count,
           .healthy = status.healthy,
-          .draining = status.draining};
+          .draining = status.draining,
+          .steps_per_second = status.steps_per_second,
+          .incarnation = report.incarnation,
+          .losses = {
+              ._maximum = count, ._length = count, ._buffer = losses->data(), ._release = false}};
 }
 
-NodeStatus StatusOf(const procgen_topics_NodeStatus& sample) {
-  return {.node_id = sample.node_id,
-          .address = sample.address,
-          .server_version = sample.server_version,
-          .role = sample.role == procgen_topics_ROLE_FLEET ? NodeRole::kFleet : NodeRole::kHost,
-          .environment_capacity = sample.environment_capacity,
-          .env_count = sample.env_count,
-          .pool_count = sample.pool_count,
-          .stream_count = sample.stream_count,
-          .worker_count = sample.worker_count,
-          .healthy = sample.healthy,
-          .draining = sample.draining};
+NodeReport ReportOf(const procgen_topics_NodeStatus& sample) {
+  NodeReport report;
+  report.status = {.node_id = sample.node_id,
+                   .address = sample.address,
+                   .server_version = sample.server_version,
+                   .environment_capacity = sample.environment_capacity,
+                   .env_count = sample.env_count,
+                   .pool_count = sample.pool_count,
+                   .worker_count = sample.worker_count,
+                   .steps_per_second = sample.steps_per_second,
+                   .healthy = sample.healthy,
+                   .draining = sample.draining};
+  report.incarnation = sample.incarnation;
+  for (const procgen_topics_NodeLoss& loss : LossesOf(sample)) {
+    report.losses.push_back({loss.node_id, loss.incarnation});
+  }
+  return report;
 }
 
-// Validates samples of others: without DDS Security, any process that reaches the ports of the
-// domain can be a node.
+// Validates samples of others: any process that reaches the ports of the domain can be a node.
 bool IsText(const char* text, size_t bytes_max) {
   const size_t bytes = strnlen(text, bytes_max + 1);
   return bytes <= bytes_max && std::all_of(text, text + bytes, [](char letter) {
@@ -67,17 +83,22 @@ bool IsText(const char* text, size_t bytes_max) {
          });
 }
 
+bool IsSound(const procgen_topics_NodeLoss& loss) {
+  return IsText(loss.node_id, kTextBytesMax) && loss.incarnation >= 0 &&
+         loss.incarnation <= kIncarnationMax;
+}
+
 bool IsSound(const procgen_topics_NodeStatus& sample) {
+  const auto losses = LossesOf(sample);
   return IsText(sample.node_id, kTextBytesMax) && CheckNodeId(sample.node_id).ok() &&
          IsText(sample.address, kTextBytesMax) && IsText(sample.server_version, kTextBytesMax) &&
          sample.environment_capacity >= 0 && sample.env_count >= 0 && sample.pool_count >= 0 &&
-         sample.stream_count >= 0 && sample.worker_count >= 0 &&
-         sample.worker_count <= kWorkersOfNodeMax;
-}
-
-bool IsSound(const procgen_topics_NodeRates& sample) {
-  return IsText(sample.node_id, kTextBytesMax) && std::isfinite(sample.steps_per_second) &&
-         sample.steps_per_second >= 0;
+         sample.worker_count >= 0 && sample.worker_count <= kWorkersOfNodeMax &&
+         std::isfinite(sample.steps_per_second) && sample.steps_per_second >= 0 &&
+         sample.incarnation >= 0 && sample.incarnation <= kIncarnationMax + 1 &&
+         losses.size() <= kLossesMax &&
+         std::all_of(losses.begin(), losses.end(),
+                     [](const procgen_topics_NodeLoss& loss) { return IsSound(loss); });
 }
 
 }  // namespace
@@ -85,10 +106,10 @@ bool IsSound(const procgen_topics_NodeRates& sample) {
 absl::StatusOr<std::unique_ptr<Participant>> Participant::Create(
     const ClusterOptions& options, const std::vector<std::string>& peer_addresses) {
   const DdsErrorLog complaints;
-  std::unique_ptr<Participant> made(new Participant);
+  std::unique_ptr<Participant> made(new Participant(options));
   absl::Status status = made->CreateDomain(options, peer_addresses);
   if (status.ok()) {
-    status = made->CreateTopics(options);
+    status = made->CreateTopics();
   }
   if (status.ok()) {
     status = made->CreateWaiting();
@@ -115,31 +136,34 @@ absl::Status Participant::CreateDomain(const ClusterOptions& options,
   if (absl::Status status = domain_.Own(domain, "domain"); !status.ok()) {
     return status;
   }
-  const DdsQos qos = ParticipantQos(options);
-  return participant_.Own(dds_create_participant(number, qos.get(), nullptr), "participant");
+  return participant_.Own(dds_create_participant(number, nullptr, nullptr), "participant");
 }
 
-absl::Status Participant::CreateTopics(const ClusterOptions& options) {
-  const DdsQos partition = PartitionQos(options);
+absl::Status Participant::CreateTopics() {
+  const DdsQos partition = PartitionQos({cluster_});
+  const DdsQos heartbeat_partition = PartitionQos({HeartbeatPartition(node_id_)});
   absl::Status status = publisher_.Own(
       dds_create_publisher(participant_.handle(), partition.get(), nullptr), "publisher");
   status.Update(subscriber_.Own(
       dds_create_subscriber(participant_.handle(), partition.get(), nullptr), "subscriber"));
+  status.Update(heartbeat_publisher_.Own(
+      dds_create_publisher(participant_.handle(), heartbeat_partition.get(), nullptr),
+      "publisher"));
   if (!status.ok()) {
     return status;
   }
-  const DdsParents parents = {participant_, publisher_, subscriber_};
-  status =
-      nodes_.Create(parents, "procgen_node_status", procgen_topics_NodeStatus_desc, *StatusQos());
-  status.Update(
-      rates_.Create(parents, "procgen_node_rates", procgen_topics_NodeRates_desc, *RatesQos()));
+  const DdsQos qos = StatusQos();
+  status = nodes_.Create(participant_, publisher_, "procgen_node_status",
+                         procgen_topics_NodeStatus_desc, *qos);
+  status.Update(nodes_.Subscribe(subscriber_, *qos));
+  status.Update(heartbeats_.Create(participant_, heartbeat_publisher_, "procgen_node_heartbeat",
+                                   procgen_topics_NodeHeartbeat_desc, *HeartbeatQos()));
   return status;
 }
 
 absl::Status Participant::CreateWaiting() {
   absl::Status status = waiting_.Own(dds_create_waitset(participant_.handle()), "wait set");
   status.Update(wake_.Own(dds_create_guardcondition(participant_.handle()), "condition"));
-  // Rates change constantly; they are read with other changes or at the refresh interval.
   status.Update(nodes_.MakeUnreadCondition(&unread_nodes_));
   if (!status.ok()) {
     return status;
@@ -150,35 +174,59 @@ absl::Status Participant::CreateWaiting() {
   return absl::OkStatus();
 }
 
-absl::Status Participant::Write(const NodeStatus& status) const {
-  absl::Status written = nodes_.Write(SampleOf(status));
-  written.Update(
-      rates_.Write({.node_id = Text(status.node_id), .steps_per_second = status.steps_per_second}));
-  return written;
+absl::Status Participant::Write(const NodeReport& report) const {
+  std::vector<procgen_topics_NodeLoss> losses;
+  return nodes_.Write(SampleOf(report, &losses));
 }
 
-std::vector<NodeStatus> Participant::ReadNodes() {
-  absl::flat_hash_map<std::string, double> rates;
-  rates_.ReadAlive([&](const procgen_topics_NodeRates& sample) {
-    if (IsSound(sample)) {
-      rates[sample.node_id] = sample.steps_per_second;
-    }
-  });
-  std::vector<NodeStatus> nodes;
+absl::Status Participant::WriteHeartbeat() const {
+  return heartbeats_.Write({.node_id = Text(node_id_)});
+}
+
+std::vector<NodeReport> Participant::ReadNodes() {
+  std::vector<NodeReport> reports;
   nodes_.ReadAlive([&](const procgen_topics_NodeStatus& sample) {
-    if (!IsSound(sample)) {
-      return;
-    }
-    nodes.push_back(StatusOf(sample));
-    if (const auto rate = rates.find(nodes.back().node_id); rate != rates.end()) {
-      nodes.back().steps_per_second = rate->second;
+    if (IsSound(sample)) {
+      reports.push_back(ReportOf(sample));
     }
   });
-  return nodes;
+  return reports;
+}
+
+// A '/' is in no name, so no other cluster has this partition.
+std::string Participant::HeartbeatPartition(const std::string& node_id) const {
+  return absl::StrCat(cluster_, "/", node_id);
+}
+
+absl::Status Participant::Monitor(const std::vector<std::string>& node_ids) {
+  if (node_ids == monitored_) {
+    return absl::OkStatus();
+  }
+  monitored_ = node_ids;
+  std::vector<std::string> partitions;
+  partitions.reserve(node_ids.size());
+  for (const std::string& node_id : node_ids) {
+    partitions.push_back(HeartbeatPartition(node_id));
+  }
+  // The partitions of a subscriber are constant.
+  heartbeats_.Unsubscribe();
+  absl::Status status = heartbeat_subscriber_.Own(
+      dds_create_subscriber(participant_.handle(), PartitionQos(partitions).get(), nullptr),
+      "subscriber");
+  status.Update(heartbeats_.Subscribe(heartbeat_subscriber_, *HeartbeatQos()));
+  return status;
+}
+
+std::vector<std::string> Participant::TakeHeartbeats() {
+  std::vector<std::string> node_ids;
+  heartbeats_.TakeAll(
+      [&](const procgen_topics_NodeHeartbeat& sample) { node_ids.emplace_back(sample.node_id); });
+  return node_ids;
 }
 
 void Participant::Wait(absl::Duration timeout) const {
-  dds_waitset_wait(waiting_.handle(), nullptr, 0, absl::ToInt64Nanoseconds(timeout));
+  const absl::Duration wait = std::max(timeout, absl::ZeroDuration());
+  dds_waitset_wait(waiting_.handle(), nullptr, 0, absl::ToInt64Nanoseconds(wait));
   dds_set_guardcondition(wake_.handle(), false);
 }
 

@@ -15,8 +15,7 @@ namespace procgen {
 // Returns the current time. Called from any thread.
 using Clock = std::function<absl::Time()>;
 
-// One thread that calls back at a deadline, such as the expiry of the next lease or the next frame
-// set.
+// One thread that calls back at a deadline, such as that of the next frame set.
 // Threads: any method from any thread.
 class DeadlineTimer {
  public:

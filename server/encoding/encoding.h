@@ -3,7 +3,7 @@
 
 namespace procgen {
 
-// How a pool's observations are sent: as they are drawn, or as deltas compressed with zstd
+// How a pool's observations are sent: as they are drawn, or as differences compressed with zstd
 // (Encoding in proto/procgen/v1/pools.proto).
 enum class Encoding { kRaw, kDeltaZstd };
 

@@ -27,8 +27,6 @@ using prometheus::Registry;
 // unacceptable waits.
 constexpr double kSecondsBounds[] = {1e-5, 2e-5, 5e-5, 1e-4, 2e-4, 5e-4, 1e-3, 2e-3, 5e-3, 1e-2,
                                      2e-2, 5e-2, 0.1,  0.2,  0.5,  1,    2,    5,    10};
-// Bounds of failovers in seconds: from replaying a few steps to starting nodes.
-constexpr double kFailoverBounds[] = {0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1, 2, 3, 5, 10, 30, 60, 300};
 // Returns range from -60 (fruitbot) to over 60 (starpilot); in many games they are 0 or 10.
 constexpr double kReturnBounds[] = {-20, -10, -5, -1, 0, 1, 2, 5, 8, 10, 15, 20, 40, 80};
 constexpr double kLengthBounds[] = {1, 10, 50, 100, 200, 500, 1000, 2000, 4000, 8000};
@@ -83,28 +81,13 @@ class Metrics::Families final : public prometheus::Collectable {
                             "Bytes of the messages that streams received.")),
         sent(AddCounter("procgen_stream_sent_bytes_total",
                         "Bytes of the messages that streams sent.")),
-        streams(CounterFamily("procgen_streams_attached_total",
-                              "Streams that attached to a pool; resumed: resumable ones, to a pool "
-                              "that was stepped before.")),
-        expired_pools(AddCounter("procgen_pools_expired_total",
-                                 "Pools that were deleted because their leases expired.")),
-        fleet_shard_migrations(AddCounter("procgen_fleet_shard_migrations_total",
-                                          "Shards of a fleet's pools that left their node.")),
-        fleet_waits(AddGauge("procgen_fleet_shards_waiting",
-                             "Shards of a fleet's pools that wait for a node.")),
-        fleet_not_durable(AddGauge("procgen_fleet_pools_not_durable",
-                                   "A fleet's pools whose latest state cannot be written.")),
         errors(CounterFamily("procgen_errors_total",
                              "Calls and streams that ended with an error, by method and code.")),
         steps_(CounterFamily("procgen_steps_total",
                              "Environment steps; one that repeats its action counts once.")),
         pools_(AddGauge("procgen_pools", "Current pools.")),
         environments_(AddGauge("procgen_environments", "Environments of all pools.")),
-        attached_streams_(AddGauge("procgen_streams", "Attached streams.")),
         workers_(AddGauge("procgen_workers", "Threads that step environments.")),
-        resume_buffer_bytes_(AddGauge("procgen_resume_buffer_bytes",
-                                      "Bytes reserved for the kept answers of resumable "
-                                      "streams.")),
         draining_(AddGauge("procgen_draining", "1 while the server drains, otherwise 0.")) {
     prometheus::BuildGauge()
         .Name("procgen_build_info")
@@ -136,12 +119,9 @@ class Metrics::Families final : public prometheus::Collectable {
     families.push_back(HistogramFamily("procgen_request_queue_seconds",
                                        "From a stream request's arrival to its turn at the pool.",
                                        {MetricOf(queued, {})}));
-    families.push_back(HistogramFamily(
-        "procgen_request_run_seconds",
-        "From a stream request's turn to its last response being ready.", {MetricOf(ran, {})}));
-    families.push_back(HistogramFamily("procgen_fleet_failover_seconds",
-                                       "Duration of requests during which a shard migrated.",
-                                       {MetricOf(fleet_failovers, {})}));
+    families.push_back(HistogramFamily("procgen_request_run_seconds",
+                                       "From a stream request's turn to its response being ready.",
+                                       {MetricOf(ran, {})}));
     return families;
   }
 
@@ -168,9 +148,7 @@ class Metrics::Families final : public prometheus::Collectable {
     const ServerGauges now = read_gauges();
     pools_.Set(now.pool_count);
     environments_.Set(now.env_count);
-    attached_streams_.Set(now.stream_count);
     workers_.Set(now.worker_count);
-    resume_buffer_bytes_.Set(static_cast<double>(now.resume_buffer_bytes));
     draining_.Set(now.draining ? 1 : 0);
   }
 
@@ -197,23 +175,15 @@ class Metrics::Families final : public prometheus::Collectable {
  public:
   Counter& received;
   Counter& sent;
-  Family<Counter>& streams;
-  Counter& expired_pools;
-  Counter& fleet_shard_migrations;
-  Gauge& fleet_waits;
-  Gauge& fleet_not_durable;
   Family<Counter>& errors;
   AtomicHistogram queued{kSecondsBounds};
   AtomicHistogram ran{kSecondsBounds};
-  AtomicHistogram fleet_failovers{kFailoverBounds};
 
  private:
   Family<Counter>& steps_;
   Gauge& pools_;
   Gauge& environments_;
-  Gauge& attached_streams_;
   Gauge& workers_;
-  Gauge& resume_buffer_bytes_;
   Gauge& draining_;
 
   mutable absl::Mutex mutex_;
@@ -244,22 +214,6 @@ void Metrics::AddReceivedBytes(int64_t bytes) {
 }
 
 void Metrics::AddSentBytes(int64_t bytes) { families_->sent.Increment(static_cast<double>(bytes)); }
-
-void Metrics::AddStream(bool resumed) {
-  families_->streams.Add({{"resumed", resumed ? "true" : "false"}}).Increment();
-}
-
-void Metrics::AddExpiredPool() { families_->expired_pools.Increment(); }
-
-void Metrics::AddFleetShardMigration() { families_->fleet_shard_migrations.Increment(); }
-
-void Metrics::AddFleetFailover(absl::Duration duration) {
-  families_->fleet_failovers.Add(absl::ToDoubleSeconds(duration));
-}
-
-void Metrics::AddFleetWaits(int32_t change) { families_->fleet_waits.Increment(change); }
-
-void Metrics::AddFleetNotDurable(int32_t change) { families_->fleet_not_durable.Increment(change); }
 
 void Metrics::AddError(absl::string_view method, absl::StatusCode code) {
   families_->errors.Add({{"method", Owned(method)}, {"code", absl::StatusCodeToString(code)}})

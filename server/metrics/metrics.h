@@ -21,9 +21,7 @@ namespace procgen {
 struct ServerGauges {
   int32_t pool_count = 0;
   int32_t env_count = 0;
-  int32_t stream_count = 0;
   int32_t worker_count = 0;
-  int64_t resume_buffer_bytes = 0;
   bool draining = false;
 };
 
@@ -67,19 +65,7 @@ class Metrics {
   // Counts bytes of stream messages.
   void AddReceivedBytes(int64_t bytes);
   void AddSentBytes(int64_t bytes);
-  // Counts an attached stream. `resumed`: it is resumable and its pool was stepped before.
-  void AddStream(bool resumed);
-  // Counts a pool that was deleted because its lease expired.
-  void AddExpiredPool();
-  // Counts a shard of a fleet's pool that left its node.
-  void AddFleetShardMigration();
-  // Counts a request during which a shard migrated. `duration`: of the whole request.
-  void AddFleetFailover(absl::Duration duration);
-  // Changes the number of shards that wait for a node.
-  void AddFleetWaits(int32_t change);
-  // Changes the number of pools of a fleet that cannot be written to --state_dir.
-  void AddFleetNotDurable(int32_t change);
-  // Counts a call or stream of `method` ("PoolService/CreatePool") that ended with an error.
+  // Counts a call or stream of `method` ("PoolService/GetPool") that ended with an error.
   void AddError(absl::string_view method, absl::StatusCode code);
 
   StreamTotals stream_totals() const;

@@ -9,7 +9,6 @@
 #include "absl/strings/match.h"
 #include "absl/strings/numbers.h"
 #include "absl/strings/str_cat.h"
-#include "absl/strings/str_replace.h"
 #include "absl/strings/strip.h"
 
 namespace procgen {
@@ -82,19 +81,6 @@ absl::Status CheckResolvable(const Address& address) {
   }
   freeaddrinfo(found);
   return absl::OkStatus();
-}
-
-bool IsOnThisMachine(absl::string_view peer) {
-  if (absl::StartsWith(peer, "unix:")) {
-    return true;
-  }
-  if (!absl::ConsumePrefix(&peer, "ipv4:") && !absl::ConsumePrefix(&peer, "ipv6:")) {
-    return false;
-  }
-  // gRPC escapes brackets as in a URI.
-  const absl::StatusOr<Address> address =
-      ParseAddress(absl::StrReplaceAll(peer, {{"%5B", "["}, {"%5D", "]"}}));
-  return address.ok() && IsLocal(*address);
 }
 
 std::string GrpcTargetOf(const Address& address) {

@@ -31,10 +31,6 @@ bool IsWildcard(const Address& address);
 // Errors: UNAVAILABLE the host cannot be resolved.
 absl::Status CheckResolvable(const Address& address);
 
-// Whether a connection comes from this machine. `peer`: in gRPC's format, e.g.
-// "ipv4:127.0.0.1:40000".
-bool IsOnThisMachine(absl::string_view peer);
-
 // The address as an unambiguous gRPC target.
 std::string GrpcTargetOf(const Address& address);
 

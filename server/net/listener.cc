@@ -235,11 +235,6 @@ void Listener::StopAccepting() {
   thread_.join();
 }
 
-void Listener::HangUp() {
-  StopAccepting();
-  connections_.ShutDownAll();
-}
-
 void Listener::Start(Take take) {
   take_ = std::move(take);
   thread_ = std::thread([this] { AcceptUntilStopped(); });

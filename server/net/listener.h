@@ -44,10 +44,6 @@ class Listener {
   // Begins to accept in a separate thread, which calls `take`.
   void Start(Take take);
 
-  // Stops accepting and breaks all accepted connections, as a failed network or a killed process
-  // does.
-  void HangUp();
-
  private:
   explicit Listener(int32_t connection_count_max) : connections_(connection_count_max) {}
   absl::Status ListenOnHost(const Address& address);

@@ -6,7 +6,7 @@
 namespace procgen {
 namespace {
 
-// Must be several times shorter than kStatusLifespan.
+// Must be at most half of kPublishTimeout.
 constexpr absl::Duration kInterval = absl::Seconds(1);
 
 }  // namespace

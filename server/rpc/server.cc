@@ -1,6 +1,7 @@
 #include "server/rpc/server.h"
 
 #include <algorithm>
+#include <initializer_list>
 #include <utility>
 
 #include "absl/status/status.h"
@@ -9,19 +10,21 @@
 #include "absl/time/clock.h"
 #include "grpc/grpc.h"
 #include "grpc/support/log.h"
+#include "grpcpp/ext/proto_server_reflection_plugin.h"
 #include "grpcpp/grpcpp.h"
+#include "grpcpp/health_check_service_interface.h"
 #include "server/concurrency/start_thread.h"
 #include "server/logging/event_log.h"
 #include "server/net/address.h"
 #include "server/net/listener.h"
+#include "server/pool/pool_supervisor.h"
 #include "server/rpc/auth/authenticator.h"
 #include "server/rpc/auth/tls_credentials.h"
 #include "server/rpc/grpc/grpc_deadline.h"
 #include "server/rpc/node_reporter.h"
-#include "server/rpc/services/services.h"
-#include "server/rpc/step/resume_replay.h"
-#include "server/session/pool_supervisor.h"
-#include "server/shared_memory/pipe_listener.h"
+#include "server/rpc/services/catalog_service.h"
+#include "server/rpc/services/cluster_service.h"
+#include "server/rpc/services/pool_service.h"
 
 namespace procgen {
 namespace {
@@ -36,8 +39,12 @@ constexpr absl::Duration kConnectionCloseTimeout = absl::Milliseconds(200);
 // start a thread.
 constexpr int kThreadCount = 48;
 
-// Concurrent calls allowed on a connection, in addition to one stream per pool.
-constexpr int kConnectionCallsMax = 1024;
+// Threads of gRPC's reflection service, which takes one for each stream and needs no token. Streams
+// beyond them get RESOURCE_EXHAUSTED.
+constexpr int kReflectionThreadCount = 4;
+
+// Concurrent calls allowed on a connection.
+constexpr int kConnectionCallsMax = 4096;
 // Time for the handshakes of a new connection (TLS and HTTP/2), and time without calls after which
 // a connection is closed.
 constexpr absl::Duration kHandshakeTimeout = absl::Seconds(10);
@@ -92,30 +99,23 @@ void SetKeepalive(const ServerOptions& options, grpc::ServerBuilder* builder) {
 ServerGauges GaugesOf(const Load& load) {
   return {.pool_count = load.pool_count,
           .env_count = load.env_count,
-          .stream_count = load.stream_count,
           .worker_count = load.worker_count,
-          .resume_buffer_bytes = load.resume_buffer_bytes,
           .draining = load.draining};
 }
 
 class GrpcServer final : public Server {
  public:
-  GrpcServer(const ServerOptions& options, std::unique_ptr<PipeListener> pipe_listener)
+  explicit GrpcServer(const ServerOptions& options)
       : tls_(options.tls != nullptr ? std::make_unique<TlsCredentials>(options.tls) : nullptr),
-        is_fleet_(options.make_backend_factory != nullptr),
-        supervisor_(options.limits, options.worker_count, &metrics_, options.art, SteadyNow,
-                    options.shared_memory_dir,
-                    options.make_backend_factory == nullptr
-                        ? nullptr
-                        : options.make_backend_factory(&metrics_)),
+        supervisor_(options.limits, options.worker_count, &metrics_, options.art),
         accounting_(Authenticator(options.tokens, options.tls != nullptr &&
                                                       options.tls->requires_client_certificate()),
-                    options.limits.attach_timeout, &supervisor_.quotas(), &metrics_),
+                    &supervisor_.quotas(), &metrics_),
         cluster_(options.cluster != nullptr ? options.cluster
                                             : Cluster::Alone(ClusterOptions().node_id)),
-        pipe_listener_(std::move(pipe_listener)),
-        services_(&supervisor_, cluster_.get(), &accounting_, pipe_listener_.get(),
-                  options.clone_source_allowlist) {
+        catalog_service_(&supervisor_, &accounting_),
+        cluster_service_(cluster_.get(), &accounting_),
+        pool_service_(&supervisor_, &accounting_) {
     metrics_.ReadGaugesFrom([this] { return GaugesOf(supervisor_.load()); });
   }
 
@@ -144,20 +144,22 @@ class GrpcServer final : public Server {
     Acceptor internal_acceptor = AddAcceptor(grpc::InsecureServerCredentials(), &builder);
     SetLimits(options.limits, &builder);
     SetKeepalive(options, &builder);
-    services_.RegisterWith(&builder);
+    for (grpc::Service* service : std::initializer_list<grpc::Service*>{
+             &catalog_service_, &cluster_service_, &pool_service_}) {
+      builder.RegisterService(service);
+    }
+    // gRPC's own health and reflection services.
+    grpc::EnableDefaultHealthCheckService(true);
+    grpc::reflection::InitProtoReflectionServerBuilderPlugin();
     server_ = builder.BuildAndStart();
     if (server_ == nullptr) {
       return absl::UnavailableError("gRPC cannot start a server");
-    }
-    for (PoolSupervisor::Resumed& resumed : supervisor_.Resume()) {
-      StartResumeReplay(std::move(resumed.pool), std::move(resumed.requests),
-                        options.limits.response_bytes_max);
     }
     listener_ = *std::move(listener);
     address_ = WithPort(options.address, listener_->port());
     advertised_address_ =
         AdvertisedAddress(options.advertised_address, address_, listener_->port());
-    services_.SetServing(true);
+    SetServing(true);
     internal_listener_ = *std::move(internal_listener);
     HandOver(std::move(acceptor), listener_.get());
     HandOver(std::move(internal_acceptor), internal_listener_.get());
@@ -182,9 +184,8 @@ class GrpcServer final : public Server {
   }
 
   void BeginDrain() override {
-    services_.SetServing(false);
+    SetServing(false);
     supervisor_.Drain();
-    services_.Drain();
     reporter_->ReportNow();
   }
 
@@ -194,33 +195,37 @@ class GrpcServer final : public Server {
     }
     const absl::Time end = SteadyNow() + timeout;
     BeginDrain();
-    while ((accounting_.CallCount() > 0 || supervisor_.LeavingCount() > 0) && SteadyNow() < end) {
+    while (accounting_.CallCount() > 0 && SteadyNow() < end) {
       absl::SleepFor(std::min(kDrainPoll, end - SteadyNow()));
-    }
-    if (listener_ != nullptr && supervisor_.keeps_pools()) {
-      // A broken connection makes learners retry. Otherwise those that are reconnecting or still
-      // reading answers would get CANCELLED and stop.
-      listener_->HangUp();
     }
     listener_.reset();
     internal_listener_.reset();
-    services_.EndWatches();
+    cluster_service_.EndWatches();
     server_->Shutdown(GrpcDeadlineIn(std::min(end - SteadyNow(), kConnectionCloseTimeout)));
     server_->Wait();
   }
 
  private:
+  // Sets the status that the health service reports for the server and for each service.
+  void SetServing(bool is_serving) {
+    grpc::HealthCheckServiceInterface* const health = server_->GetHealthCheckService();
+    health->SetServingStatus(is_serving);
+    for (const char* service :
+         {v1::CatalogService::service_full_name(), v1::ClusterService::service_full_name(),
+          v1::PoolService::service_full_name()}) {
+      health->SetServingStatus(service, is_serving);
+    }
+  }
+
   // Returns the state that is reported to the cluster.
   NodeReporter::Snapshot TakeSnapshot() const {
     const Load load = supervisor_.load();
     NodeStatus status;
     status.address = advertised_address_;
     status.server_version = PROCGEN_SERVER_VERSION;
-    status.role = is_fleet_ ? NodeRole::kFleet : NodeRole::kHost;
-    status.environment_capacity = is_fleet_ ? 0 : supervisor_.limits().env_count_max;
+    status.environment_capacity = supervisor_.limits().env_count_max;
     status.env_count = load.env_count;
     status.pool_count = load.pool_count;
-    status.stream_count = load.stream_count;
     status.worker_count = load.worker_count;
     status.healthy = !load.draining;  // as the health service says
     status.draining = load.draining;
@@ -253,8 +258,8 @@ class GrpcServer final : public Server {
     for (const grpc_compression_algorithm algorithm : {GRPC_COMPRESS_GZIP, GRPC_COMPRESS_DEFLATE}) {
       builder->SetCompressionAlgorithmSupportStatus(algorithm, false);
     }
-    builder->AddChannelArgument(GRPC_ARG_MAX_CONCURRENT_STREAMS,
-                                kConnectionCallsMax + limits.pool_count_max);
+    builder->SetResourceQuota(grpc::ResourceQuota().SetMaxThreads(kReflectionThreadCount));
+    builder->AddChannelArgument(GRPC_ARG_MAX_CONCURRENT_STREAMS, kConnectionCallsMax);
     builder->AddChannelArgument(GRPC_ARG_SERVER_HANDSHAKE_TIMEOUT_MS,
                                 Milliseconds(kHandshakeTimeout));
     builder->AddChannelArgument(GRPC_ARG_TCP_MAX_READ_CHUNK_SIZE, kReadBytesMax);
@@ -262,15 +267,15 @@ class GrpcServer final : public Server {
   }
 
   const std::unique_ptr<TlsCredentials> tls_;  // null: plain text
-  const bool is_fleet_;                        // steps nothing itself
   std::string address_;
   std::string advertised_address_;
   Metrics metrics_{PROCGEN_SERVER_VERSION};
   PoolSupervisor supervisor_;
   const CallAccounting accounting_;
   const std::shared_ptr<Cluster> cluster_;
-  const std::unique_ptr<PipeListener> pipe_listener_;  // null: no pool shares memory
-  Services services_;
+  CatalogServiceImpl catalog_service_;
+  ClusterServiceImpl cluster_service_;
+  PoolServiceImpl pool_service_;
   std::unique_ptr<grpc::Server> server_;
   std::unique_ptr<Listener> listener_;  // hands its connections to server_
   std::unique_ptr<Listener> internal_listener_;
@@ -283,15 +288,7 @@ absl::StatusOr<std::unique_ptr<Server>> Server::Start(const ServerOptions& optio
   if (absl::Status status = CheckThreadLimit(options.worker_count + kThreadCount); !status.ok()) {
     return status;
   }
-  std::unique_ptr<PipeListener> pipe_listener;
-  if (options.shared_memory_dir != nullptr) {
-    auto opened = PipeListener::Open(static_cast<size_t>(options.limits.request_bytes_max));
-    if (!opened.ok()) {
-      return opened.status();
-    }
-    pipe_listener = *std::move(opened);
-  }
-  auto server = std::make_unique<GrpcServer>(options, std::move(pipe_listener));
+  auto server = std::make_unique<GrpcServer>(options);
   if (absl::Status status = server->Listen(options); !status.ok()) {
     return status;
   }

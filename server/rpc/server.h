@@ -2,7 +2,6 @@
 #define SERVER_RPC_SERVER_H_
 
 #include <cstdint>
-#include <functional>
 #include <memory>
 #include <string>
 #include <vector>
@@ -14,11 +13,8 @@
 #include "server/cluster/cluster.h"
 #include "server/metrics/metrics.h"
 #include "server/net/tls_files.h"
+#include "server/pool/quota/limits.h"
 #include "server/rpc/auth/token_file.h"
-#include "server/rpc/services/clone_source_allowlist.h"
-#include "server/session/backend/pool_backend.h"
-#include "server/session/quota/limits.h"
-#include "server/shared_memory/shared_memory_dir.h"
 
 namespace procgen {
 
@@ -35,11 +31,6 @@ struct ServerOptions {
   std::shared_ptr<const SharedArt> art;  // of all pools; null: the built-in art
   std::shared_ptr<TlsFiles> tls;         // null: plain text
   std::shared_ptr<TokenFile> tokens;     // null: calls need no token
-  // Directory of memory shared with learners on this machine; null: no shared memory.
-  std::shared_ptr<const SharedMemoryDir> shared_memory_dir;
-  CloneSourceAllowlist clone_source_allowlist;  // servers that CloneStates may connect to
-  // Creates the factory of pool backends, which updates `metrics`; null: pools in this process.
-  std::function<std::unique_ptr<PoolBackendFactory>(Metrics* metrics)> make_backend_factory;
   // Idle time after which the server sends a keepalive ping, and the time without a reply after
   // which it closes the connection.
   absl::Duration keepalive_time = absl::Seconds(30);
@@ -70,8 +61,8 @@ class Server {
   // Reports the drain to the cluster and NOT_SERVING to health checks, rejects new pools, and ends
   // each stream after its current request. Returns immediately.
   virtual void BeginDrain() = 0;
-  // Calls BeginDrain, waits at most `timeout` until no call is in progress and the pools of ended
-  // streams are deleted (learners may save states first), cancels the rest, and stops. Blocks.
+  // Calls BeginDrain, waits at most `timeout` until no call is in progress, cancels the rest, and
+  // stops. Blocks.
   virtual void Stop(absl::Duration timeout) = 0;
 };
 

@@ -107,28 +107,16 @@ void FillActions(v1::Catalog* catalog) {
 }
 
 void FillLimits(const Limits& limits, v1::Limits* message) {
-  message->set_pool_count_max(limits.pool_count_max);
-  message->set_pool_env_count_max(limits.pool_env_count_max);
   message->set_env_count_max(limits.env_count_max);
+  message->set_owner_env_count_max(limits.owner_env_count_max);
+  message->set_owner_bytes_max(limits.owner_bytes_max);
+  message->set_owner_call_count_max(limits.owner_call_count_max);
   message->set_request_bytes_max(limits.request_bytes_max);
   message->set_response_bytes_max(limits.response_bytes_max);
-  message->set_requests_in_flight_max(limits.requests_in_flight_max);
-  message->set_observation_bytes_max(limits.observation_bytes_max);
-  message->set_owner_pool_count_max(limits.owner_pool_count_max);
-  message->set_owner_env_count_max(limits.owner_env_count_max);
-  message->set_owner_stream_count_max(limits.owner_stream_count_max);
-  message->set_owner_call_count_max(limits.owner_call_count_max);
-  message->set_owner_watch_count_max(limits.owner_watch_count_max);
-  message->set_owner_buffer_bytes_max(limits.owner_buffer_bytes_max);
-  message->set_episode_history_bytes_max(limits.episode_history_bytes_max);
   message->set_observation_size_px_min(kObservationSizePxMin);
   message->set_observation_size_px_max(kObservationSizePxMax);
   message->set_frame_stack_max(kFrameStackMax);
-  message->set_resume_buffer_bytes_max(limits.resume_buffer_bytes_max);
-  message->set_shared_memory_bytes_max(limits.shared_memory_bytes_max);
-  *message->mutable_lease_duration_max() = DurationMessageOf(limits.lease_duration_max);
-  *message->mutable_lease_duration_default() =
-      LeaseDurationMessageOf(limits.lease_duration_default);
+  message->set_episode_history_bytes_max(limits.episode_history_bytes_max);
 }
 
 void FillLatencyHistogram(const HistogramCounts& seconds, v1::LatencyHistogram* message) {
@@ -142,19 +130,11 @@ void FillLatencyHistogram(const HistogramCounts& seconds, v1::LatencyHistogram* 
 v1::Catalog CatalogMessageOf(const ServerInfo& server, const Limits& limits) {
   v1::Catalog catalog;
   catalog.set_server_version(std::string(server.version));
-  catalog.add_protocols("procgen.v1");
-  catalog.add_protocols("dm_env_rpc.v1");
-  catalog.add_protocols("grpc.health.v1");
-  catalog.add_protocols("grpc.reflection.v1alpha");
   for (const GameSpec& spec : GameCatalog()) {
     FillGame(spec, catalog.add_games());
   }
   FillOptions(&catalog);
   FillActions(&catalog);
-  catalog.add_transports(v1::TRANSPORT_STREAM);
-  if (server.shares_memory) {
-    catalog.add_transports(v1::TRANSPORT_SHARED_MEMORY);
-  }
   catalog.add_encodings(v1::ENCODING_RAW);
   catalog.add_encodings(v1::ENCODING_DELTA_ZSTD);
   catalog.add_colors(v1::COLOR_RGB);
@@ -164,14 +144,6 @@ v1::Catalog CatalogMessageOf(const ServerInfo& server, const Limits& limits) {
   catalog.add_autoreset_modes(v1::AUTORESET_MODE_SAME_STEP);
   catalog.add_autoreset_modes(v1::AUTORESET_MODE_NEXT_STEP);
   catalog.add_autoreset_modes(v1::AUTORESET_MODE_DISABLED);
-  catalog.mutable_features()->set_states(true);
-  catalog.mutable_features()->set_render(true);
-  catalog.mutable_features()->set_watch(true);
-  catalog.mutable_features()->set_cluster(true);
-  catalog.mutable_features()->set_fingerprints(true);
-  catalog.mutable_features()->set_leases(true);
-  catalog.mutable_features()->set_level_sampler(true);
-  catalog.mutable_features()->set_resume(true);
   FillLimits(limits, catalog.mutable_limits());
   // Clients must not see the path of the directory.
   catalog.set_art(server.has_own_art ? "folder" : "built-in");
@@ -182,11 +154,9 @@ v1::Load LoadMessageOf(const Load& load, const StreamTotals& streams) {
   v1::Load message;
   message.set_pool_count(load.pool_count);
   message.set_env_count(load.env_count);
-  message.set_stream_count(load.stream_count);
   message.set_worker_count(load.worker_count);
   message.set_step_count(load.step_count);
   message.set_draining(load.draining);
-  message.set_resume_buffer_bytes(load.resume_buffer_bytes);
   message.set_stream_received_bytes(streams.received_bytes);
   message.set_stream_sent_bytes(streams.sent_bytes);
   FillLatencyHistogram(streams.queue_seconds, message.mutable_queue_wait());

@@ -3,16 +3,15 @@
 
 #include "absl/strings/string_view.h"
 #include "procgen/v1/catalog.pb.h"
-#include "server/session/pool_supervisor.h"
-#include "server/session/quota/limits.h"
+#include "server/pool/pool_supervisor.h"
+#include "server/pool/quota/limits.h"
 
 namespace procgen {
 
 // Properties of a server that its catalog contains.
 struct ServerInfo {
   absl::string_view version = "";
-  bool has_own_art = false;    // draws with --art_dir
-  bool shares_memory = false;  // offers shared memory to local learners
+  bool has_own_art = false;  // draws with --art_dir
 };
 
 v1::Catalog CatalogMessageOf(const ServerInfo& server, const Limits& limits);

@@ -27,10 +27,6 @@ v1::IncompleteReason ReasonOf(IncompleteReason reason) {
       return v1::INCOMPLETE_REASON_STATE_RESTORED;
     case IncompleteReason::kTooOld:
       return v1::INCOMPLETE_REASON_TOO_OLD;
-    case IncompleteReason::kServerRestarted:
-      return v1::INCOMPLETE_REASON_SERVER_RESTARTED;
-    case IncompleteReason::kRequestFailed:
-      return v1::INCOMPLETE_REASON_REQUEST_FAILED;
   }
   return v1::INCOMPLETE_REASON_UNSPECIFIED;
 }

@@ -4,8 +4,8 @@
 #include <cstdint>
 
 #include "envcore/pool/pool.h"
-#include "procgen/v1/states.pb.h"
-#include "server/session/episodes/episode.h"
+#include "procgen/v1/episodes.pb.h"
+#include "server/pool/episodes/episode.h"
 
 namespace procgen {
 

@@ -7,10 +7,9 @@
 
 #include "absl/strings/str_cat.h"
 #include "server/encoding/png.h"
-#include "server/session/backend/environment_list.h"
+#include "server/pool/environment_list.h"
 #include "server/wire/convert_pool.h"
 #include "server/wire/enum_value.h"
-#include "server/wire/response_limit.h"
 
 namespace procgen {
 namespace {
@@ -33,6 +32,7 @@ struct FrameRequest {
   absl::Span<const int32_t> environments;
   int32_t size_px = 0;
   v1::FrameFormat format = v1::FRAME_FORMAT_UNSPECIFIED;
+  absl::string_view limit;  // name of response_bytes_max
   int64_t response_bytes_max = 0;
 };
 
@@ -43,10 +43,10 @@ absl::Status CheckSize(const FrameRequest& frames) {
   const int64_t frames_max =
       (frames.response_bytes_max - kFrameOverheadBytes) / (image_bytes + kFrameOverheadBytes);
   if (static_cast<int64_t>(frames.environments.size()) > frames_max) {
-    return absl::ResourceExhaustedError(absl::StrCat(
-        "environments has ", frames.environments.size(),
-        " entries, limit response_bytes_max = ", frames.response_bytes_max, " has room for ",
-        frames_max, " frames of ", size_px, " x ", size_px, " pixels"));
+    return absl::ResourceExhaustedError(
+        absl::StrCat("environments has ", frames.environments.size(), " entries, limit ",
+                     frames.limit, " = ", frames.response_bytes_max, " has room for ", frames_max,
+                     " frames of ", size_px, " x ", size_px, " pixels"));
   }
   return absl::OkStatus();
 }
@@ -102,7 +102,7 @@ void FillStep(const EnvironmentStep& step, v1::EnvironmentStep* message) {
 
 }  // namespace
 
-RenderSpec RenderSpecOf(const v1::RenderEnvironmentsRequest& request) {
+RenderSpec RenderSpecOf(const v1::Render& request) {
   const View view = request.view() == v1::FRAME_VIEW_AGENT   ? View::kAgent
                     : request.view() == v1::FRAME_VIEW_LEVEL ? View::kLevel
                                                              : View::kHuman;
@@ -110,13 +110,7 @@ RenderSpec RenderSpecOf(const v1::RenderEnvironmentsRequest& request) {
   return {view, request.size_px() == 0 ? size_px_default : request.size_px()};
 }
 
-absl::Status CheckRender(const v1::RenderEnvironmentsRequest& request, const PoolSession& pool,
-                         const Limits& limits) {
-  const absl::StatusOr<int64_t> bytes_max =
-      ResponseBytesMax("response_bytes_max", request.response_bytes_max(), limits);
-  if (!bytes_max.ok()) {
-    return bytes_max.status();
-  }
+absl::Status CheckRender(const v1::Render& request, const PoolSession& pool, const Limits& limits) {
   if (!v1::FrameView_IsValid(request.view())) {
     return NoSuchValue("view", request.view());
   }
@@ -125,26 +119,22 @@ absl::Status CheckRender(const v1::RenderEnvironmentsRequest& request, const Poo
     return absl::InvalidArgumentError(absl::StrCat(
         "size_px is ", spec.size_px, ", allowed with FRAME_VIEW_AGENT: ", kObservationSizePx));
   }
-  return CheckFrames({SpanOf(request.environments()), spec.size_px, request.format(), *bytes_max},
+  return CheckFrames({SpanOf(request.environments()), spec.size_px, request.format(),
+                      "response_bytes_max", limits.response_bytes_max},
                      pool);
 }
 
 absl::StatusOr<WatchSpec> WatchSpecOf(const v1::WatchPoolRequest& request, const PoolSession& pool,
                                       const Limits& limits) {
-  Limits watch_limits = limits;
-  watch_limits.response_bytes_max = std::min(limits.response_bytes_max, kWatchResponseBytesMax);
-  const absl::StatusOr<int64_t> bytes_max =
-      ResponseBytesMax("response_bytes_max", request.response_bytes_max(), watch_limits);
-  if (!bytes_max.ok()) {
-    return bytes_max.status();
-  }
   const absl::StatusOr<absl::Duration> interval = IntervalOf(request.frames_per_second_max());
   if (!interval.ok()) {
     return interval.status();
   }
-  const FrameRequest frames = {SpanOf(request.environments()),
-                               request.size_px() == 0 ? kWatchSizePxDefault : request.size_px(),
-                               request.format(), *bytes_max};
+  const FrameRequest frames = {
+      SpanOf(request.environments()),
+      request.size_px() == 0 ? kWatchSizePxDefault : request.size_px(), request.format(),
+      limits.response_bytes_max < kWatchResponseBytesMax ? "response_bytes_max" : "of a watch",
+      std::min(limits.response_bytes_max, kWatchResponseBytesMax)};
   if (frames.environments.size() > kWatchEnvironmentsMax) {
     return absl::InvalidArgumentError(absl::StrCat("environments has ", frames.environments.size(),
                                                    " entries, allowed: 1 to ",
@@ -193,7 +183,7 @@ absl::Cord EncodeWatched(v1::FrameFormat format, FrameSet frame_set) {
     }
   }
   WriteFrames(format, response.mutable_frames());
-  response.set_sequence_number(frame_set.sequence_number);
+  response.set_request_count(frame_set.request_count);
   FillTimestamp(frame_set.time, response.mutable_render_time());
   return absl::Cord(response.SerializeAsString());
 }

@@ -7,9 +7,10 @@
 #include "absl/status/statusor.h"
 #include "absl/strings/cord.h"
 #include "procgen/v1/render.pb.h"
-#include "server/session/pool/pool_session.h"
-#include "server/session/quota/limits.h"
-#include "server/session/watch/frame_subscriber.h"
+#include "procgen/v1/run.pb.h"
+#include "server/pool/pool_session.h"
+#include "server/pool/quota/limits.h"
+#include "server/pool/watch/frame_subscriber.h"
 
 namespace procgen {
 
@@ -18,12 +19,11 @@ struct RenderSpec {
   View view = View::kHuman;
   int32_t size_px = 0;
 };
-RenderSpec RenderSpecOf(const v1::RenderEnvironmentsRequest& request);
+RenderSpec RenderSpecOf(const v1::Render& request);
 
 // Checks a render request. Errors: INVALID_ARGUMENT an environment, size or format is out of range;
 // RESOURCE_EXHAUSTED the frames do not fit in a response.
-absl::Status CheckRender(const v1::RenderEnvironmentsRequest& request, const PoolSession& pool,
-                         const Limits& limits);
+absl::Status CheckRender(const v1::Render& request, const PoolSession& pool, const Limits& limits);
 
 // Checks and converts a watch request. Errors: as CheckRender; INVALID_ARGUMENT the frame rate is
 // out of range.

@@ -9,11 +9,9 @@ v1::Node NodeMessageOf(const NodeStatus& status) {
   node.set_name(absl::StrCat("nodes/", status.node_id));
   node.set_address(status.address);
   node.set_server_version(status.server_version);
-  node.set_role(status.role == NodeRole::kFleet ? v1::NODE_ROLE_FLEET : v1::NODE_ROLE_HOST);
   node.set_environment_capacity(status.environment_capacity);
   node.set_env_count(status.env_count);
   node.set_pool_count(status.pool_count);
-  node.set_stream_count(status.stream_count);
   node.set_worker_count(status.worker_count);
   node.set_steps_per_second(status.steps_per_second);
   node.set_healthy(status.healthy);

@@ -84,16 +84,10 @@ absl::StatusOr<Encoding> EncodingOf(const v1::PoolSpec& spec) {
     case v1::ENCODING_RAW:
       return Encoding::kRaw;
     case v1::ENCODING_DELTA_ZSTD:
-      break;
+      return Encoding::kDeltaZstd;
     default:
       return NoSuchValue("spec.encoding", spec.encoding());
   }
-  if (spec.transport() == v1::TRANSPORT_SHARED_MEMORY) {
-    return absl::InvalidArgumentError(absl::StrCat(
-        "spec.encoding is ", EnumText(spec.encoding()),
-        ", allowed with TRANSPORT_SHARED_MEMORY: ENCODING_RAW, because observations are not sent"));
-  }
-  return Encoding::kDeltaZstd;
 }
 
 v1::Encoding EncodingMessageOf(Encoding encoding) {

@@ -13,7 +13,7 @@ absl::StatusOr<ObservationFormat> ObservationFormatOf(const v1::ObservationForma
 // Sets every field, including defaults.
 void FillObservationFormat(const ObservationFormat& format, v1::ObservationFormat* message);
 
-// Errors: INVALID_ARGUMENT unknown encoding, or not allowed with the transport.
+// Errors: INVALID_ARGUMENT unknown encoding.
 absl::StatusOr<Encoding> EncodingOf(const v1::PoolSpec& spec);
 v1::Encoding EncodingMessageOf(Encoding encoding);
 

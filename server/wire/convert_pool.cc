@@ -8,8 +8,8 @@
 #include "absl/status/status.h"
 #include "absl/strings/str_cat.h"
 #include "absl/time/time.h"
-#include "server/session/backend/rand_seed.h"
-#include "server/session/pool_supervisor.h"
+#include "server/pool/pool_supervisor.h"
+#include "server/pool/rand_seed.h"
 #include "server/wire/convert_observation.h"
 #include "server/wire/enum_value.h"
 
@@ -96,7 +96,7 @@ absl::StatusOr<EnvironmentOptions> EnvironmentOptionsOf(const v1::EnvironmentOpt
   return options;
 }
 
-// Checks the fields of a spec except options, transport and observations.
+// Checks the fields of a spec except options and observations.
 absl::Status CheckSpec(const v1::PoolSpec& spec) {
   if (spec.games_size() < 1 || spec.games_size() > kGamesMax) {
     return absl::InvalidArgumentError(
@@ -173,11 +173,6 @@ google::protobuf::Duration DurationMessageOf(absl::Duration duration) {
   return message;
 }
 
-google::protobuf::Duration LeaseDurationMessageOf(absl::Duration lease_duration) {
-  return lease_duration == absl::InfiniteDuration() ? google::protobuf::Duration()
-                                                    : DurationMessageOf(lease_duration);
-}
-
 absl::StatusOr<PoolOptions> PoolOptionsOf(const v1::PoolSpec& spec) {
   if (absl::Status status = CheckSpec(spec); !status.ok()) {
     return status;
@@ -226,24 +221,6 @@ v1::PoolSpec PoolSpecMessageOf(const PoolOptions& options) {
   return spec;
 }
 
-absl::StatusOr<bool> SharesMemory(const v1::PoolSpec& spec, bool offered) {
-  switch (spec.transport()) {
-    case v1::TRANSPORT_UNSPECIFIED:
-    case v1::TRANSPORT_STREAM:
-      return false;
-    case v1::TRANSPORT_SHARED_MEMORY:
-      break;
-    default:
-      return NoSuchValue("spec.transport", spec.transport());
-  }
-  if (!offered) {
-    return absl::UnimplementedError(
-        "spec.transport is TRANSPORT_SHARED_MEMORY, which this server does not offer; offered: "
-        "TRANSPORT_STREAM");
-  }
-  return true;
-}
-
 absl::StatusOr<std::shared_ptr<const LevelSampler>> LevelSamplerOf(
     absl::string_view field, const v1::LevelSampler& message) {
   auto sampler = LevelSampler::Create({message.level_seeds().begin(), message.level_seeds().end()},
@@ -264,49 +241,18 @@ absl::StatusOr<std::shared_ptr<const LevelSampler>> HoldSampler(
   return quotas->Hold(owner, static_cast<int64_t>(bytes), std::move(sampler));
 }
 
-absl::StatusOr<absl::Duration> LeaseDurationOf(absl::string_view field,
-                                               const google::protobuf::Duration& message,
-                                               const Limits& limits) {
-  constexpr int32_t kNanosMax = 999'999'999;
-  if (message.nanos() < -kNanosMax || message.nanos() > kNanosMax ||
-      (message.seconds() > 0 && message.nanos() < 0) ||
-      (message.seconds() < 0 && message.nanos() > 0)) {
-    return absl::InvalidArgumentError(
-        absl::StrCat(field, " has ", message.seconds(), " seconds and ", message.nanos(),
-                     " nanos, allowed: nanos of the same sign as seconds and at most ", kNanosMax));
-  }
-  const absl::Duration lease_duration =
-      absl::Seconds(message.seconds()) + absl::Nanoseconds(message.nanos());
-  if (lease_duration == absl::ZeroDuration()) {
-    return absl::InfiniteDuration();
-  }
-  absl::Status status = CheckLeaseDuration(field, lease_duration, limits);
-  if (!status.ok()) {
-    return status;
-  }
-  return lease_duration;
-}
-
 v1::Pool PoolMessageOf(const PoolSession& session) {
   v1::Pool message;
   message.set_name(session.name());
   *message.mutable_spec() = PoolSpecMessageOf(session.options());
-  message.mutable_spec()->set_transport(
-      session.shared_batch_slots() == nullptr ? v1::TRANSPORT_STREAM : v1::TRANSPORT_SHARED_MEMORY);
-  message.mutable_spec()->set_encoding(EncodingMessageOf(session.coding().encoding()));
+  message.mutable_spec()->set_encoding(EncodingMessageOf(session.encoding()));
   const std::vector<int32_t> shape = session.options().observation_format.Shape();
   message.mutable_observation_shape()->Assign(shape.begin(), shape.end());
   message.set_observation_bytes(static_cast<int32_t>(session.observation_bytes()));
-  message.set_next_sequence_number(session.next_sequence_number());
-  message.set_attached(session.attached());
   message.set_owner(session.owner());
   FillStatistics(session, &message);
   FillTimestamp(session.create_time(), message.mutable_create_time());
-  *message.mutable_spec()->mutable_lease_duration() =
-      LeaseDurationMessageOf(session.lease_duration());
-  if (const absl::Time expires = session.expire_time(); expires != absl::InfiniteFuture()) {
-    FillTimestamp(expires, message.mutable_expire_time());
-  }
+  message.set_paused(session.paused());
   return message;
 }
 

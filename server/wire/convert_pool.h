@@ -10,8 +10,8 @@
 #include "google/protobuf/duration.pb.h"
 #include "google/protobuf/timestamp.pb.h"
 #include "procgen/v1/pools.pb.h"
-#include "server/session/pool/pool_session.h"
-#include "server/session/quota/limits.h"
+#include "server/pool/pool_session.h"
+#include "server/pool/quota/quotas.h"
 
 namespace procgen {
 
@@ -26,18 +26,6 @@ v1::PoolSpec PoolSpecMessageOf(const PoolOptions& options);
 // Converts options to a message with every field set.
 v1::EnvironmentOptions EnvironmentOptionsMessageOf(const EnvironmentOptions& options);
 
-// Whether a pool of `spec` shares memory with its learners. `offered`: whether this server offers
-// shared memory. EncodingOf checks that the encoding is allowed with it.
-// Errors: INVALID_ARGUMENT unknown transport; UNIMPLEMENTED not offered.
-absl::StatusOr<bool> SharesMemory(const v1::PoolSpec& spec, bool offered);
-
-// Converts a lease duration; 0 means no lease, an infinite duration. `field`: its name in errors.
-// Errors: INVALID_ARGUMENT an invalid duration, or too short; RESOURCE_EXHAUSTED longer than the
-// limit.
-absl::StatusOr<absl::Duration> LeaseDurationOf(absl::string_view field,
-                                               const google::protobuf::Duration& message,
-                                               const Limits& limits);
-
 // Converts a level sampler. `field`: its name in errors. Errors: those of LevelSampler::Create.
 absl::StatusOr<std::shared_ptr<const LevelSampler>> LevelSamplerOf(absl::string_view field,
                                                                    const v1::LevelSampler& message);
@@ -48,8 +36,6 @@ absl::StatusOr<std::shared_ptr<const LevelSampler>> HoldSampler(
     absl::string_view owner, std::shared_ptr<const LevelSampler> sampler, Quotas* quotas);
 
 google::protobuf::Duration DurationMessageOf(absl::Duration duration);
-// The inverse of LeaseDurationOf: 0 for an infinite lease.
-google::protobuf::Duration LeaseDurationMessageOf(absl::Duration lease_duration);
 void FillTimestamp(absl::Time time, google::protobuf::Timestamp* message);
 
 // Returns the pool's resource, with the spec of PoolSpecMessageOf.

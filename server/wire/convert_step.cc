@@ -1,9 +1,9 @@
 #include "server/wire/convert_step.h"
 
-#include <algorithm>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "server/encoding/observation_encoder.h"
 #include "server/wire/convert_pool.h"
 
 namespace procgen {
@@ -14,7 +14,6 @@ namespace {
 constexpr int64_t kRowNumberBytes = 5 * 4 + 4 + 8;
 // Upper bound of the tags and lengths of a response, in bytes.
 constexpr int64_t kResponseOverheadBytes = 256;
-constexpr int32_t kChunkCountMax = 64;
 
 absl::Status ReadObservation(v1::Observation observation, Request* request) {
   switch (observation) {
@@ -33,7 +32,7 @@ absl::Status ReadObservation(v1::Observation observation, Request* request) {
 }
 
 void ReadResets(const google::protobuf::RepeatedPtrField<v1::Reset>& messages,
-                StreamRequest* request) {
+                RequestMemory* request) {
   for (const v1::Reset& message : messages) {
     Reset reset;
     reset.environment = message.environment();
@@ -53,98 +52,94 @@ void ReadSlice(const v1::Slice& slice, Request* request) {
   request->count = slice.env_count();
 }
 
-absl::Status ReadStep(const v1::Step& step, StreamRequest* request) {
-  request->request.kind = Request::Kind::kStep;
-  ReadSlice(step.slice(), &request->request);
-  request->request.actions =
+absl::Status ReadStep(const v1::Step& step, RequestMemory* memory) {
+  memory->request.kind = Request::Kind::kStep;
+  ReadSlice(step.slice(), &memory->request);
+  memory->request.actions =
       absl::MakeConstSpan(step.actions().data(), static_cast<size_t>(step.actions_size()));
-  request->request.repeat = step.repeat_count() == 0 ? 1 : step.repeat_count();
+  memory->request.repeat = step.repeat_count() == 0 ? 1 : step.repeat_count();
   for (const v1::NextLevel& message : step.next_levels()) {
-    request->next_levels.push_back({message.environment(), message.level_seed()});
+    memory->next_levels.push_back({message.environment(), message.level_seed()});
   }
-  request->request.next_levels = request->next_levels;
-  ReadResets(step.resets(), request);
+  memory->request.next_levels = memory->next_levels;
+  ReadResets(step.resets(), memory);
   for (const v1::Annotation& message : step.annotations()) {
-    request->annotations.push_back(
+    memory->annotations.push_back(
         {message.name(),
          absl::MakeConstSpan(message.values().data(), static_cast<size_t>(message.values_size()))});
   }
-  request->request.annotations = request->annotations;
-  request->request.with_final_observations = step.with_final_observations();
-  if (step.chunk_count() < 0 || step.chunk_count() > kChunkCountMax) {
-    return absl::InvalidArgumentError(
-        absl::StrCat("chunk_count is ", step.chunk_count(), ", allowed: 0 to ", kChunkCountMax));
-  }
-  request->request.chunk_count = std::max(step.chunk_count(), 1);
-  return ReadObservation(step.observation(), &request->request);
+  memory->request.annotations = memory->annotations;
+  memory->request.with_final_observations = step.with_final_observations();
+  memory->request.acknowledge_only = step.acknowledge_only();
+  return ReadObservation(step.observation(), &memory->request);
 }
 
-absl::Status ReadSampler(const v1::LevelSampler& message, StreamRequest* request) {
+absl::Status ReadSampler(const v1::LevelSampler& message, RequestMemory* memory) {
   absl::StatusOr<std::shared_ptr<const LevelSampler>> sampler =
       LevelSamplerOf("level_sampler", message);
   if (!sampler.ok()) {
     return sampler.status();
   }
-  request->request.kind = Request::Kind::kSample;
-  request->request.level_sampler = *std::move(sampler);
-  request->request.with_observations = false;
+  memory->request.kind = Request::Kind::kSample;
+  memory->request.level_sampler = *std::move(sampler);
+  memory->request.with_observations = false;
   return absl::OkStatus();
+}
+
+absl::Status ReadReset(const v1::ResetSlice& reset, RequestMemory* memory) {
+  memory->request.kind = Request::Kind::kReset;
+  ReadSlice(reset.slice(), &memory->request);
+  ReadResets(reset.resets(), memory);
+  memory->request.acknowledge_only = reset.acknowledge_only();
+  return ReadObservation(reset.observation(), &memory->request);
+}
+
+absl::Status ReadObserve(const v1::Observe& observe, RequestMemory* memory) {
+  memory->request.kind = Request::Kind::kObserve;
+  ReadSlice(observe.slice(), &memory->request);
+  return ReadObservation(observe.observation(), &memory->request);
 }
 
 }  // namespace
 
-absl::Status ReadStreamRequest(StreamRequest* request) {
-  const v1::StepPoolRequest& message = request->message;
-  request->next_levels.clear();
-  request->resets.clear();
-  request->annotations.clear();
-  const absl::Time arrival_time = request->request.arrival_time;
-  request->request = Request();
-  request->request.arrival_time = arrival_time;
-  request->request.sequence_number = message.sequence_number();
-  request->request.acknowledged = message.acknowledged_sequence_number();
-  request->request.released = absl::MakeConstSpan(
-      message.released_batches().data(), static_cast<size_t>(message.released_batches_size()));
-  switch (message.request_case()) {
-    case v1::StepPoolRequest::kStep:
-      return ReadStep(message.step(), request);
-    case v1::StepPoolRequest::kReset:
-      request->request.kind = Request::Kind::kReset;
-      ReadSlice(message.reset().slice(), &request->request);
-      ReadResets(message.reset().resets(), request);
-      return ReadObservation(message.reset().observation(), &request->request);
-    case v1::StepPoolRequest::kObserve:
-      request->request.kind = Request::Kind::kObserve;
-      ReadSlice(message.observe().slice(), &request->request);
-      return ReadObservation(message.observe().observation(), &request->request);
-    case v1::StepPoolRequest::kAttach:
-      return absl::InvalidArgumentError(
-          "attach was sent again, allowed: once, as the first request of a stream");
-    case v1::StepPoolRequest::kLevelSampler:
-      return ReadSampler(message.level_sampler(), request);
-    case v1::StepPoolRequest::REQUEST_NOT_SET:
-      break;
-  }
-  return absl::InvalidArgumentError(
-      "the request is empty, allowed: step, reset, observe or level_sampler");
+void RequestMemory::Clear() {
+  next_levels.clear();
+  resets.clear();
+  annotations.clear();
+  request = Request();
 }
 
-absl::StatusOr<int32_t> ResponseRowsMax(absl::string_view limit, const Request& request,
-                                        const ObservationCoding& coding,
-                                        int64_t response_bytes_max) {
-  const int observation_count =
-      (request.with_observations ? 1 : 0) + (request.with_final_observations ? 1 : 0);
-  const int64_t row_bytes = kRowNumberBytes +
-                            (request.with_observations ? coding.sent_bytes_max() : 0) +
-                            (request.with_final_observations ? coding.drawn_bytes() : 0);
-  const int64_t rows = (response_bytes_max - kResponseOverheadBytes) / row_bytes;
-  if (rows < 1) {
-    return absl::ResourceExhaustedError(absl::StrCat(
-        "the answer for one environment has ", observation_count, " x ", coding.drawn_bytes(),
-        " bytes of observations and needs ", row_bytes + kResponseOverheadBytes, ", limit ", limit,
-        " is ", response_bytes_max));
+absl::Status ReadRequest(const v1::RunPoolRequest& message, RequestMemory* memory) {
+  memory->Clear();
+  switch (message.request_case()) {
+    case v1::RunPoolRequest::kStep:
+      return ReadStep(message.step(), memory);
+    case v1::RunPoolRequest::kReset:
+      return ReadReset(message.reset(), memory);
+    case v1::RunPoolRequest::kObserve:
+      return ReadObserve(message.observe(), memory);
+    case v1::RunPoolRequest::kLevelSampler:
+      return ReadSampler(message.level_sampler(), memory);
+    default:
+      return absl::InvalidArgumentError(
+          "the request is empty, allowed: start, step, reset, observe, save_states, "
+          "restore_states, clone_states, level_sampler or render");
   }
-  return static_cast<int32_t>(std::min<int64_t>(rows, INT32_MAX));
+}
+
+absl::Status CheckResponseFits(const Request& request, Encoding encoding, int64_t observation_bytes,
+                               int64_t response_bytes_max) {
+  const int64_t row_bytes =
+      kRowNumberBytes +
+      (request.with_observations ? EncodedBytesMax(encoding, observation_bytes) : 0) +
+      (request.with_final_observations ? observation_bytes : 0);
+  const int64_t rows_max = (response_bytes_max - kResponseOverheadBytes) / row_bytes;
+  if (request.acknowledge_only || request.count <= rows_max) {
+    return absl::OkStatus();
+  }
+  return absl::ResourceExhaustedError(absl::StrCat(
+      "slice.env_count is ", request.count, ", limit response_bytes_max is ", response_bytes_max,
+      ", which has room for ", rows_max, " environments of ", observation_bytes, " bytes"));
 }
 
 }  // namespace procgen

@@ -6,38 +6,31 @@
 #include <vector>
 
 #include "absl/status/status.h"
-#include "absl/status/statusor.h"
-#include "absl/strings/string_view.h"
-#include "procgen/v1/step.pb.h"
-#include "server/session/backend/observation_coding.h"
-#include "server/session/backend/request.h"
-#include "server/session/quota/quotas.h"
+#include "procgen/v1/run.pb.h"
+#include "server/encoding/encoding.h"
+#include "server/pool/request.h"
 
 namespace procgen {
 
-// A request of a stream with the memory that it refers to. Reused for later requests, unless it is
-// large.
-struct StreamRequest {
-  v1::StepPoolRequest message;
-  size_t message_bytes = 0;         // serialised size
-  Quotas::Reservation reservation;  // of a large request
+// A request with the memory that it refers to.
+struct RequestMemory {
   std::vector<NextLevel> next_levels;
   std::vector<Reset> resets;
   std::vector<Annotation> annotations;
   Request request;  // refers to the members above
+
+  // Empties all.
+  void Clear();
 };
 
-// Sets `next_levels`, `resets`, `annotations` and `request` (except `arrival_time` and
-// `chunk_rows_max`) from `message`. Does not check what depends on the pool. Errors:
-// INVALID_ARGUMENT the message is empty, an attach or invalid; UNIMPLEMENTED.
-absl::Status ReadStreamRequest(StreamRequest* request);
+// Converts a step, reset, observe or level sampler to `memory`, which refers to it. What depends on
+// the pool is not checked. Errors: INVALID_ARGUMENT, also another kind of request.
+absl::Status ReadRequest(const v1::RunPoolRequest& message, RequestMemory* memory);
 
-// Returns the number of environments that fit in one response of `response_bytes_max` bytes, with
-// observations in the form of `coding` and of any compressibility. At least 1.
-// Errors: RESOURCE_EXHAUSTED not one fits. `limit`: name of the limit in the error.
-absl::StatusOr<int32_t> ResponseRowsMax(absl::string_view limit, const Request& request,
-                                        const ObservationCoding& coding,
-                                        int64_t response_bytes_max);
+// Checks that the response fits in `response_bytes_max` bytes. `observation_bytes`: of one as
+// drawn. Errors: RESOURCE_EXHAUSTED.
+absl::Status CheckResponseFits(const Request& request, Encoding encoding, int64_t observation_bytes,
+                               int64_t response_bytes_max);
 
 }  // namespace procgen
 

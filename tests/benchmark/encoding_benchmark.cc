@@ -3,16 +3,13 @@
 //
 //   --art_dir DIR    folder of art to draw with; default: the built-in art
 
-#include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <cstring>
-#include <functional>
 #include <iomanip>
 #include <iostream>
 #include <map>
 #include <memory>
-#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -37,8 +34,6 @@ constexpr double kMinTimeSeconds = 1.5;
 // Bytes are counted over a fixed number of steps, independent of the machine's speed.
 constexpr int kCountedSteps = 200;
 constexpr int32_t kEnvCount = LocalLearner::kEnvCount;
-constexpr PictureShape kShape = {
-    .rows = kObservationSizePx, .columns = kObservationSizePx, .pixel_bytes = 3};
 
 enum class Way { kRaw, kZstd };
 
@@ -73,15 +68,8 @@ class EncodedLine final : public Line {
   }
 
  private:
-  static procgen_client::ObservationDecoder MakeDecoder() {
-    procgen::v1::Pool pool;
-    pool.mutable_spec()->set_env_count(kEnvCount);
-    pool.mutable_spec()->set_encoding(procgen::v1::ENCODING_DELTA_ZSTD);
-    return procgen_client::ObservationDecoder::Make(pool).value();
-  }
-
-  ObservationEncoder encoder_{kShape, kEnvCount};
-  procgen_client::ObservationDecoder decoder_ = MakeDecoder();
+  ObservationEncoder encoder_{kEnvCount, kObservationBytes};
+  procgen_client::ObservationDecoder decoder_{kEnvCount, kObservationBytes};
 };
 
 std::unique_ptr<Line> OpenPipes(Way way) {
@@ -91,24 +79,6 @@ std::unique_ptr<Line> OpenPipes(Way way) {
   return std::make_unique<EncodedLine>();
 }
 
-// Reference encoder: bytewise difference to the previous batch, compressed with zstd.
-class PlainEncoder {
- public:
-  PlainEncoder() : before_(kEnvCount * kShape.bytes()), difference_(before_.size()) {}
-
-  std::string Encode(absl::Span<const uint8_t> observations) {
-    std::transform(observations.begin(), observations.end(), before_.begin(), difference_.begin(),
-                   std::minus<>());
-    std::copy(observations.begin(), observations.end(), before_.begin());
-    return compressor_.Compress({}, difference_);
-  }
-
- private:
-  Compressor compressor_;
-  std::vector<uint8_t> before_;
-  std::vector<uint8_t> difference_;
-};
-
 // Results per observation: the columns of the closing table.
 struct Figures {
   double bytes = 0;
@@ -116,8 +86,6 @@ struct Figures {
   double decode_us = 0;
   double encode_units = 0;
   double decode_units = 0;
-  double bytes_ratio = 1;   // relative to PlainEncoder; 1 for raw
-  double encode_ratio = 1;  // same
 };
 
 // By game. Google Benchmark first tries each case with few iterations; only the last try counts.
@@ -135,11 +103,7 @@ class Trip {
   Trip(LocalLearner learner, Way way)
       : learner_(std::move(learner)),
         line_(OpenPipes(way)),
-        decoded_(learner_.observations().size()) {
-    if (way != Way::kRaw) {
-      plain_.emplace();
-    }
-  }
+        decoded_(learner_.observations().size()) {}
 
   // Steps, encodes and decodes once. Sets `round_ends` if a round of either clock is complete.
   absl::Status Step(bool& round_ends) {
@@ -155,20 +119,15 @@ class Trip {
     if (status.ok() && absl::MakeConstSpan(decoded_) != learner_.observations()) {
       return absl::InternalError("decoded observations differ from the encoded ones");
     }
-    const size_t plain_bytes = EncodePlainly();
     if (step_count_ < kCountedSteps) {
       bytes_ += static_cast<double>(encoded.size());
-      plain_bytes_ += static_cast<double>(plain_bytes);
       ++step_count_;
     }
     return status;
   }
 
-  // Encodes and decodes the first observations, the key frames, which are not counted.
+  // Encodes and decodes the first observations, which are not counted.
   absl::Status Begin() {
-    if (plain_.has_value()) {
-      plain_->Encode(learner_.observations());
-    }
     return line_->Decode(line_->Encode(learner_.observations()), absl::MakeSpan(decoded_));
   }
 
@@ -178,39 +137,20 @@ class Trip {
   }
 
   Figures Result() const {
-    Figures figures = {.bytes = bytes_ / step_count_ / kEnvCount,
-                       .encode_us = absl::ToDoubleMicroseconds(encode_.Best()) / kEnvCount,
-                       .decode_us = absl::ToDoubleMicroseconds(decode_.Best()) / kEnvCount,
-                       .encode_units = encode_.BestInUnits() / kEnvCount,
-                       .decode_units = decode_.BestInUnits() / kEnvCount};
-    if (plain_.has_value()) {
-      figures.bytes_ratio = bytes_ / plain_bytes_;
-      figures.encode_ratio = absl::FDivDuration(encode_.Best(), encode_plainly_.Best());
-    }
-    return figures;
+    return {.bytes = bytes_ / step_count_ / kEnvCount,
+            .encode_us = absl::ToDoubleMicroseconds(encode_.Best()) / kEnvCount,
+            .decode_us = absl::ToDoubleMicroseconds(decode_.Best()) / kEnvCount,
+            .encode_units = encode_.BestInUnits() / kEnvCount,
+            .decode_units = decode_.BestInUnits() / kEnvCount};
   }
 
  private:
-  // Encodes the observations with PlainEncoder; returns the size in bytes, 0 for raw.
-  size_t EncodePlainly() {
-    if (!plain_.has_value()) {
-      return 0;
-    }
-    encode_plainly_.Start();
-    const std::string encoded = plain_->Encode(learner_.observations());
-    encode_plainly_.Lap();
-    return encoded.size();
-  }
-
   LocalLearner learner_;
   std::unique_ptr<Line> line_;
-  std::optional<PlainEncoder> plain_;
   std::vector<uint8_t> decoded_;
   RoundClock encode_{TimeKind::kThread};
   RoundClock decode_{TimeKind::kThread};
-  RoundClock encode_plainly_{TimeKind::kThread};
   double bytes_ = 0;
-  double plain_bytes_ = 0;
   int step_count_ = 0;
 };
 
@@ -220,8 +160,6 @@ void Report(const Figures& figures, benchmark::State& state) {
   state.counters["decode_us"] = figures.decode_us;
   state.counters["encode_units"] = figures.encode_units;
   state.counters["decode_units"] = figures.decode_units;
-  state.counters["bytes_ratio"] = figures.bytes_ratio;
-  state.counters["encode_ratio"] = figures.encode_ratio;
 }
 
 void RunCase(const LocalCase& local_case, Way way, const std::string& group,
@@ -280,8 +218,7 @@ double GeometricMean(const FiguresOfGames& all, double Figures::*figure) {
 
 void PrintMeans() {
   std::cout << "\ngeometric means of one observation\n"
-            << "mode/encoding  games     bytes  encode_us  decode_us  encode_units  decode_units  "
-            << "bytes_ratio  encode_ratio\n"
+            << "mode/encoding  games     bytes  encode_us  decode_us  encode_units  decode_units\n"
             << std::fixed;
   for (const auto& [group, all] : AllFigures()) {
     std::cout << std::left << std::setw(13) << group << std::right << std::setw(7) << all.size()
@@ -289,9 +226,7 @@ void PrintMeans() {
               << std::setprecision(3) << std::setw(11) << GeometricMean(all, &Figures::encode_us)
               << std::setw(11) << GeometricMean(all, &Figures::decode_us) << std::setw(14)
               << GeometricMean(all, &Figures::encode_units) << std::setw(14)
-              << GeometricMean(all, &Figures::decode_units) << std::setw(13)
-              << GeometricMean(all, &Figures::bytes_ratio) << std::setw(14)
-              << GeometricMean(all, &Figures::encode_ratio) << "\n";
+              << GeometricMean(all, &Figures::decode_units) << "\n";
   }
 }
 

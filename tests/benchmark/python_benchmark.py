@@ -25,7 +25,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from procgen_client import Client, Credentials, Pool, ProcgenVectorEnv, ServerProcess
+from procgen_client import Client, Credentials, Pool, ProcgenVectorEnv, ServerProcess, catalog
 
 _WORKERS = 2
 _OPTIONS = {"distribution_mode": "easy", "rand_seed": 0}  # The levels of the pool in process.
@@ -34,15 +34,8 @@ _TURN_SECONDS = 0.05
 _CA_VARIABLE = "PROCGEN_SERVER_CA"
 
 
-class Cost(NamedTuple):
-    """What a step takes, in seconds."""
-
-    wall: float
-    cpu: float = math.nan  # Of the learner's process; of one in C++ it is not known.
-
-
-Turn = Callable[[], Cost]  # Steps for a while.
-Costs = dict[str, Cost]  # Of a step, by worker.
+Turn = Callable[[], float]  # Steps for a while; returns the seconds of a step.
+Costs = dict[str, float]  # Seconds of a step, by worker.
 
 
 class Comparison(NamedTuple):
@@ -54,18 +47,16 @@ class Comparison(NamedTuple):
 
 # How batches reach the learner, and what pools are made with for that.
 _TRANSPORTS: dict[str, dict[str, Any]] = {
-    "shared memory": {"transport": "shared_memory"},
-    "TCP": {"transport": "stream"},
-    "TLS": {"transport": "stream"},
+    "in process": {"num_threads": _WORKERS - 1},
+    "TCP": {},
+    "TLS": {},
     "compressed": {"encoding": "delta_zstd"},
 }
-_CPP_ARGUMENTS = {"shared memory": ["shared_memory"], "compressed": ["compressed"]}
+_CPP_ARGUMENTS = {"compressed": ["compressed"]}
 _IN_PROCESS = "C++, in process"
 _COMPETITORS = {
-    "C++, shared memory": Comparison(_IN_PROCESS),
-    "Python, shared memory, two in flight": Comparison("C++, shared memory", 0.97),
-    "Python, shared memory, waiting": Comparison(_IN_PROCESS, 0.8),
-    "ProcgenVectorEnv, shared memory": Comparison(_IN_PROCESS, 0.8),
+    "Python, in process": Comparison(_IN_PROCESS, 0.95),
+    "ProcgenVectorEnv, in process": Comparison(_IN_PROCESS, 0.92),
     "Python, TCP, two in flight": Comparison("C++, TCP", 0.97),
     "Python, TCP, waiting": Comparison("C++, TCP", 0.8),
     "C++, TLS": Comparison("C++, TCP"),
@@ -74,8 +65,6 @@ _COMPETITORS = {
     "Python, compressed, two in flight": Comparison("C++, compressed", 0.95),
     "ProcgenVectorEnv, TCP": Comparison("C++, TCP", 0.8),
 }
-_CPU_MEASURED = "Python, shared memory, two in flight"
-_CPU_US_MAX = 15
 
 
 class Case(NamedTuple):
@@ -96,22 +85,22 @@ class Ratios(NamedTuple):
     def of(cls, competitor: str, costs: dict[str, Costs]) -> Ratios:
         """Takes what a step costs each worker, by game."""
         yardstick = _COMPETITORS[competitor].yardstick
-        ratios = {game: by[yardstick].wall / by[competitor].wall for game, by in costs.items()}
+        ratios = {game: by[yardstick] / by[competitor] for game, by in costs.items()}
         mean = math.exp(sum(map(math.log, ratios.values())) / len(ratios))
         ordered = sorted((ratio, game) for game, ratio in ratios.items())
         return cls(mean, ordered[0], ordered[-1])
 
 
-def measure(step: Callable[[], object]) -> Cost:
-    """Steps for a turn and gives what a step took on average."""
-    begin, cpu_begin = time.perf_counter(), time.process_time()
+def measure(step: Callable[[], object]) -> float:
+    """Steps for a turn and returns the mean seconds of a step."""
+    begin = time.perf_counter()
     count = 0
     while True:
         step()
         count += 1
         elapsed = time.perf_counter() - begin
         if elapsed >= _TURN_SECONDS:
-            return Cost(elapsed / count, (time.process_time() - cpu_begin) / count)
+            return elapsed / count
 
 
 class Actions:
@@ -128,8 +117,8 @@ class Actions:
         return self._batches[self._used % len(self._batches)]
 
 
-def pool_ahead(stack: ExitStack, client: Client, case: Case, transport: str) -> Turn:
-    """A pool with two requests in flight, the default of the protocol."""
+def pool_ahead(stack: ExitStack, client: Client | None, case: Case, transport: str) -> Turn:
+    """A pool with two requests in flight."""
     pool = made_pool(stack, client, case, transport)
     actions = Actions(case.env_count)
     warm_up(pool, actions)
@@ -138,7 +127,7 @@ def pool_ahead(stack: ExitStack, client: Client, case: Case, transport: str) -> 
         pool.send_step(actions.next())
         pool.receive()
 
-    def turn() -> Cost:
+    def turn() -> float:
         pool.send_step(actions.next())
         cost = measure(exchange)
         pool.receive()
@@ -147,7 +136,7 @@ def pool_ahead(stack: ExitStack, client: Client, case: Case, transport: str) -> 
     return turn
 
 
-def pool_waiting(stack: ExitStack, client: Client, case: Case, transport: str) -> Turn:
+def pool_waiting(stack: ExitStack, client: Client | None, case: Case, transport: str) -> Turn:
     """A pool whose learner waits for each response."""
     pool = made_pool(stack, client, case, transport)
     actions = Actions(case.env_count)
@@ -155,7 +144,7 @@ def pool_waiting(stack: ExitStack, client: Client, case: Case, transport: str) -
     return lambda: measure(lambda: pool.step(actions.next()))
 
 
-def vector_env(stack: ExitStack, client: Client, case: Case, transport: str) -> Turn:
+def vector_env(stack: ExitStack, client: Client | None, case: Case, transport: str) -> Turn:
     """The same through Gymnasium's vector interface."""
     env = ProcgenVectorEnv(
         case.game,
@@ -163,7 +152,6 @@ def vector_env(stack: ExitStack, client: Client, case: Case, transport: str) -> 
         server=client,
         **_OPTIONS,
         **_TRANSPORTS[transport],
-        copy=False,
         autoreset_mode="SameStep",
     )
     stack.callback(env.close)
@@ -172,12 +160,10 @@ def vector_env(stack: ExitStack, client: Client, case: Case, transport: str) -> 
     return lambda: measure(lambda: env.step(actions.next()))
 
 
-def made_pool(stack: ExitStack, client: Client, case: Case, transport: str) -> Pool:
-    """Creates a pool, which `stack` closes."""
+def made_pool(stack: ExitStack, client: Client | None, case: Case, transport: str) -> Pool:
+    """Makes a pool, which `stack` closes. None: in this process."""
     return stack.enter_context(
-        client.create_pool(
-            case.game, case.env_count, copy=False, **_OPTIONS, **_TRANSPORTS[transport]
-        )
+        Pool(case.game, case.env_count, server=client, **_OPTIONS, **_TRANSPORTS[transport])
     )
 
 
@@ -208,9 +194,9 @@ def worker(
     if reader.readline() != "ready\n":
         raise RuntimeError(f"{program} did not start")
 
-    def turn() -> Cost:
+    def turn() -> float:
         writer.write("turn\n")
-        return Cost(float(reader.readline()) / 1e6)
+        return float(reader.readline()) / 1e6
 
     return turn
 
@@ -248,8 +234,12 @@ def all_turns(
     stack: ExitStack, program: str, servers: Servers, case: Case
 ) -> dict[str, Turn]:
     """Yields the contestants, each with its own pool."""
-    turns = {_IN_PROCESS: worker(stack, program, case)}
-    for name in _TRANSPORTS:
+    turns = {
+        _IN_PROCESS: worker(stack, program, case),
+        "Python, in process": pool_waiting(stack, None, case, "in process"),
+        "ProcgenVectorEnv, in process": vector_env(stack, None, case, "in process"),
+    }
+    for name in ("TCP", "TLS", "compressed"):
         client, ca = (servers.secure, servers.ca) if name == "TLS" else (servers.plain, None)
         how = _CPP_ARGUMENTS.get(name, [])
         turns[f"C++, {name}"] = worker(stack, program, case, client.address, *how, ca=ca)
@@ -270,10 +260,7 @@ def compete(turns: dict[str, Turn], rounds: int) -> Costs:
     for _ in range(rounds):
         for name, turn in turns.items():
             taken[name].append(turn())
-    return {
-        name: Cost(min(cost.wall for cost in costs), min(cost.cpu for cost in costs))
-        for name, costs in taken.items()
-    }
+    return {name: min(costs) for name, costs in taken.items()}
 
 
 def print_games(costs: dict[str, Costs], env_count: int) -> None:
@@ -282,7 +269,7 @@ def print_games(costs: dict[str, Costs], env_count: int) -> None:
     print(f"| us a step of {env_count} environments | {' | '.join(names)} |")
     print("| --- " * (len(names) + 1) + "|")
     for game, by in costs.items():
-        print(f"| {game} | {' | '.join(f'{1e6 * by[name].wall:.0f}' for name in names)} |")
+        print(f"| {game} | {' | '.join(f'{1e6 * by[name]:.0f}' for name in names)} |")
     print()
 
 
@@ -297,13 +284,6 @@ def print_summary(costs: dict[str, Costs], env_count: int) -> None:
             f"{'' if aim is None else f'{aim:.2f}'} | {ratios.mean:.2f} "
             f"({ratios.least[1]} {ratios.least[0]:.2f}, {ratios.most[1]} {ratios.most[0]:.2f}) |"
         )
-    cpu = sorted((1e6 * by[_CPU_MEASURED].cpu, game) for game, by in costs.items())
-    mean = math.exp(sum(math.log(us) for us, _ in cpu) / len(cpu))
-    print(
-        f"| {_CPU_MEASURED}, {env_count} environments: the learner's CPU, us a batch | "
-        f"{_CPU_US_MAX} at most | {mean:.1f} ({cpu[0][1]} {cpu[0][0]:.1f}, "
-        f"{cpu[-1][1]} {cpu[-1][0]:.1f}) |"
-    )
 
 
 def main() -> None:
@@ -325,7 +305,7 @@ def main() -> None:
     costs: dict[str, Costs] = {}
     with ExitStack() as servers_stack:
         servers = start_servers(servers_stack, arguments.server)
-        for game in arguments.games or [game.name for game in servers.plain.catalog().games]:
+        for game in arguments.games or [game["name"] for game in catalog()["games"]]:
             with ExitStack() as stack:
                 turns = all_turns(stack, arguments.worker, servers, Case(game, count))
                 costs[game] = compete(turns, arguments.rounds)

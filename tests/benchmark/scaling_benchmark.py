@@ -22,13 +22,13 @@ from typing import NamedTuple
 from procgen_client import ServerProcess
 
 _IN_PROCESS = "in process"
-_TRANSPORTS = {"shared memory": ["shared_memory"], "TCP": []}
+_TCP = "TCP"
 
 
 class Case(NamedTuple):
     """What is measured: `pools` pools, each with its own learner, and `workers` threads."""
 
-    transport: str
+    place: str
     pools: int
     workers: int
 
@@ -47,12 +47,12 @@ def measure(setup: Setup, case: Case) -> float:
     """Returns the rate of a case, in environment steps per second over all pools."""
     command = [setup.worker, setup.game, str(setup.env_count)]
     with ExitStack() as stack:
-        if case.transport == _IN_PROCESS:
+        if case.place == _IN_PROCESS:
             command.append(f"--workers={case.workers}")
         else:
             flags = [f"--workers={case.workers}"]
             server = stack.enter_context(ServerProcess(setup.server, flags, tied=True))
-            command += [server.address, *_TRANSPORTS[case.transport]]
+            command.append(server.address)
         learners = [stack.enter_context(start(command)) for _ in range(case.pools)]
         for learner in learners:
             if learner.stdout.readline() != "ready\n":
@@ -78,11 +78,11 @@ def print_table(rates: dict[Case, float], worker_counts: list[int]) -> None:
     """Prints rates, and in parentheses those of one worker to which they are ratios."""
     print(f"| workers | {' | '.join(map(str, worker_counts))} |")
     print("| --- |" + " ---: |" * len(worker_counts))
-    for transport, pools in dict.fromkeys((case.transport, case.pools) for case in rates):
-        row = [rates[Case(transport, pools, workers)] for workers in worker_counts]
+    for place, pools in dict.fromkeys((case.place, case.pools) for case in rates):
+        row = [rates[Case(place, pools, workers)] for workers in worker_counts]
         cells = [f"{rate / 1000:.0f}k ({rate / row[0]:.1f})" for rate in row]
         plural = "" if pools == 1 else "s"
-        print(f"| {transport}, {pools} pool{plural} | {' | '.join(cells)} |")
+        print(f"| {place}, {pools} pool{plural} | {' | '.join(cells)} |")
 
 
 def plot(rates: dict[Case, float], game: str, path: str) -> None:
@@ -90,10 +90,10 @@ def plot(rates: dict[Case, float], game: str, path: str) -> None:
     from matplotlib import pyplot as plt
 
     figure, axes = plt.subplots(figsize=(7, 4.5), layout="constrained")
-    for transport, pools in dict.fromkeys((case.transport, case.pools) for case in rates):
+    for place, pools in dict.fromkeys((case.place, case.pools) for case in rates):
         points = [(case.workers, rate) for case, rate in rates.items()
-                  if (case.transport, case.pools) == (transport, pools)]
-        label = f"{transport}, {pools} pool{'' if pools == 1 else 's'}"
+                  if (case.place, case.pools) == (place, pools)]
+        label = f"{place}, {pools} pool{'' if pools == 1 else 's'}"
         axes.plot(*zip(*points, strict=True), marker="o", label=label)
     axes.set(xlabel="workers of the server", ylabel="environment steps per second", title=game)
     axes.set(xlim=(0, None), ylim=(0, None))
@@ -122,11 +122,11 @@ def main() -> None:
     setup = Setup(arguments.server, arguments.worker, arguments.game, arguments.environments,
                   arguments.turns)
     groups = [(_IN_PROCESS, 1)]
-    groups += [(transport, pools) for transport in _TRANSPORTS for pools in arguments.pools]
+    groups += [(_TCP, pools) for pools in arguments.pools]
     rates = {
         case: measure(setup, case)
-        for transport, pools in groups
-        for case in (Case(transport, pools, workers) for workers in arguments.workers)
+        for place, pools in groups
+        for case in (Case(place, pools, workers) for workers in arguments.workers)
     }
     print_table(rates, arguments.workers)
     if arguments.plot:

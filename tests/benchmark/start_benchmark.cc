@@ -11,7 +11,7 @@
 #include "absl/time/time.h"
 #include "benchmark/benchmark.h"
 #include "envcore/games/game_catalog.h"
-#include "procgen_client/client.h"
+#include "procgen_client/servers.h"
 #include "tests/benchmark/measuring/benchmark_run.h"
 #include "tests/benchmark/measuring/time_now.h"
 #include "tests/service/server_process.h"
@@ -25,23 +25,21 @@ constexpr int kStartCount = 5;
 // Starts a server, creates a pool of `game` and requests its first observations.
 absl::Status SeeFirstObservation(const std::string& game) {
   ServerProcess server({"--address=127.0.0.1:0", "--log_level=error"});
-  const auto client = procgen_client::Client::Connect(server.Address());
-  if (!client.ok()) {
-    return client.status();
+  const auto servers = procgen_client::Servers::Connect(server.Address());
+  if (!servers.ok()) {
+    return servers.status();
   }
-  v1::PoolSpec spec;
-  spec.add_games(game);
-  spec.set_env_count(kEnvCount);
-  const auto pool = (*client)->CreatePool(spec);
+  PoolOptions options;
+  options.games = {game};
+  options.env_count = kEnvCount;
+  const auto pool = procgen_client::CreatePool(*servers, options);
   if (!pool.ok()) {
     return pool.status();
   }
-  const auto stream = (*client)->Attach(pool->name());
-  if (!stream.ok()) {
-    return stream.status();
-  }
-  procgen_client::Batch batch;
-  return (*stream)->Observe(&batch);
+  std::vector<uint8_t> observations(static_cast<size_t>(kEnvCount) * kObservationBytes);
+  Batch batch;
+  batch.observations = absl::MakeSpan(observations);
+  return (*pool)->Step({.count = kEnvCount, .steps = false}, {}, batch);
 }
 
 void RunCase(const std::string& game, benchmark::State& state) {

@@ -14,7 +14,6 @@ from __future__ import annotations
 import argparse
 import json
 import re
-import statistics
 import sys
 from pathlib import Path
 from typing import NamedTuple
@@ -23,7 +22,6 @@ _NAME = re.compile(r"(?P<case>[a-z/]+)/(?:environments|learners):(?P<size>\d+)(?
 _NOT_INSTALLED = 77
 _DOTS_PER_INCH = 120
 _TCP_SIZES_WITH_TARGET = (64, 256)
-_OF_GAMES = "stream/shm/"  # before the name of the game
 _COLORS = {"ours": "#2a6f97", "bound": "#adb5bd", "tail": "#90c2e0"}
 
 
@@ -50,12 +48,6 @@ class Report:
         """Returns the sizes of a case in this run, ascending."""
         return sorted(size for name, size in self.cases if name == case)
 
-    def games(self) -> list[str]:
-        """Returns the games of stream/shm/GAME, the lowest ratio first."""
-        games = {name.removeprefix(_OF_GAMES): case["inprocess_ratio"]
-                 for (name, _), case in self.cases.items() if name.startswith(_OF_GAMES)}
-        return sorted(games, key=games.__getitem__)
-
     def rows(self) -> list[Row]:
         """Returns the rows of the table, for the cases in this run."""
         rows: list[Row] = []
@@ -67,27 +59,6 @@ class Report:
                     "(/ bound on shared cores)",
                     "0.85" if size in _TCP_SIZES_WITH_TARGET else "",
                     f"{case['allowed_ratio']:.2f} ({case['shared_allowed_ratio']:.2f})",
-                )
-            )
-        for size in self.sizes("stream/shm"):
-            case = self.cases["stream/shm", size]
-            rows.append(
-                Row(
-                    f"shared memory, pool of {size}: rate / pool in process "
-                    "(/ the same with a bare exchange)",
-                    "0.90",
-                    f"{case['inprocess_ratio']:.2f} ({case['exchanging_ratio']:.2f})",
-                )
-            )
-        if games := self.games():
-            (size,) = self.sizes(_OF_GAMES + games[0])
-            ratios = [self.cases[_OF_GAMES + game, size]["inprocess_ratio"] for game in games]
-            rows.append(
-                Row(
-                    f"shared memory, pools of {size} of each game: rate / pool in process",
-                    "0.90",
-                    f"{statistics.geometric_mean(ratios):.2f} "
-                    f"({games[0]} {ratios[0]:.2f}, {games[-1]} {ratios[-1]:.2f})",
                 )
             )
         if ("latency", 1) in self.cases:
@@ -134,13 +105,11 @@ def plot(report: Report, path: Path) -> None:
 
 
 def _plot_streams(report: Report, axes) -> None:  # noqa: ANN001
-    tcp, shm = report.sizes("stream/tcp"), report.sizes("stream/shm")
-    names = [f"TCP\n{size}" for size in tcp] + [f"shared\n{size}" for size in shm]
+    tcp = report.sizes("stream/tcp")
+    names = [f"TCP\n{size}" for size in tcp]
     ratios = [report.cases["stream/tcp", size]["allowed_ratio"] for size in tcp]
-    ratios += [report.cases["stream/shm", size]["inprocess_ratio"] for size in shm]
     axes.bar(names, ratios, color=_COLORS["ours"], label="separate cores")
     shared = [report.cases["stream/tcp", size]["shared_allowed_ratio"] for size in tcp]
-    shared += [report.cases["stream/shm", size]["exchanging_ratio"] for size in shm]
     axes.scatter(names, shared, color="black", zorder=2, s=14, label="shared cores")
     axes.axhline(1, color=_COLORS["bound"], linestyle="--", linewidth=1)
     axes.set_title("stream: rate / upper bound")

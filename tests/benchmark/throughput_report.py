@@ -3,10 +3,10 @@
 
 Usage: throughput_report.py BIN [--games GAME...] [--seconds S]
 
-BIN is the folder of programs of a release build, such as build/release/bin. Rows are the ways in:
-the engine in its own process, and the Python client over shared memory and over TCP. Columns are
-games and modes, on one core and on two. Server and learner share the cores. Each figure is the best
-of several rounds, with 64 environments, random actions, and every observation received.
+BIN is the folder of programs of a release build, such as build/release/bin. Columns are the engine
+in C++, Python in the process, and Python over TCP; rows are games and modes, on one core and on
+two. Server and learner share the cores. Each figure is the best of several rounds, with 64
+environments, random actions, and every observation received.
 """
 
 from __future__ import annotations
@@ -17,11 +17,12 @@ import json
 import os
 import subprocess
 import time
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 
-from procgen_client import Client, ServerProcess
+from procgen_client import Pool, ProcgenVectorEnv, ServerProcess
 
 _ENV_COUNT = 64
 _MODES = ("easy", "hard")
@@ -29,7 +30,6 @@ _CORES = (1, 2)
 _ROUNDS = 5
 _WARM_UP_STEPS = 100
 _ACTION_ROWS = 1009  # Drawn in advance; odd, so that each half gets all of them.
-_TRANSPORTS = {"Python, shared memory": "shared_memory", "Python, TCP": "stream"}
 
 Case = tuple[str, str, int]  # Game, mode, cores.
 
@@ -57,16 +57,24 @@ def engine_rates(programs: Path, games: list[str], seconds: float) -> dict[Case,
     return rates
 
 
-def client_rate(server: Path, transport: str, case: Case, seconds: float) -> float:
+def process_rate(case: Case, seconds: float) -> float:
+    """Returns the environment steps per second of ProcgenVectorEnv in this process."""
+    game, mode, cores = case
+    os.sched_setaffinity(0, range(cores))
+    with ProcgenVectorEnv(game, _ENV_COUNT, distribution_mode=mode, rand_seed=0) as env:
+        shape = (_ACTION_ROWS, _ENV_COUNT)
+        actions = itertools.cycle(np.random.default_rng(0).integers(0, 15, shape, dtype=np.int32))
+        env.reset()
+        return _best_rate(lambda: env.step(next(actions)), seconds)
+
+
+def server_rate(server: Path, case: Case, seconds: float) -> float:
     """Returns the environment steps per second of a learner that sends one half ahead."""
     game, mode, cores = case
     os.sched_setaffinity(0, range(cores))
     with (
         ServerProcess(server, flags=[f"--workers={cores}"]) as process,
-        Client(process.address) as client,
-        client.create_pool(
-            game, _ENV_COUNT, distribution_mode=mode, rand_seed=0, transport=transport, copy=False
-        ) as pool,
+        Pool(game, _ENV_COUNT, server=process, distribution_mode=mode, rand_seed=0) as pool,
     ):
         halves = (0, _ENV_COUNT // 2)
         shape = (_ACTION_ROWS, _ENV_COUNT // 2)
@@ -79,12 +87,16 @@ def client_rate(server: Path, transport: str, case: Case, seconds: float) -> flo
                 pool.receive()
                 pool.send_step(next(actions), first_env=half, env_count=_ENV_COUNT // 2)
 
-        for _ in range(_WARM_UP_STEPS):
-            step()
-        return max(_round_rate(step, seconds) for _ in range(_ROUNDS))
+        return _best_rate(step, seconds)
 
 
-def _round_rate(step, seconds: float) -> float:
+def _best_rate(step: Callable[[], object], seconds: float) -> float:
+    for _ in range(_WARM_UP_STEPS):
+        step()
+    return max(_round_rate(step, seconds) for _ in range(_ROUNDS))
+
+
+def _round_rate(step: Callable[[], object], seconds: float) -> float:
     begin, count = time.perf_counter(), 0
     while (elapsed := time.perf_counter() - begin) < seconds:
         step()
@@ -115,11 +127,15 @@ def main() -> None:
     games, seconds = arguments.games, arguments.seconds
     rates = {"engine": engine_rates(arguments.programs, games, seconds)}
     all_cores = os.sched_getaffinity(0)
-    for name, transport in _TRANSPORTS.items():
-        rates[name] = {}
+    server = arguments.programs / "procgen-server"
+    ways = {
+        "Python, in the process": lambda case: process_rate(case, seconds),
+        "Python, TCP": lambda case: server_rate(server, case, seconds),
+    }
+    for way, rate in ways.items():
+        rates[way] = {}
         for case in rates["engine"]:
-            server = arguments.programs / "procgen-server"
-            rates[name][case] = client_rate(server, transport, case, seconds)
+            rates[way][case] = rate(case)
             os.sched_setaffinity(0, all_cores)
     print(table(rates))
 

@@ -40,7 +40,7 @@ absl::Status TakeTurns(absl::FunctionRef<absl::Status(Cost*)> turn) {
 }
 
 absl::Status CompeteInProcess(const std::string& game, int32_t env_count) {
-  // All arrays and two batches in turn, as in stream/shm/...
+  // All arrays and two batches in turn, as a learner uses them.
   auto learner = LocalLearner::Start({.game = game,
                                       .worker_count = absl::GetFlag(FLAGS_workers),
                                       .batch_count = kRequestsInFlight,
@@ -67,16 +67,15 @@ absl::Status CompeteOverStream(const std::string& address, const RemoteCase& rem
 
 int main(int argc, char** argv) {
   absl::SetProgramUsageMessage(
-      "[--workers=N] GAME ENVIRONMENTS [SERVER [shared_memory|compressed]]\n"
+      "[--workers=N] GAME ENVIRONMENTS [SERVER [compressed]]\n"
       "Steps a pool in easy mode, in this process or on a server, for a while for each line of "
       "standard input;\nprints the duration of a step, in microseconds.");
   const std::vector<char*> arguments = absl::ParseCommandLine(argc, argv);
   const size_t count = arguments.size();
   int32_t env_count = 0;
   const absl::string_view how = count == 5 ? arguments[4] : "";
-  const bool shares_memory = how == "shared_memory";
   const bool is_compressed = how == "compressed";
-  if (count < 3 || count > 5 || (count == 5 && !shares_memory && !is_compressed) ||
+  if (count < 3 || count > 5 || (count == 5 && !is_compressed) ||
       !absl::SimpleAtoi(arguments[2], &env_count) || env_count < 1 ||
       absl::GetFlag(FLAGS_workers) < 1) {
     std::cerr << "procgen-benchmark-worker: invalid arguments; --help describes them\n";
@@ -88,7 +87,6 @@ int main(int argc, char** argv) {
                                               {.game = arguments[1],
                                                .env_count = env_count,
                                                .requests_in_flight = procgen::kRequestsInFlight,
-                                               .shares_memory = shares_memory,
                                                .is_compressed = is_compressed});
   if (!status.ok()) {
     std::cerr << "procgen-benchmark-worker: " << status << "\n";

@@ -34,8 +34,6 @@ done
 mkdir "$root/dev/pts"
 mount -t devpts -o newinstance,ptmxmode=0666 devpts "$root/dev/pts"
 ln -s pts/ptmx "$root/dev/ptmx"
-mkdir -m 1777 "$root/dev/shm"
-mount -t tmpfs shm "$root/dev/shm"
 for device in full null random tty urandom zero; do
   touch "$root/dev/$device"
   mount --bind "/dev/$device" "$root/dev/$device"

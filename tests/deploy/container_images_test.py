@@ -87,6 +87,8 @@ def packages(tmp_path_factory: pytest.TempPathFactory) -> Path:
     for package in _PACKAGES.glob("*.deb"):
         shutil.copy(package, folder)
     shutil.copytree(_SOURCE / "clients/python/procgen_client", folder / "procgen_client")
+    for library in ("PROCGEN_LIBRARY", "PROCGEN_REMOTE_LIBRARY"):
+        shutil.copy(os.environ[library], folder / "procgen_client")
     return folder
 
 
@@ -132,11 +134,6 @@ def await_client(socket: Path) -> Client:
 def test_the_server_serves_and_drains(containers: Containers, socket: Path) -> None:
     with await_client(socket) as client, client.create_pool("maze", 4) as pool:
         assert pool.step([4] * 4).observations.shape == (4, 64, 64, 3)
-    view = containers.podman(
-        *("exec", "server", "procgen-top", "--once", "--interval=100ms"),
-        "--server=unix:/run/procgen/server",
-    )
-    assert view.startswith("procgen-server ")
     containers.podman("stop", "--time", "30", "server")
     state = containers.podman("inspect", "--format", "{{.State.ExitCode}}", "server")
     assert state == "0"

@@ -22,8 +22,6 @@ from procgen_client import ServerProcess
 
 _FOLDER = Path(__file__).resolve().parents[2] / "deploy" / "kubernetes"
 _OVERLAYS = sorted(path.name for path in (_FOLDER / "overlays").iterdir())
-_DDS_PORT = 7400  # Of domain 0; each domain has 250 ports.
-_NODES_OF_HOST_MAX = 32  # The limit of server/cluster.
 
 
 class Overlay:
@@ -65,11 +63,7 @@ class Overlay:
                 data = self.named("ConfigMap", volume["configMap"]["name"])["data"]
                 folder = mount_paths(server)[volume["name"]]
                 files |= {f"{folder}/{file}": text for file, text in data.items()}
-        arguments = container(server)["args"]
-        variables = {each["name"]: f"{each['name'].lower()}" for each in container(server)["env"]}
-        for name, value in variables.items():
-            arguments = [each.replace(f"$({name})", value) for each in arguments]
-        return server_flags.expand(arguments, files)
+        return server_flags.expand(container(server)["args"], files)
 
 
 def pod(workload: dict[str, Any]) -> dict[str, Any]:
@@ -134,32 +128,21 @@ def test_selectors_match_pods(overlay: Overlay) -> None:
             assert overlay.matching(constraint["labelSelector"]["matchLabels"]) == [workload]
 
 
-def test_learners_reach_only_the_fleet_server(overlay: Overlay) -> None:
-    service = overlay.named("Service", "procgen")
-    (fleet,) = overlay.matching(service["spec"]["selector"])
-    assert "fleet" in server_flags.values(overlay.flags(fleet))
+def test_learners_list_all_servers(overlay: Overlay) -> None:
+    (server,) = overlay.of_kind("StatefulSet")
+    service = overlay.named("Service", server["spec"]["serviceName"])
+    assert service["spec"]["clusterIP"] == "None"
+    assert server in overlay.matching(service["spec"]["selector"])
+    names = [f"{server['metadata']['name']}-{i}" for i in range(server["spec"]["replicas"])]
+    hosts = [f"{name}.{service['metadata']['name']}" for name in names]
     (port,) = service["spec"]["ports"]
-    assert port["targetPort"] in ports(fleet)
+    assert port["targetPort"] in ports(server)
+    addresses = ",".join(f"{host}:{port['port']}" for host in hosts)
+    readme = (_FOLDER / "README.md").read_text()
+    assert f'server="{addresses}"' in readme
+    assert f"--for={','.join(hosts)} " in readme  # The names that a certificate is valid for.
     for learner in overlay.of_kind("Deployment"):
-        assert f"--server=procgen:{port['port']}" in container(learner)["args"]
-        rules = overlay.named("NetworkPolicy", "procgen-fleet")["spec"]["ingress"]
-        sources = [peer["podSelector"]["matchLabels"] for rule in rules for peer in rule["from"]]
-        assert any(labels.items() <= pod_labels(learner).items() for labels in sources)
-
-
-def test_pods_of_the_cluster_have_names_that_flags_and_services_agree_on(overlay: Overlay) -> None:
-    for server in overlay.of_kind("StatefulSet"):
-        headless = overlay.named("Service", server["spec"]["serviceName"])
-        assert headless["spec"]["clusterIP"] == "None"
-        assert headless["spec"]["publishNotReadyAddresses"] is True
-        assert server in overlay.matching(headless["spec"]["selector"])
-        flags = server_flags.values(overlay.flags(server))
-        name = headless["metadata"]["name"]
-        assert flags["cluster_peers"] == name
-        # A wildcard in a certificate covers one label, so the name must be complete.
-        host = f"pod_name.{name}.pod_namespace.svc"
-        assert flags["advertised_address"] == f"{host}:{port_of(flags['address'])}"
-        assert flags["node_id"] == "pod_name"
+        assert f"--server={addresses}" in container(learner)["args"]
 
 
 def test_ports_agree_with_flags(overlay: Overlay) -> None:
@@ -175,25 +158,17 @@ def test_ports_agree_with_flags(overlay: Overlay) -> None:
             assert how["port"] in (expected, ports(server)[expected])
 
 
-def test_the_network_policy_allows_the_ports_of_the_flags(overlay: Overlay) -> None:
-    policy = overlay.named("NetworkPolicy", "procgen-cluster")["spec"]
-    for server in overlay.of_kind("StatefulSet"):
-        assert server in overlay.matching(policy["podSelector"]["matchLabels"])
-        domain = int(server_flags.values(overlay.flags(server)).get("cluster_domain", 0))
-        dds = _DDS_PORT + 250 * domain
-        for direction in ("ingress", "egress"):
-            allowed = [port for rule in policy[direction] for port in rule["ports"]]
-            assert {"port": ports(server)["grpc"]} in allowed
-            (udp,) = [port for port in allowed if "endPort" in port]
-            assert udp["protocol"] == "UDP"
-            assert udp["port"] <= dds
-            assert udp["endPort"] >= dds + 10 + 2 * (_NODES_OF_HOST_MAX - 1) + 1
-        assert {"port": ports(server)["metrics"]} in [
-            port for rule in policy["ingress"] for port in rule["ports"]
-        ]
+def test_the_network_policy_admits_learners_and_prometheus(overlay: Overlay) -> None:
+    policy = overlay.named("NetworkPolicy", "procgen")["spec"]
+    (server,) = overlay.matching(policy["podSelector"]["matchLabels"])
+    learners, prometheus = policy["ingress"]
+    assert learners["ports"] == [{"port": ports(server)["grpc"]}]
+    assert prometheus["ports"] == [{"port": ports(server)["metrics"]}]
+    (peer,) = learners["from"]
+    assert overlay.matching(peer["podSelector"]["matchLabels"]) == overlay.of_kind("Deployment")
 
 
-def test_grpc_probes_name_services_that_are_healthy(
+def test_grpc_probes_are_answered(
     overlay: Overlay, health: grpc.UnaryUnaryMultiCallable
 ) -> None:
     for server in overlay.of_kind("StatefulSet"):
@@ -201,16 +176,15 @@ def test_grpc_probes_name_services_that_are_healthy(
         for probe in probes(server):
             assert ("grpc" in probe) != secured  # gRPC probes do not use TLS.
             if "grpc" in probe:
-                name = probe["grpc"]["service"].encode()
+                name = probe["grpc"].get("service", "").encode()
                 assert health(b"\x0a" + bytes([len(name)]) + name) == b"\x08\x01"
 
 
 def test_mounted_volumes_exist(overlay: Overlay) -> None:
     readme = (_FOLDER / "README.md").read_text()
     for server in overlay.of_kind("StatefulSet"):
-        claims = server["spec"].get("volumeClaimTemplates", [])
         volumes = {each["name"]: each for each in pod(server)["volumes"]}
-        assert set(mount_paths(server)) == {*volumes, *(c["metadata"]["name"] for c in claims)}
+        assert mount_paths(server).keys() == volumes.keys()
         for volume in volumes.values():
             if "configMap" in volume:
                 assert overlay.named("ConfigMap", volume["configMap"]["name"])
@@ -226,8 +200,6 @@ def path_is_mounted(server: dict[str, Any], path: str) -> bool:
     readme = (_FOLDER / "README.md").read_text()
     volumes = {each["name"]: each for each in pod(server)["volumes"]}
     for name, folder in mount_paths(server).items():
-        if Path(path) == Path(folder):
-            return True
         if Path(path).parent == Path(folder):
             secret = volumes[name]["secret"]["secretName"]
             return re.search(rf"{secret} .*--from-file={Path(path).name}[=\s]", readme) is not None
@@ -239,17 +211,8 @@ def test_workers_and_timeouts_fit_the_pods_resources(overlay: Overlay) -> None:
         flags = server_flags.values(overlay.flags(server))
         if "workers" in flags:
             assert flags["workers"] == container(server)["resources"]["requests"]["cpu"]
-        page = 2  # Seconds until the metrics page has ended.
-        drain = server_flags.seconds(flags["drain_timeout"])
-        assert pod(server)["terminationGracePeriodSeconds"] >= drain + page + 5
-
-
-def test_the_autoscaler_targets_an_existing_workload(overlay: Overlay) -> None:
-    (scaler,) = overlay.of_kind("HorizontalPodAutoscaler")
-    target = overlay.named("StatefulSet", scaler["spec"]["scaleTargetRef"]["name"])
-    assert "replicas" not in target["spec"]  # `kubectl apply` would reset it.
-    assert "cpu" in container(target)["resources"]["requests"]  # The autoscaler's unit.
-    assert 3 <= scaler["spec"]["minReplicas"] <= scaler["spec"]["maxReplicas"]
+        # A second for running requests, and two until the metrics page has ended.
+        assert pod(server)["terminationGracePeriodSeconds"] >= 10
 
 
 def test_pods_have_minimal_privileges(overlay: Overlay) -> None:
@@ -272,11 +235,8 @@ def test_production_requires_authentication() -> None:
     for server in production.of_kind("StatefulSet"):
         flags = server_flags.values(production.flags(server))
         assert {"tls_certificate", "tls_key", "tokens"} <= flags.keys()
-        if "fleet" in flags:  # It is a client of the nodes.
-            assert {"fleet_ca", "fleet_token"} <= flags.keys()
 
 
-@pytest.mark.parametrize("name", ["procgen-node", "procgen-fleet"])
-def test_the_server_takes_all_flags(overlay: Overlay, name: str) -> None:
-    server = overlay.named("StatefulSet", name)
+def test_the_server_takes_all_flags(overlay: Overlay) -> None:
+    (server,) = overlay.of_kind("StatefulSet")
     assert server_flags.complaint(overlay.flags(server)) == ""

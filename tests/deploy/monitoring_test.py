@@ -33,13 +33,13 @@ Exported = dict[str, set[str]]
 
 @pytest.fixture(scope="module")
 def exported(tmp_path_factory: pytest.TempPathFactory) -> Exported:
-    """The metrics after a learner attached, stepped, failed and detached."""
+    """The metrics after a learner stepped a pool and failed."""
     log = tmp_path_factory.mktemp("server") / "log"
     with ServerProcess(flags=["--metrics_address=127.0.0.1:0"], log_path=log) as server:
         with Client(server.address) as client, client.create_pool("coinrun", 2) as pool:
             pool.step([7, 7])
             with pytest.raises(errors.NotFoundError):
-                client.delete_pool("pools/none")
+                client.get_pool("pools/none")
         address = re.search(r"metrics=(\S+)", log.read_text()).group(1)
         with urllib.request.urlopen(f"http://{address}/metrics") as page:
             text = page.read().decode()

@@ -47,7 +47,7 @@ def test_the_library_needs_no_grpc(tmp_path: Path) -> None:
     result = _configure(
         tmp_path,
         *("gRPC", "Protobuf", "OpenSSL", "spdlog", "prometheus-cpp", "CycloneDDS", "PNG"),
-        *("SQLite3", "PkgConfig", "Boost", "GTest", "benchmark"),
+        *("PkgConfig", "Boost", "GTest", "benchmark"),
         preset="library",
     )
     assert result.returncode == 0, result.stderr

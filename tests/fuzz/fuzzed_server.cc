@@ -1,6 +1,8 @@
 #include "tests/fuzz/fuzzed_server.h"
 
-#include "absl/synchronization/notification.h"
+#include <initializer_list>
+
+#include "absl/strings/str_cat.h"
 #include "absl/time/clock.h"
 #include "server/rpc/grpc/grpc_status.h"
 
@@ -11,12 +13,9 @@ constexpr int kWorkerCount = 1;
 
 Limits SmallLimits() {
   Limits limits;
-  limits.pool_count_max = 4;
-  limits.pool_env_count_max = 4;
   limits.env_count_max = 12;
-  limits.observation_bytes_max = 1 << 20;
+  limits.owner_bytes_max = 64 << 20;
   limits.response_bytes_max = 1 << 20;
-  limits.requests_in_flight_max = 4;
   return limits;
 }
 
@@ -24,50 +23,30 @@ Limits SmallLimits() {
 
 FuzzedServer::FuzzedServer()
     : supervisor_(SmallLimits(), kWorkerCount, &metrics_),
-      accounting_(Authenticator(nullptr, /*use_certificates=*/false), SmallLimits().attach_timeout,
-                  &supervisor_.quotas(), &metrics_),
-      services_(&supervisor_, cluster_.get(), &accounting_, /*pipe_listener=*/nullptr,
-                CloneSourceAllowlist()) {
+      accounting_(Authenticator(nullptr, /*use_certificates=*/false), &supervisor_.quotas(),
+                  &metrics_),
+      catalog_service_(&supervisor_, &accounting_),
+      cluster_service_(cluster_.get(), &accounting_),
+      pool_service_(&supervisor_, &accounting_) {
   // Over TCP, as real clients. gRPC's in-process transport keeps streams that ended while their
   // client wrote.
   int port = 0;
   grpc::ServerBuilder builder;
   builder.AddListeningPort("127.0.0.1:0", grpc::InsecureServerCredentials(), &port);
-  services_.RegisterWith(&builder);
+  for (grpc::Service* service : std::initializer_list<grpc::Service*>{
+           &catalog_service_, &cluster_service_, &pool_service_}) {
+    builder.RegisterService(service);
+  }
   server_ = builder.BuildAndStart();
   Require(server_ != nullptr && port != 0, "there is a server");
   channel_ =
       grpc::CreateChannel(absl::StrCat("127.0.0.1:", port), grpc::InsecureChannelCredentials());
 }
 
-void FuzzedServer::ResetPools() {
-  for (const PoolSupervisor::Numbered& listed : supervisor_.List("", 0, 100)) {
-    Require(supervisor_.Delete("", listed.pool->name()).ok(),
-            "a pool that is listed can be deleted");
-  }
-  for (const auto& [id, game, env_count, autoreset_mode, encoding] :
-       {std::tuple("a", "maze", 2, AutoresetMode::kSameStep, Encoding::kRaw),
-        std::tuple("b", "coinrun", 3, AutoresetMode::kDisabled, Encoding::kDeltaZstd)}) {
-    PoolOptions options;
-    options.games = {game};
-    options.env_count = env_count;
-    options.environment.distribution_mode = DistributionMode::kEasy;
-    options.environment.rand_seed = 7;
-    options.autoreset_mode = autoreset_mode;
-    absl::Notification done;
-    supervisor_.Create("", id, options, {.encoding = encoding},
-                       [&done](const absl::StatusOr<std::shared_ptr<PoolSession>>& made) {
-                         Require(made.ok(), "pools are created", made.status());
-                         done.Notify();
-                       });
-    done.WaitForNotification();
-  }
-}
-
-void FuzzedServer::RequireNoStreams() {
+void FuzzedServer::RequirePoolCount(int32_t count) {
   const absl::Time end = absl::Now() + absl::Seconds(5);
-  while (supervisor_.load().stream_count > 0) {
-    Require(absl::Now() < end, "ended streams detach from their pools");
+  while (supervisor_.load().pool_count != count) {
+    Require(absl::Now() < end, "pools end with their streams");
     absl::SleepFor(absl::Microseconds(50));
   }
 }
@@ -75,6 +54,38 @@ void FuzzedServer::RequireNoStreams() {
 FuzzedServer& TheFuzzedServer() {
   static FuzzedServer& server = *new FuzzedServer;
   return server;
+}
+
+LivePool::LivePool()
+    : stub_(v1::PoolService::NewStub(TheFuzzedServer().channel())),
+      stream_(stub_->RunPool(&context_)) {
+  v1::RunPoolRequest request;
+  request.mutable_start()->set_pool_id("a");
+  v1::PoolSpec& spec = *request.mutable_start()->mutable_spec();
+  spec.add_games("maze");
+  spec.set_env_count(2);
+  spec.mutable_options()->set_distribution_mode(v1::DISTRIBUTION_MODE_EASY);
+  spec.mutable_options()->set_rand_seed(7);
+  Require(Answer(request).has_started(), "a pool starts");
+}
+
+void LivePool::Step() {
+  v1::RunPoolRequest request;
+  request.mutable_step()->mutable_slice()->set_env_count(2);
+  request.mutable_step()->add_actions(7);
+  request.mutable_step()->add_actions(-1);
+  Require(Answer(request).batch().rewards_size() == 2, "a pool steps");
+}
+
+v1::RunPoolResponse LivePool::Answer(const v1::RunPoolRequest& request) {
+  v1::RunPoolResponse response;
+  Require(stream_->Write(request) && stream_->Read(&response), "a pool answers");
+  return response;
+}
+
+LivePool& TheLivePool() {
+  static LivePool& pool = *new LivePool;
+  return pool;
 }
 
 void RequirePromised(const absl::Status& status) {
@@ -85,10 +96,8 @@ void RequirePromised(const absl::Status& status) {
     case absl::StatusCode::kNotFound:
     case absl::StatusCode::kAlreadyExists:
     case absl::StatusCode::kFailedPrecondition:
-    case absl::StatusCode::kAborted:
     case absl::StatusCode::kResourceExhausted:
     case absl::StatusCode::kUnimplemented:
-    case absl::StatusCode::kPermissionDenied:
     case absl::StatusCode::kDataLoss:
     case absl::StatusCode::kCancelled:
       break;

@@ -1,6 +1,5 @@
-// procgen-make-request-corpus FOLDER: writes the seed inputs of request_fuzz, stream_fuzz and
-// dm_env_rpc_fuzz to FOLDER/request, FOLDER/stream and FOLDER/dm_env_rpc: valid requests, and some
-// that are nearly valid.
+// procgen-make-request-corpus FOLDER: writes the seed inputs of request_fuzz and run_fuzz to
+// FOLDER/request and FOLDER/run: valid requests, and some that are nearly valid.
 
 #include <filesystem>
 #include <fstream>
@@ -9,19 +8,19 @@
 #include <string>
 #include <vector>
 
-#include "dm_env_rpc/v1/dm_env_rpc.pb.h"
-#include "dm_env_rpc/v1/extensions/properties.pb.h"
 #include "procgen/v1/catalog.pb.h"
 #include "procgen/v1/cluster.pb.h"
-#include "procgen/v1/pools.pb.h"
+#include "procgen/v1/episodes.pb.h"
+#include "procgen/v1/pool_service.pb.h"
 #include "procgen/v1/render.pb.h"
-#include "procgen/v1/states.pb.h"
-#include "procgen/v1/step.pb.h"
-#include "tests/fuzz/fuzzed_server.h"
+#include "procgen/v1/run.pb.h"
+#include "tests/fuzz/pieces.h"
 #include "tests/fuzz/request_methods.h"
 
 namespace procgen {
 namespace {
+
+constexpr int kBadUse = 2;
 
 void Write(const std::filesystem::path& path, const std::vector<Piece>& pieces) {
   std::ofstream(path, std::ios::binary) << InputOf(pieces);
@@ -32,239 +31,181 @@ Piece Call(RequestMethod method, const Message& message) {
   return {false, std::string(1, static_cast<char>(method)) + message.SerializeAsString()};
 }
 
-v1::CreatePoolRequest CreateRequest() {
-  v1::CreatePoolRequest request;
-  request.set_pool_id("c");
-  v1::PoolSpec* spec = request.mutable_spec();
-  spec->add_games("bigfish");
-  spec->add_games("maze");
-  spec->set_env_count(2);
-  spec->mutable_options()->set_distribution_mode(v1::DISTRIBUTION_MODE_EASY);
-  spec->mutable_options()->set_num_levels(5);
-  spec->mutable_options()->set_start_level(3);
-  spec->mutable_options()->set_rand_seed(9);
-  spec->set_autoreset_mode(v1::AUTORESET_MODE_NEXT_STEP);
-  spec->mutable_observation_format()->set_color(v1::COLOR_GRAYSCALE);
-  spec->mutable_observation_format()->set_layout(v1::LAYOUT_CHW);
-  spec->mutable_observation_format()->set_size_px(20);
-  spec->mutable_observation_format()->set_frame_stack(2);
-  return request;
-}
-
-void WritePoolCalls(const std::filesystem::path& folder) {
+void WriteCalls(const std::filesystem::path& folder) {
   v1::GetPoolRequest get;
-  get.set_name("pools/c");
-  v1::DeletePoolRequest remove;
-  remove.set_name("pools/c");
-  v1::RenewPoolRequest renew;
-  renew.set_name("pools/a");
-  renew.mutable_lease_duration()->set_seconds(5);
+  get.set_name("pools/a");
   v1::ListPoolsRequest list;
   list.set_page_size(1);
   list.set_page_token("1");
   Write(folder / "pools",
-        {Call(kCreatePool, CreateRequest()), Call(kGetPool, get), Call(kListPools, list),
-         Call(kRenewPool, renew), Call(kDeletePool, remove), Call(kDeletePool, remove)});
-  v1::CreatePoolRequest sampled = CreateRequest();
-  sampled.mutable_spec()->mutable_level_sampler()->add_level_seeds(7);
-  sampled.mutable_spec()->mutable_level_sampler()->add_weights(1);
-  Write(folder / "sampler", {Call(kCreatePool, sampled)});
-  v1::CreatePoolRequest part = CreateRequest();
-  part.mutable_spec()->set_first_env(2);
-  part.mutable_spec()->set_total_env_count(8);
-  part.mutable_spec()->set_transport(v1::TRANSPORT_SHARED_MEMORY);
-  part.mutable_spec()->mutable_lease_duration()->set_seconds(2);
-  Write(folder / "part", {Call(kCreatePool, part)});
+        {Call(kGetPool, get), Call(kListPools, v1::ListPoolsRequest()), Call(kListPools, list)});
   Write(folder / "catalog",
         {Call(kGetCatalog, v1::GetCatalogRequest()), Call(kGetLoad, v1::GetLoadRequest())});
-}
-
-void WriteStateCalls(const std::filesystem::path& folder, const std::string& snapshot) {
-  v1::SaveStatesRequest save;
-  save.set_pool("pools/b");
-  save.add_environments(2);
-  save.add_environments(0);
-  save.set_response_bytes_max(65536);
-  v1::CloneStatesRequest clone;
-  clone.set_pool("pools/a");
-  clone.set_source_pool("pools/a");
-  clone.add_pairs()->set_source_environment(1);
-  v1::RestoreStatesRequest restore;
-  restore.set_pool("pools/a");
-  restore.add_states()->set_environment(1);
-  restore.mutable_states(0)->set_snapshot(snapshot);
-  v1::RenderEnvironmentsRequest render;
-  render.set_pool("pools/a");
-  render.add_environments(1);
-  render.set_size_px(32);
-  Write(folder / "states", {Call(kSaveStates, save), Call(kCloneStates, clone),
-                            Call(kRestoreStates, restore), Call(kRenderEnvironments, render)});
-  clone.set_source_server("127.0.0.1:1");
-  v1::WatchPoolRequest watch;
-  watch.set_pool("pools/a");
   Write(folder / "cluster",
         {Call(kListNodes, v1::ListNodesRequest()), Call(kWatchNodes, v1::WatchNodesRequest())});
-  Write(folder / "elsewhere", {Call(kCloneStates, clone), Call(kWatchPool, watch)});
+  v1::WatchPoolRequest watch;
+  watch.set_pool("pools/a");
   watch.add_environments(1);
   watch.set_size_px(64);
   watch.set_frames_per_second_max(60);
   v1::WatchPoolRequest smooth = watch;
   smooth.set_size_px(32);
   smooth.set_format(v1::FRAME_FORMAT_PNG);
-  smooth.set_response_bytes_max(65536);
+  smooth.set_with_steps(true);
+  Write(folder / "watching", {Call(kWatchPool, watch), Call(kWatchPool, smooth)});
   v1::GetEpisodeRequest last;
   last.set_pool("pools/a");
   v1::GetEpisodeRequest current = last;
   current.set_environment(1);
   current.set_selector(v1::EPISODE_SELECTOR_CURRENT);
-  Write(folder / "watching", {Call(kWatchPool, watch), Call(kWatchPool, smooth)});
-  Write(folder / "episodes", {Call(kGetEpisode, last), Call(kGetEpisode, current)});
+  v1::GetEpisodeRequest ended = last;
+  ended.set_fingerprint(7);
+  Write(folder / "episodes",
+        {Call(kGetEpisode, last), Call(kGetEpisode, current), Call(kGetEpisode, ended)});
+  get.set_name("pools/none");
+  Write(folder / "refused", {Call(kGetPool, get), {false, "\x02\x0a\xff\xff"}});
 }
 
 const Piece kMark = {true, ""};
 
-Piece Message(const v1::StepPoolRequest& message) { return {false, message.SerializeAsString()}; }
+Piece Message(const v1::RunPoolRequest& request) { return {false, request.SerializeAsString()}; }
 
-v1::StepPoolRequest Attach(const std::string& pool, int32_t in_flight) {
-  v1::StepPoolRequest request;
-  request.mutable_attach()->set_pool(pool);
-  request.mutable_attach()->set_requests_in_flight_max(in_flight);
+v1::RunPoolRequest Start(const std::string& game, int32_t env_count) {
+  v1::RunPoolRequest request;
+  v1::PoolSpec& spec = *request.mutable_start()->mutable_spec();
+  spec.add_games(game);
+  spec.set_env_count(env_count);
+  spec.mutable_options()->set_distribution_mode(v1::DISTRIBUTION_MODE_EASY);
+  spec.mutable_options()->set_rand_seed(9);
   return request;
 }
 
-v1::StepPoolRequest Step(int64_t number, const std::vector<int32_t>& actions) {
-  v1::StepPoolRequest request;
-  request.set_sequence_number(number);
-  request.mutable_step()->mutable_actions()->Add(actions.begin(), actions.end());
+v1::RunPoolRequest Step(int32_t first, const std::vector<int32_t>& actions) {
+  v1::RunPoolRequest request;
+  v1::Step& step = *request.mutable_step();
+  step.mutable_slice()->set_first_env(first);
+  step.mutable_slice()->set_env_count(static_cast<int32_t>(actions.size()));
+  step.mutable_actions()->Add(actions.begin(), actions.end());
   return request;
 }
 
-void WriteStreams(const std::filesystem::path& folder) {
-  v1::StepPoolRequest observe;
-  observe.set_sequence_number(1);
-  observe.mutable_observe();
-  v1::StepPoolRequest full = Step(3, {4});
-  full.set_acknowledged_sequence_number(1);
-  full.add_released_batches(0);
-  full.mutable_step()->mutable_slice()->set_first_env(1);
-  full.mutable_step()->mutable_slice()->set_env_count(1);
-  full.mutable_step()->set_repeat_count(3);
-  full.mutable_step()->set_observation(v1::OBSERVATION_NONE);
-  full.mutable_step()->set_with_final_observations(true);
-  full.mutable_step()->add_next_levels()->set_environment(1);
-  full.mutable_step()->mutable_next_levels(0)->set_level_seed(77);
-  full.mutable_step()->add_resets()->set_environment(1);
-  v1::StepPoolRequest reset;
-  reset.set_sequence_number(4);
-  reset.mutable_reset()->add_resets()->set_environment(0);
-  reset.mutable_reset()->mutable_resets(0)->set_level_seed(5);
-  Write(folder / "learner", {Message(Attach("pools/a", 0)), Message(observe),
-                             Message(Step(2, {4, 7})), Message(full), Message(reset)});
-  Write(folder / "disabled",
-        {Message(Attach("pools/b", 4)), Message(Step(1, {-1, 4, 4})), Message(Step(2, {4, 4, 4}))});
-  v1::StepPoolRequest sampler;
-  sampler.set_sequence_number(1);
+v1::RunPoolRequest Observe(int32_t first, int32_t count) {
+  v1::RunPoolRequest request;
+  request.mutable_observe()->mutable_slice()->set_first_env(first);
+  request.mutable_observe()->mutable_slice()->set_env_count(count);
+  return request;
+}
+
+v1::RunPoolRequest ResetOf(int32_t environment) {
+  v1::RunPoolRequest request;
+  request.mutable_reset()->mutable_slice()->set_env_count(2);
+  v1::Reset& reset = *request.mutable_reset()->add_resets();
+  reset.set_environment(environment);
+  reset.set_level_seed(5);
+  reset.set_rand_seed(6);
+  return request;
+}
+
+// A step with all fields.
+v1::RunPoolRequest FullStep() {
+  v1::RunPoolRequest request = Step(1, {4});
+  v1::Step& step = *request.mutable_step();
+  step.set_repeat_count(3);
+  step.set_observation(v1::OBSERVATION_NONE);
+  step.set_with_final_observations(true);
+  step.add_next_levels()->set_environment(1);
+  step.mutable_next_levels(0)->set_level_seed(77);
+  step.add_resets()->set_environment(1);
+  v1::Annotation& annotation = *step.add_annotations();
+  annotation.set_name("value");
+  annotation.add_values(0.5F);
+  return request;
+}
+
+v1::RunPoolRequest RenderOf(v1::FrameView view, int32_t size_px, v1::FrameFormat format) {
+  v1::RunPoolRequest request;
+  request.mutable_render()->add_environments(1);
+  request.mutable_render()->add_environments(1);
+  request.mutable_render()->set_view(view);
+  request.mutable_render()->set_size_px(size_px);
+  request.mutable_render()->set_format(format);
+  return request;
+}
+
+void WritePlays(const std::filesystem::path& folder) {
+  Write(folder / "learner",
+        {Message(Start("maze", 2)), Message(Observe(0, 2)), Message(Step(0, {4, 7})),
+         Message(FullStep()), Message(ResetOf(0)), Message(Observe(1, 1))});
+  v1::RunPoolRequest formatted = Start("bigfish", 4);
+  v1::PoolSpec& spec = *formatted.mutable_start()->mutable_spec();
+  spec.add_games("maze");
+  spec.set_first_env(2);
+  spec.set_total_env_count(8);
+  spec.mutable_options()->set_num_levels(5);
+  spec.mutable_options()->set_start_level(3);
+  spec.set_autoreset_mode(v1::AUTORESET_MODE_NEXT_STEP);
+  spec.mutable_observation_format()->set_color(v1::COLOR_GRAYSCALE);
+  spec.mutable_observation_format()->set_layout(v1::LAYOUT_CHW);
+  spec.mutable_observation_format()->set_size_px(20);
+  spec.mutable_observation_format()->set_frame_stack(2);
+  Write(folder / "formatted", {Message(formatted), Message(Step(1, {-1, 2})),
+                               Message(Step(0, {1, 2, 3, 4})), Message(Observe(3, 1))});
+  v1::RunPoolRequest encoded = Start("coinrun", 3);
+  encoded.mutable_start()->mutable_spec()->set_encoding(v1::ENCODING_DELTA_ZSTD);
+  encoded.mutable_start()->mutable_spec()->set_autoreset_mode(v1::AUTORESET_MODE_DISABLED);
+  Write(folder / "encoded", {Message(encoded), Message(Step(0, {1, 4, 4})), Message(Observe(1, 2)),
+                             Message(Step(0, {-1, 4, 4})), Message(Step(0, {4, 4, 4}))});
+  v1::RunPoolRequest finals = Step(0, {-1, 3});
+  finals.mutable_step()->set_with_final_observations(true);
+  v1::RunPoolRequest acknowledged = Step(0, {1, 2});
+  acknowledged.mutable_step()->set_acknowledge_only(true);
+  Write(folder / "acknowledged",
+        {Message(Start("maze", 2)), Message(acknowledged), Message(finals), Message(acknowledged)});
+  v1::RunPoolRequest sampler;
   sampler.mutable_level_sampler()->add_level_seeds(3);
-  Write(folder / "sampler", {Message(Attach("pools/a", 1)), Message(sampler)});
-  v1::StepPoolRequest resume = Attach("pools/a", 2);
-  resume.mutable_attach()->set_resumable(true);
-  resume.mutable_attach()->set_take_over(true);
-  resume.mutable_attach()->set_response_bytes_max(65536);
-  v1::StepPoolRequest acknowledging = Step(2, {3, 4});
-  acknowledging.set_acknowledged_sequence_number(1);
-  Write(folder / "resume", {Message(resume), Message(Step(1, {1, 2})), Message(Step(1, {1, 2})),
-                            Message(Step(2, {3, 4})), Message(Step(1, {1, 2}))});
-  Write(folder / "broken", {Message(resume), Message(Step(1, {1, 2})), kMark, kMark,
-                            Message(resume), Message(Step(1, {1, 2})), Message(Step(2, {3, 4}))});
-  Write(folder / "taken_over", {Message(resume), Message(Step(1, {1, 2})), kMark, Message(resume),
-                                kMark, Message(resume), Message(Step(1, {1, 2}))});
-  Write(folder / "acknowledged", {Message(resume), Message(Step(1, {1, 2})), Message(acknowledging),
-                                  Message(Step(1, {1, 2}))});
-  Write(folder / "forgotten",
-        {Message(resume), Message(Step(1, {1, 2})), kMark, kMark, Message(Attach("pools/a", 1)),
-         Message(Step(2, {3, 4})), Message(Step(1, {1, 2}))});
-  Write(folder / "cancelled",
-        {Message(Attach("pools/a", 2)), Message(Step(1, {1, 2})), kMark, kMark});
-  Write(folder / "garbage", {Message(Attach("pools/a", 2)), {false, "\x0a\xff\xff"}});
-  Write(folder / "again", {Message(Attach("pools/a", 2)), Message(Attach("pools/a", 2))});
+  v1::RunPoolRequest sampled = Start("maze", 2);
+  sampled.mutable_start()->mutable_spec()->mutable_level_sampler()->add_level_seeds(7);
+  sampled.mutable_start()->mutable_spec()->mutable_level_sampler()->add_weights(1);
+  Write(folder / "sampler", {Message(sampled), Message(sampler), Message(Step(0, {-1, 3}))});
+  Write(
+      folder / "rendered",
+      {Message(Start("maze", 2)), Message(RenderOf(v1::FRAME_VIEW_HUMAN, 32, v1::FRAME_FORMAT_PNG)),
+       Message(RenderOf(v1::FRAME_VIEW_AGENT, 0, v1::FRAME_FORMAT_RGB)),
+       Message(RenderOf(v1::FRAME_VIEW_LEVEL, 16, v1::FRAME_FORMAT_UNSPECIFIED))});
 }
 
-namespace dm = ::dm_env_rpc::v1;
-namespace dm_properties = ::dm_env_rpc::v1::extensions::properties;
-
-Piece Message(const dm::EnvironmentRequest& message) {
-  return {false, message.SerializeAsString()};
+// `snapshot`: of maze.
+void WriteStates(const std::filesystem::path& folder, const std::string& snapshot) {
+  v1::RunPoolRequest restored = Start("maze", 2);
+  v1::State& state = *restored.mutable_start()->add_states();
+  state.set_environment(1);
+  state.set_snapshot(snapshot);
+  v1::RunPoolRequest save;
+  save.mutable_save_states()->add_environments(1);
+  save.mutable_save_states()->add_environments(0);
+  v1::RunPoolRequest save_all;
+  save_all.mutable_save_states();
+  v1::RunPoolRequest clone;
+  clone.mutable_clone_states()->add_pairs()->set_source_environment(1);
+  v1::RunPoolRequest restore;
+  *restore.mutable_restore_states()->add_states() = state;
+  Write(folder / "states", {Message(restored), Message(save), Message(clone),
+                            Message(Step(0, {3, 3})), Message(restore), Message(save_all)});
 }
 
-Piece CreateWorld(const std::string& id, int32_t env_count) {
-  dm::EnvironmentRequest request;
-  auto& settings = *request.mutable_create_world()->mutable_settings();
-  settings["env_name"].mutable_strings()->add_array("maze");
-  settings["distribution_mode"].mutable_strings()->add_array("easy");
-  settings["rand_seed"].mutable_int64s()->add_array(3);
-  settings["pool_id"].mutable_strings()->add_array(id);
-  if (env_count > 0) {
-    settings["num_envs"].mutable_int64s()->add_array(env_count);
-  }
-  return Message(request);
-}
-
-Piece JoinWorld(const std::string& id) {
-  dm::EnvironmentRequest request;
-  request.mutable_join_world()->set_world_name("pools/" + id);
-  return Message(request);
-}
-
-Piece Act(const std::vector<int32_t>& actions, const std::vector<uint64_t>& observations) {
-  dm::EnvironmentRequest request;
-  dm::Tensor& action = (*request.mutable_step()->mutable_actions())[1];
-  action.mutable_int32s()->mutable_array()->Add(actions.begin(), actions.end());
-  if (actions.size() > 1) {
-    action.add_shape(static_cast<int32_t>(actions.size()));
-  }
-  request.mutable_step()->mutable_requested_observations()->Add(observations.begin(),
-                                                                observations.end());
-  return Message(request);
-}
-
-Piece Property(const dm_properties::PropertyRequest& property) {
-  dm::EnvironmentRequest request;
-  request.mutable_extension()->PackFrom(property);
-  return Message(request);
-}
-
-void WriteDmEnvRpcSessions(const std::filesystem::path& folder, const std::string& snapshot) {
-  dm::EnvironmentRequest reset;
-  (*reset.mutable_reset()->mutable_settings())["level_seed"].mutable_int64s()->add_array(9);
-  dm::EnvironmentRequest reset_world;
-  reset_world.mutable_reset_world()->set_world_name("pools/w");
-  dm::EnvironmentRequest leave;
-  leave.mutable_leave_world();
-  dm::EnvironmentRequest destroy;
-  destroy.mutable_destroy_world()->set_world_name("pools/w");
-  Write(folder / "single",
-        {CreateWorld("w", 0), JoinWorld("w"), Act({4}, {1, 2, 3}), Act({7}, {2}), Message(reset),
-         Act({4}, {3}), Message(reset_world), Message(leave), Message(destroy)});
-  Write(folder / "batch", {CreateWorld("w", 2), JoinWorld("w"), Act({4, 4}, {1, 9, 10, 11}),
-                           Act({-1, 7}, {2, 8}), Message(reset), Act({4, 4}, {3})});
-  Write(folder / "pools", {JoinWorld("a"), Act({4, 4}, {}), Message(leave), JoinWorld("b"),
-                           Act({4, 4, 4}, {1}), Act({-1, 4, 4}, {}), Act({4, 4, 4}, {})});
-  dm_properties::PropertyRequest list;
-  list.mutable_list_property();
-  dm_properties::PropertyRequest read;
-  read.mutable_read_property()->set_key("state.1");
-  dm_properties::PropertyRequest write;
-  write.mutable_write_property()->set_key("state.0");
-  write.mutable_write_property()->mutable_value()->mutable_uint8s()->set_array(snapshot);
-  write.mutable_write_property()->mutable_value()->add_shape(-1);
-  dm_properties::PropertyRequest next;
-  next.mutable_write_property()->set_key("next_level_seed.0");
-  next.mutable_write_property()->mutable_value()->mutable_int32s()->add_array(5);
-  Write(folder / "properties", {JoinWorld("a"), Property(list), Property(read), Property(write),
-                                Property(next), Act({4, 4}, {3}), Act({4, 4}, {3})});
-  Write(folder / "several",
-        {JoinWorld("a"), kMark, JoinWorld("a"), kMark, kMark, Message(leave), JoinWorld("b")});
-  Write(folder / "garbage", {{false, "\x0a\xff\xff"}, {false, ""}, JoinWorld("a")});
+void WriteEnds(const std::filesystem::path& folder) {
+  v1::RunPoolRequest named = Start("maze", 2);
+  named.mutable_start()->set_pool_id("b");
+  Write(folder / "several", {Message(named), Message(Step(0, {1, 2})), kMark, Message(named), kMark,
+                             Message(Start("bigfish", 1)), Message(Step(0, {1}))});
+  Write(folder / "cancelled", {Message(named), Message(Step(0, {1, 2})), kMark, kMark,
+                               Message(Start("maze", 1)), Message(Step(0, {1}))});
+  Write(folder / "garbage",
+        {Message(named), Message(Step(0, {1, 2})), Message(Step(0, {2, 1})), {false, "\x12\xff"}});
+  Write(folder / "faults", {Message(named), Message(Step(1, {1, 2})), {false, "\x12\xff"}});
+  Write(folder / "again", {Message(named), Message(named)});
+  Write(folder / "no_start", {Message(Step(0, {1, 2})), Message(named)});
+  Write(folder / "empty", {Message(named), {false, ""}});
 }
 
 }  // namespace
@@ -272,18 +213,18 @@ void WriteDmEnvRpcSessions(const std::filesystem::path& folder, const std::strin
 
 int main(int argument_count, char** arguments) {
   if (argument_count != 2) {
-    std::cerr << "Usage: procgen-make-request-corpus FOLDER\n";
-    return 2;
+    std::cerr << "usage: procgen-make-request-corpus FOLDER\n";
+    return procgen::kBadUse;
   }
   const std::filesystem::path folder = arguments[1];
-  for (const char* kind : {"request", "stream", "dm_env_rpc"}) {
+  for (const char* kind : {"request", "run"}) {
     std::filesystem::create_directories(folder / kind);
   }
   std::ifstream file(folder / "state" / "maze_easy.pgst", std::ios::binary);
   const std::string snapshot(std::istreambuf_iterator<char>(file), {});
-  procgen::WritePoolCalls(folder / "request");
-  procgen::WriteStateCalls(folder / "request", snapshot);
-  procgen::WriteStreams(folder / "stream");
-  procgen::WriteDmEnvRpcSessions(folder / "dm_env_rpc", snapshot);
+  procgen::WriteCalls(folder / "request");
+  procgen::WritePlays(folder / "run");
+  procgen::WriteStates(folder / "run", snapshot);
+  procgen::WriteEnds(folder / "run");
   return 0;
 }

@@ -8,11 +8,10 @@
 // The list contains the libraries of gRPC, protobuf and Cyclone DDS, and the loader, which frees
 // data of ended threads. The standard library is missing because our own code calls it.
 //
-// Suppressions by function or file would also hide the code that they call. Three suppress code
-// that calls none of ours. The plugins of DDS Security are unloaded at times, and the sanitizer
-// ends a program that unloads a library of called_from_lib. The threads of the metrics page's
-// server share the result of gmtime. FinishOp, compiled from gRPC's headers, copies the message of
-// a status that a thread of gRPC made; the standard library allocates it, which is not in the list.
+// Suppressions by function or file would also hide the code that they call. Two suppress code that
+// calls none of ours. The threads of the metrics page's server share the result of gmtime.
+// FinishOp, compiled from gRPC's headers, copies the message of a status that a thread of gRPC
+// made; the standard library allocates it, which is not in the list.
 
 // Called by the sanitizer before static objects are constructed.
 extern "C" const char* __tsan_default_suppressions() {
@@ -42,7 +41,6 @@ extern "C" const char* __tsan_default_suppressions() {
          "called_from_lib:libprotobuf.so\n"
          "called_from_lib:libssl.so\n"
          "called_from_lib:libupb.so\n"
-         "race:libdds_security_\n"
          "race:libcivetweb.so\n"
          "race:grpc::internal::CallOpClientRecvStatus::FinishOp\n";
 }

@@ -158,22 +158,6 @@ TEST(ConfigTest, CertificateWithoutKeyIsRejected) {
                                             HasSubstr("--tls_client_ca is given without")));
 }
 
-TEST(ConfigTest, CloneSourceAllowlistDefaultsToLocalOnLoopbackAndNoneElsewhere) {
-  const Address local = *ParseAddress("127.0.0.1:1");
-  Config config;
-  ASSERT_THAT(LoadSecrets(&config), IsOk());
-  EXPECT_TRUE(config.server.clone_source_allowlist.Allows(local));
-  config.server.address = "0.0.0.0:1";
-  ASSERT_THAT(LoadSecrets(&config), IsOk());
-  EXPECT_FALSE(config.server.clone_source_allowlist.Allows(local));
-  config.clone_source_allowlist = "127.0.0.1";
-  ASSERT_THAT(LoadSecrets(&config), IsOk());
-  EXPECT_TRUE(config.server.clone_source_allowlist.Allows(local));
-  config.clone_source_allowlist = "http://x";
-  EXPECT_THAT(LoadSecrets(&config), StatusIs(absl::StatusCode::kInvalidArgument,
-                                             HasSubstr("--clone_source_allowlist has 'http://x'")));
-}
-
 TEST(ConfigTest, LimitOutOfRangeIsRejectedByName) {
   Config config;
   config.server.limits.request_bytes_max = 1000;
@@ -181,30 +165,21 @@ TEST(ConfigTest, LimitOutOfRangeIsRejectedByName) {
               StatusIs(absl::StatusCode::kInvalidArgument,
                        "--request_bytes_max is 1000, allowed: 65536 to 2147483647"));
   config.server.limits = {};
-  config.server.limits.observation_bytes_max = 0;
+  config.server.limits.owner_bytes_max = 0;
   EXPECT_THAT(CheckConfig(config),
               StatusIs(absl::StatusCode::kInvalidArgument,
-                       "--observation_bytes_max is 0, allowed: 65536 to 1099511627776"));
+                       "--owner_bytes_max is 0, allowed: 65536 to 1099511627776"));
+  config.server.limits = {};
+  config.server.limits.episode_history_bytes_max = -1;
+  EXPECT_THAT(CheckConfig(config),
+              StatusIs(absl::StatusCode::kInvalidArgument,
+                       "--episode_history_bytes_max is -1, allowed: 0 to 1099511627776"));
+  config.server.limits.episode_history_bytes_max = 0;
+  EXPECT_THAT(CheckConfig(config), IsOk());
 }
 
-TEST(ConfigTest, LeasesResumeBuffersAndKeepaliveHaveRanges) {
+TEST(ConfigTest, KeepaliveHasARange) {
   Config config;
-  config.server.limits.resume_buffer_bytes_max = -1;
-  EXPECT_THAT(CheckConfig(config),
-              StatusIs(absl::StatusCode::kInvalidArgument,
-                       "--resume_buffer_bytes_max is -1, allowed: 0 to 1099511627776"));
-  config.server.limits.resume_buffer_bytes_max = 0;
-  EXPECT_THAT(CheckConfig(config), IsOk());
-  config.server.limits.lease_duration_max = absl::Milliseconds(999);
-  EXPECT_THAT(CheckConfig(config),
-              StatusIs(absl::StatusCode::kInvalidArgument,
-                       "--lease_duration_max in seconds is 0, allowed: 1 to 31622400"));
-  config.server.limits = {};
-  config.server.limits.lease_duration_default = absl::Milliseconds(999);
-  EXPECT_THAT(CheckConfig(config),
-              StatusIs(absl::StatusCode::kInvalidArgument,
-                       HasSubstr("--lease_duration_default in seconds is 0, allowed: 1 to ")));
-  config.server.limits = {};
   config.server.keepalive_time = absl::Milliseconds(99);
   EXPECT_THAT(CheckConfig(config),
               StatusIs(absl::StatusCode::kInvalidArgument,
@@ -215,14 +190,6 @@ TEST(ConfigTest, LeasesResumeBuffersAndKeepaliveHaveRanges) {
       CheckConfig(config),
       StatusIs(absl::StatusCode::kInvalidArgument,
                "--keepalive_timeout in milliseconds is 90000000, allowed: 100 to 86400000"));
-}
-
-TEST(ConfigTest, PoolLimitBeyondServerLimitIsRejected) {
-  Config config;
-  config.server.limits.pool_env_count_max = 11;
-  config.server.limits.env_count_max = 10;
-  EXPECT_THAT(CheckConfig(config), StatusIs(absl::StatusCode::kInvalidArgument,
-                                            HasSubstr("--pool_env_count_max is 11")));
 }
 
 TEST(ConfigTest, ClusterNodesNeedAReachableAddress) {
@@ -251,10 +218,6 @@ TEST(ConfigTest, ClusterFlagsNeedACluster) {
   EXPECT_THAT(CheckConfig(config),
               StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr("--cluster is missing")));
   config = Config();
-  config.cluster.security.governance = "g";
-  EXPECT_THAT(CheckConfig(config),
-              StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr("--cluster is missing")));
-  config = Config();
   config.cluster.node_id = "a b";
   EXPECT_THAT(CheckConfig(config),
               StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr("--node_id is 'a b'")));
@@ -262,34 +225,6 @@ TEST(ConfigTest, ClusterFlagsNeedACluster) {
   config.cluster.name = "a*";
   EXPECT_THAT(CheckConfig(config),
               StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr("--cluster is 'a*'")));
-}
-
-TEST(ConfigTest, UnnamedFleetKeepsItsNodeIdInStateDir) {
-  const TemporaryFolder folder;
-  const auto id_of_next_process = [&](const std::string& drawn, bool draws) {
-    Config config;
-    config.is_fleet = true;
-    config.state_dir = folder.path();
-    config.cluster.node_id = drawn;
-    config.draws_node_id = draws;
-    EXPECT_THAT(OpenStateDir(&config), IsOk());
-    return config.cluster.node_id;
-  };
-  const std::string id = id_of_next_process("node-1", true);
-  EXPECT_THAT(CheckNodeId(id), IsOk());
-  EXPECT_EQ(id_of_next_process("node-2", true), id);
-  EXPECT_EQ(id_of_next_process("given", false), "given");
-}
-
-TEST(ConfigTest, AStateDirHasOneProcessAtATime) {
-  const TemporaryFolder folder;
-  Config config;
-  config.is_fleet = true;
-  config.state_dir = folder.path();
-  ASSERT_THAT(OpenStateDir(&config), IsOk());
-  Config other = config;
-  EXPECT_THAT(OpenStateDir(&other),
-              StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr("used by another process")));
 }
 
 }  // namespace

@@ -16,6 +16,9 @@ using testing::AllOf;
 using testing::HasSubstr;
 using testing::Not;
 
+// "Service/Method" of RunPool.
+constexpr absl::string_view kMethod = absl::string_view(kRunPoolPath).substr(12);
+
 class ServedMetricsTest : public ServiceTest {
  protected:
   std::string Text() const { return server_->metrics().Text(); }
@@ -31,53 +34,35 @@ TEST_F(ServedMetricsTest, ErrorsAreCountedByMethodAndCode) {
   EXPECT_THAT(client_->GetPool("pools/nobody"), StatusIs(absl::StatusCode::kNotFound, testing::_));
   EXPECT_THAT(client_->GetPool("pools/nobody"), StatusIs(absl::StatusCode::kNotFound, testing::_));
   EXPECT_THAT(client_->GetPool("nobody"), StatusIs(absl::StatusCode::kInvalidArgument, testing::_));
-  EXPECT_THAT(client_->CreatePool(MazeSpec(0)),
-              StatusIs(absl::StatusCode::kInvalidArgument, testing::_));
-  const auto stream = CreateAndAttach(MazeSpec(1));
-  EXPECT_THAT(CallStatus(stream.get(), StepRequest({99})),
+  EXPECT_THAT(StartError(MazeSpec(0)), StatusIs(absl::StatusCode::kInvalidArgument, testing::_));
+  const auto stream = StartPool(MazeSpec(1));
+  EXPECT_THAT(stream->Call(StepRequest({99})),
               StatusIs(absl::StatusCode::kInvalidArgument, testing::_));
   EXPECT_THAT(client_->GetLoad(), IsOk());
   EXPECT_THAT(Text(), AllOf(HasSubstr(Error("NOT_FOUND", "PoolService/GetPool", 2)),
                             HasSubstr(Error("INVALID_ARGUMENT", "PoolService/GetPool", 1)),
-                            HasSubstr(Error("INVALID_ARGUMENT", "PoolService/CreatePool", 1)),
-                            HasSubstr(Error("INVALID_ARGUMENT", "StepService/StepPool", 1)),
+                            HasSubstr(Error("INVALID_ARGUMENT", std::string(kMethod), 2)),
                             Not(HasSubstr("GetLoad"))));
 }
 
 TEST_F(ServedMetricsTest, StreamsThatEndNormallyAreNoErrors) {
-  const auto stream = CreateAndAttach(MazeSpec(1));
-  procgen_client::Batch batch;
+  const auto stream = StartPool(MazeSpec(1));
+  v1::Batch batch;
   ASSERT_THAT(stream->Step({4}, &batch), IsOk());
   ASSERT_THAT(stream->Close(), IsOk());
   EXPECT_THAT(Text(), Not(HasSubstr("procgen_errors_total{")));
 }
 
-TEST_F(ServedMetricsTest, ResumedStreamsAreCounted) {
-  const std::string name = CreatePool(MazeSpec(1));
-  for (int i = 0; i < 3; ++i) {
-    const auto stream = client_->Attach(name);
-    ASSERT_THAT(stream, IsOk());
-    procgen_client::Batch batch;
-    ASSERT_THAT((*stream)->Step({4}, &batch), IsOk());
-    ASSERT_THAT((*stream)->Close(), IsOk());
-  }
-  // Includes the control learner's stream.
-  EXPECT_THAT(Text(), AllOf(HasSubstr("procgen_streams_attached_total{resumed=\"false\"} 2\n"),
-                            HasSubstr("procgen_streams_attached_total{resumed=\"true\"} 2\n")));
-}
-
 TEST_F(ServedMetricsTest, LoadAndPoolsReturnTheCounts) {
-  const std::string name = CreatePool(MazeSpec(4));
-  const auto stream = client_->Attach(name);
-  ASSERT_THAT(stream, IsOk());
-  procgen_client::Batch batch;
+  const auto stream = StartPool(MazeSpec(4));
+  v1::Batch batch;
   for (int i = 0; i < 3; ++i) {
-    ASSERT_THAT((*stream)->Step({4, 4, 4, 4}, &batch), IsOk());
+    ASSERT_THAT(stream->Step({4, 4, 4, 4}, &batch), IsOk());
   }
   const auto load = client_->GetLoad();
   ASSERT_THAT(load, IsOk());
   EXPECT_EQ(load->step_count(), 12);
-  EXPECT_EQ(client_->GetPool(name)->step_count(), 12);
+  EXPECT_EQ(client_->GetPool(stream->name())->step_count(), 12);
   for (const v1::LatencyHistogram& latency : {load->queue_wait(), load->execution_time()}) {
     EXPECT_EQ(latency.counts_size(), latency.bounds_seconds_size() + 1);
     int64_t count = 0;
@@ -91,9 +76,6 @@ TEST_F(ServedMetricsTest, LoadAndPoolsReturnTheCounts) {
   EXPECT_EQ(load->stream_received_bytes(), totals.received_bytes);
   EXPECT_EQ(load->stream_sent_bytes(), totals.sent_bytes);
   EXPECT_GE(load->stream_sent_bytes(), 3 * static_cast<int64_t>(batch.observations().size()));
-  EXPECT_GT(load->resume_buffer_bytes(), 0);
-  EXPECT_THAT(Text(), HasSubstr(absl::StrCat("procgen_resume_buffer_bytes ",
-                                             load->resume_buffer_bytes(), "\n")));
 }
 
 }  // namespace

@@ -1,6 +1,7 @@
-// Rendering environments of a pool outside its stream.
+// Rendering environments for people.
 
 #include <string>
+#include <vector>
 
 #include "envcore/render/art/png_decoding.h"
 #include "gmock/gmock.h"
@@ -15,28 +16,26 @@ using testing::HasSubstr;
 class RenderTest : public ServiceTest {};
 
 TEST_F(RenderTest, FramesComeInRequestOrder) {
-  const std::string name = CreatePool(MazeSpec(4));
-  const auto stream = client_->Attach(name);
-  ASSERT_THAT(stream, IsOk());
-  procgen_client::Batch batch;
-  ASSERT_THAT((*stream)->Step({4, 4, 4, 4}, &batch), IsOk());
-  const auto frames = client_->RenderEnvironments(name, {3, 0, 3}, 128);
+  const auto stream = StartPool(MazeSpec(4));
+  v1::Batch batch;
+  ASSERT_THAT(stream->Step({4, 4, 4, 4}, &batch), IsOk());
+  const auto frames = stream->Render({3, 0, 3}, 128);
   ASSERT_THAT(frames, IsOk());
   ASSERT_EQ(frames->frames_size(), 3);
-  EXPECT_EQ(frames->sequence_number(), 1);
   EXPECT_EQ(frames->frames(0).environment(), 3);
   EXPECT_EQ(frames->frames(1).environment(), 0);
   EXPECT_EQ(frames->frames(0).size_px(), 128);
   EXPECT_EQ(frames->frames(0).image().size(), 128U * 128 * 3);
   EXPECT_EQ(frames->frames(0).image(), frames->frames(2).image());
-  ASSERT_THAT((*stream)->Step({4, 4, 4, 4}, &batch), IsOk());
+  EXPECT_NE(frames->frames(0).image(), frames->frames(1).image());
+  ASSERT_THAT(stream->Step({4, 4, 4, 4}, &batch), IsOk());
   EXPECT_THAT(batch.episode_lengths(), testing::Each(2));
 }
 
 TEST_F(RenderTest, PngFilesShowTheSamePixels) {
-  const std::string name = CreatePool(MazeSpec(1));
-  const auto raw = client_->RenderEnvironments(name, {0}, 100);
-  const auto file = client_->RenderEnvironments(name, {0}, 100, v1::FRAME_FORMAT_PNG);
+  const auto stream = StartPool(MazeSpec(1));
+  const auto raw = stream->Render({0}, 100);
+  const auto file = stream->Render({0}, 100, v1::FRAME_FORMAT_PNG);
   ASSERT_THAT(raw, IsOk());
   ASSERT_THAT(file, IsOk());
   const auto image = DecodePng(file->frames(0).image(), AlphaUse::kIgnored);
@@ -50,28 +49,25 @@ TEST_F(RenderTest, PngFilesShowTheSamePixels) {
       }
     }
   }
-  EXPECT_EQ(pixels, raw->frames(0).image());
+  EXPECT_TRUE(pixels == raw->frames(0).image());
 }
 
 TEST_F(RenderTest, AgentViewEqualsObservationsInEveryFormat) {
-  const auto plain = CreateAndAttach(MazeSpec(1));
-  procgen_client::Batch batch;
+  const auto plain = StartPool(MazeSpec(1));
+  v1::Batch batch;
   ASSERT_THAT(plain->Step({5}, &batch), IsOk());
-  const absl::Span<const uint8_t> observed = batch.observations();
   v1::PoolSpec spec = MazeSpec(1);
   spec.mutable_observation_format()->set_color(v1::COLOR_GRAYSCALE);
-  const auto grey = CreateAndAttach(spec);
-  procgen_client::Batch grey_batch;
+  const auto grey = StartPool(spec);
+  v1::Batch grey_batch;
   ASSERT_THAT(grey->Step({5}, &grey_batch), IsOk());
-  for (const procgen_client::StepStream* stream : {plain.get(), grey.get()}) {
-    const auto frames = client_->RenderEnvironments(stream->pool().name(), {0}, 0,
-                                                    v1::FRAME_FORMAT_RGB, v1::FRAME_VIEW_AGENT);
+  for (PoolStream* stream : {plain.get(), grey.get()}) {
+    const auto frames = stream->Render({0}, 0, v1::FRAME_FORMAT_RGB, v1::FRAME_VIEW_AGENT);
     ASSERT_THAT(frames, IsOk());
-    EXPECT_EQ(frames->frames(0).image(), std::string(observed.begin(), observed.end()));
+    EXPECT_TRUE(frames->frames(0).image() == batch.observations());
     EXPECT_EQ(frames->frames(0).size_px(), 64);
   }
-  EXPECT_THAT(client_->RenderEnvironments(plain->pool().name(), {0}, 128, v1::FRAME_FORMAT_RGB,
-                                          v1::FRAME_VIEW_AGENT),
+  EXPECT_THAT(plain->Render({0}, 128, v1::FRAME_FORMAT_RGB, v1::FRAME_VIEW_AGENT),
               StatusIs(absl::StatusCode::kInvalidArgument,
                        "size_px is 128, allowed with FRAME_VIEW_AGENT: 64"));
 }
@@ -81,35 +77,33 @@ TEST_F(RenderTest, LevelViewShowsWhatACameraDoesThatDoesNotFollowTheAgent) {
   spec.add_games("coinrun");
   spec.set_env_count(1);
   spec.mutable_options()->set_rand_seed(5);
-  const std::string centered = CreatePool(spec);
+  const auto centered = StartPool(spec);
   spec.mutable_options()->set_center_agent(false);
-  const std::string whole = CreatePool(spec);
-  const auto level =
-      client_->RenderEnvironments(centered, {0}, 200, v1::FRAME_FORMAT_RGB, v1::FRAME_VIEW_LEVEL);
-  const auto seen = client_->RenderEnvironments(centered, {0}, 200);
-  const auto expected = client_->RenderEnvironments(whole, {0}, 200);
+  const auto whole = StartPool(spec);
+  const auto level = centered->Render({0}, 200, v1::FRAME_FORMAT_RGB, v1::FRAME_VIEW_LEVEL);
+  const auto seen = centered->Render({0}, 200);
+  const auto expected = whole->Render({0}, 200);
   ASSERT_THAT(level, IsOk());
   ASSERT_THAT(seen, IsOk());
   ASSERT_THAT(expected, IsOk());
-  EXPECT_EQ(level->frames(0).image(), expected->frames(0).image());
-  EXPECT_NE(level->frames(0).image(), seen->frames(0).image());
-  const auto by_default =
-      client_->RenderEnvironments(centered, {0}, 0, v1::FRAME_FORMAT_RGB, v1::FRAME_VIEW_LEVEL);
+  EXPECT_TRUE(level->frames(0).image() == expected->frames(0).image());
+  EXPECT_FALSE(level->frames(0).image() == seen->frames(0).image());
+  const auto by_default = centered->Render({0}, 0, v1::FRAME_FORMAT_RGB, v1::FRAME_VIEW_LEVEL);
   ASSERT_THAT(by_default, IsOk());
   EXPECT_EQ(by_default->frames(0).size_px(), 512);
 }
 
 TEST_F(RenderTest, InvalidArgumentsAreRejected) {
-  const std::string name = CreatePool(MazeSpec(2));
-  EXPECT_THAT(client_->RenderEnvironments(name, {2}),
+  const auto rejected = [this](const std::vector<int32_t>& environments, int32_t size_px) {
+    return StartPool(MazeSpec(2), "mine")->Render(environments, size_px).status();
+  };
+  EXPECT_THAT(rejected({2}, 0),
               StatusIs(absl::StatusCode::kInvalidArgument,
-                       "environments[0] is 2, pool " + name + " has environments 0 to 1"));
-  EXPECT_THAT(client_->RenderEnvironments(name, {}),
+                       "environments[0] is 2, pool pools/mine has environments 0 to 1"));
+  EXPECT_THAT(rejected({}, 0),
               StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr("environments is empty")));
-  EXPECT_THAT(client_->RenderEnvironments(name, {0}, 15),
+  EXPECT_THAT(rejected({0}, 15),
               StatusIs(absl::StatusCode::kInvalidArgument, "size_px is 15, allowed: 16 to 2048"));
-  EXPECT_THAT(client_->RenderEnvironments("pools/nothing", {0}),
-              StatusIs(absl::StatusCode::kNotFound, HasSubstr("pools/nothing")));
 }
 
 }  // namespace

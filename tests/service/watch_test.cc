@@ -40,38 +40,36 @@ absl::Status EndOf(PoolWatch* watch) {
   return status;
 }
 
-// The first response after request `sequence_number`.
-v1::WatchPoolResponse ResponseAfter(int64_t sequence_number, PoolWatch* watch) {
+// The first response after `request_count` requests.
+v1::WatchPoolResponse ResponseAfter(int64_t request_count, PoolWatch* watch) {
   while (true) {
     auto response = watch->Next();
     EXPECT_THAT(response, IsOk());
-    if (!response.ok() || response->sequence_number() >= sequence_number) {
+    if (!response.ok() || response->request_count() >= request_count) {
       return response.value_or(v1::WatchPoolResponse());
     }
   }
 }
 
 // The same, without ends of episodes.
-v1::WatchPoolResponse CurrentStatesAfter(int64_t sequence_number, PoolWatch* watch) {
-  v1::WatchPoolResponse response = ResponseAfter(sequence_number, watch);
+v1::WatchPoolResponse CurrentStatesAfter(int64_t request_count, PoolWatch* watch) {
+  v1::WatchPoolResponse response = ResponseAfter(request_count, watch);
   while (std::any_of(response.frames().begin(), response.frames().end(),
                      [](const v1::Frame& frame) { return frame.has_ended_episode(); })) {
-    response = ResponseAfter(sequence_number, watch);
+    response = ResponseAfter(request_count, watch);
   }
   return response;
 }
 
-std::string ObservationOf(const procgen_client::Batch& batch, size_t environment) {
-  const absl::Span<const uint8_t> row =
-      batch.observations().subspan(environment * kAgentFrameBytes, kAgentFrameBytes);
-  return {row.begin(), row.end()};
+std::string ObservationOf(const v1::Batch& batch, size_t environment) {
+  return batch.observations().substr(environment * kAgentFrameBytes, kAgentFrameBytes);
 }
 
 // A step in which environment 0 ends its episode and the others do nothing.
-v1::StepPoolRequest EndingStep(int32_t env_count) {
+v1::RunPoolRequest EndingStep(int32_t env_count) {
   std::vector<int32_t> actions(static_cast<size_t>(env_count), 4);
   actions[0] = -1;
-  v1::StepPoolRequest request = StepRequest(actions);
+  v1::RunPoolRequest request = StepRequest(actions);
   request.mutable_step()->set_with_final_observations(true);
   return request;
 }
@@ -86,14 +84,14 @@ v1::Annotation AnnotationOf(const std::string& name, const std::vector<float>& v
 class WatchTest : public ServiceTest {};
 
 TEST_F(WatchTest, AgentViewEqualsTheObservations) {
-  const auto stream = CreateAndAttach(MazeSpec(4));
-  const auto watch = client_->Watch(WatchRequest(stream->pool().name(), {3, 0, 3}));
-  procgen_client::Batch batch;
+  const auto stream = StartPool(MazeSpec(4));
+  const auto watch = client_->Watch(WatchRequest(stream->name(), {3, 0, 3}));
+  v1::Batch batch;
   ASSERT_THAT(stream->Observe(&batch), IsOk());
   for (int32_t step = 0; step < 20; ++step) {
     ASSERT_THAT(stream->Step({step % 9, 4, 7, (step + 3) % 9}, &batch), IsOk());
     const v1::WatchPoolResponse response = CurrentStatesAfter(step + 2, watch.get());
-    ASSERT_EQ(response.sequence_number(), step + 2);
+    ASSERT_EQ(response.request_count(), step + 2);
     ASSERT_EQ(response.frames_size(), 3);
     EXPECT_EQ(response.frames(0).environment(), 3);
     EXPECT_EQ(response.frames(1).environment(), 0);
@@ -104,11 +102,11 @@ TEST_F(WatchTest, AgentViewEqualsTheObservations) {
 }
 
 TEST_F(WatchTest, AgentViewNeedsNoObservations) {
-  const auto stream = CreateAndAttach(MazeSpec(2));
-  const auto watch = client_->Watch(WatchRequest(stream->pool().name(), {0, 1}));
-  v1::StepPoolRequest step = StepRequest({7, 4});
+  const auto stream = StartPool(MazeSpec(2));
+  const auto watch = client_->Watch(WatchRequest(stream->name(), {0, 1}));
+  v1::RunPoolRequest step = StepRequest({7, 4});
   step.mutable_step()->set_observation(v1::OBSERVATION_NONE);
-  procgen_client::Batch batch;
+  v1::Batch batch;
   for (int32_t i = 0; i < 3; ++i) {
     ASSERT_THAT(stream->Call(step, &batch), IsOk());
   }
@@ -119,57 +117,57 @@ TEST_F(WatchTest, AgentViewNeedsNoObservations) {
 }
 
 TEST_F(WatchTest, AgentViewIsTheSameForEveryObservationFormat) {
-  const auto plain = CreateAndAttach(MazeSpec(1));
-  procgen_client::Batch batch;
+  const auto plain = StartPool(MazeSpec(1));
+  v1::Batch batch;
   ASSERT_THAT(plain->Step({5}, &batch), IsOk());
   for (const v1::Color color : {v1::COLOR_RGB, v1::COLOR_GRAYSCALE}) {
     for (const int32_t stack : {1, 3}) {
       v1::PoolSpec spec = MazeSpec(1);
       spec.mutable_observation_format()->set_color(color);
       spec.mutable_observation_format()->set_frame_stack(stack);
-      const auto stream = CreateAndAttach(spec);
-      const auto watch = client_->Watch(WatchRequest(stream->pool().name(), {0}));
-      procgen_client::Batch other;
+      const auto stream = StartPool(spec);
+      const auto watch = client_->Watch(WatchRequest(stream->name(), {0}));
+      v1::Batch other;
       ASSERT_THAT(stream->Step({5}, &other), IsOk());
       EXPECT_EQ(ResponseAfter(1, watch.get()).frames(0).image(), ObservationOf(batch, 0));
-      ASSERT_THAT(client_->DeletePool(stream->pool().name()), IsOk());
+      EXPECT_THAT(stream->Close(), IsOk());
     }
   }
 }
 
-TEST_F(WatchTest, HumanViewEqualsRenderEnvironments) {
-  const std::string pool = CreatePool(MazeSpec(2));
-  const auto watch = client_->Watch(WatchRequest(pool, {1}, 100));
+TEST_F(WatchTest, HumanViewEqualsRender) {
+  const auto stream = StartPool(MazeSpec(2));
+  const auto watch = client_->Watch(WatchRequest(stream->name(), {1}, 100));
   const auto response = watch->Next();
   ASSERT_THAT(response, IsOk());
-  EXPECT_EQ(response->sequence_number(), 0);
-  const auto rendered = client_->RenderEnvironments(pool, {1}, 100);
+  EXPECT_EQ(response->request_count(), 0);
+  const auto rendered = stream->Render({1}, 100);
   ASSERT_THAT(rendered, IsOk());
   EXPECT_EQ(response->frames(0).image(), rendered->frames(0).image());
   EXPECT_EQ(response->frames(0).size_px(), 100);
 }
 
 TEST_F(WatchTest, UnchangedFramesAreNotSent) {
-  const auto stream = CreateAndAttach(MazeSpec(1));
-  const auto watch = client_->Watch(WatchRequest(stream->pool().name(), {0}));
+  const auto stream = StartPool(MazeSpec(1));
+  const auto watch = client_->Watch(WatchRequest(stream->name(), {0}));
   ASSERT_THAT(watch->Next(), IsOk());
   // A new subscriber receives the current frames at once; both then receive the next response.
-  const auto second = client_->Watch(WatchRequest(stream->pool().name(), {0}));
+  const auto second = client_->Watch(WatchRequest(stream->name(), {0}));
   ASSERT_THAT(second->Next(), IsOk());
-  procgen_client::Batch batch;
+  v1::Batch batch;
   ASSERT_THAT(stream->Step({7}, &batch), IsOk());
   for (PoolWatch* each : {watch.get(), second.get()}) {
     const auto response = each->Next();
     ASSERT_THAT(response, IsOk());
-    EXPECT_EQ(response->sequence_number(), 1);
+    EXPECT_EQ(response->request_count(), 1);
   }
 }
 
 TEST_F(WatchTest, LastStateOfAnEpisodeIsShownBeforeTheNextStart) {
-  const auto stream = CreateAndAttach(MazeSpec(2));
-  const auto watch = client_->Watch(WatchRequest(stream->pool().name(), {1, 0}));
+  const auto stream = StartPool(MazeSpec(2));
+  const auto watch = client_->Watch(WatchRequest(stream->name(), {1, 0}));
   ASSERT_THAT(watch->Next(), IsOk());
-  procgen_client::Batch batch;
+  v1::Batch batch;
   ASSERT_THAT(stream->Step({7, 4}, &batch), IsOk());
   const int32_t level_seed = batch.level_seeds()[0];
   ASSERT_THAT(stream->Call(EndingStep(2), &batch), IsOk());
@@ -177,8 +175,7 @@ TEST_F(WatchTest, LastStateOfAnEpisodeIsShownBeforeTheNextStart) {
   EXPECT_FALSE(end.frames(0).has_ended_episode());
   EXPECT_EQ(end.frames(0).image(), ObservationOf(batch, 1));
   ASSERT_TRUE(end.frames(1).has_ended_episode());
-  const absl::Span<const uint8_t> last = batch.final_observations();
-  EXPECT_EQ(end.frames(1).image(), std::string(last.begin(), last.end()));
+  EXPECT_EQ(end.frames(1).image(), batch.final_observations());
   const v1::EndedEpisode& ended = end.frames(1).ended_episode();
   EXPECT_EQ(ended.episode_return(), 0);
   EXPECT_EQ(ended.episode_length(), 2);
@@ -189,33 +186,33 @@ TEST_F(WatchTest, LastStateOfAnEpisodeIsShownBeforeTheNextStart) {
   // The start follows without another step.
   const auto start = watch->Next();
   ASSERT_THAT(start, IsOk());
-  EXPECT_EQ(start->sequence_number(), 2);
+  EXPECT_EQ(start->request_count(), 2);
   EXPECT_FALSE(start->frames(1).has_ended_episode());
   EXPECT_EQ(start->frames(1).image(), ObservationOf(batch, 0));
 }
 
 TEST_F(WatchTest, LastStateIsShownInHumanView) {
-  const auto stream = CreateAndAttach(MazeSpec(1));
+  const auto stream = StartPool(MazeSpec(1));
   v1::PoolSpec next_step = MazeSpec(1);
   next_step.set_autoreset_mode(v1::AUTORESET_MODE_NEXT_STEP);
-  const auto other = CreateAndAttach(next_step);  // the same levels, and keeps its last state
-  const auto watch = client_->Watch(WatchRequest(stream->pool().name(), {0}, 100));
+  const auto other = StartPool(next_step);  // the same levels, and keeps its last state
+  const auto watch = client_->Watch(WatchRequest(stream->name(), {0}, 100));
   ASSERT_THAT(watch->Next(), IsOk());
-  procgen_client::Batch batch;
-  for (procgen_client::StepStream* each : {stream.get(), other.get()}) {
+  v1::Batch batch;
+  for (PoolStream* each : {stream.get(), other.get()}) {
     ASSERT_THAT(each->Step({7}, &batch), IsOk());
     ASSERT_THAT(each->Step({-1}, &batch), IsOk());
   }
   const v1::WatchPoolResponse end = ResponseAfter(2, watch.get());
   EXPECT_TRUE(end.frames(0).has_ended_episode());
-  const auto last = client_->RenderEnvironments(other->pool().name(), {0}, 100);
+  const auto last = other->Render({0}, 100);
   ASSERT_THAT(last, IsOk());
   EXPECT_EQ(end.frames(0).image(), last->frames(0).image());
 }
 
 TEST_F(WatchTest, NewestStepsAreReturnedOnRequest) {
-  const auto stream = CreateAndAttach(MazeSpec(2));
-  v1::WatchPoolRequest request = WatchRequest(stream->pool().name(), {1, 0});
+  const auto stream = StartPool(MazeSpec(2));
+  v1::WatchPoolRequest request = WatchRequest(stream->name(), {1, 0});
   const auto plain = client_->Watch(request);
   request.set_with_steps(true);
   const auto watch = client_->Watch(request);
@@ -223,7 +220,7 @@ TEST_F(WatchTest, NewestStepsAreReturnedOnRequest) {
   ASSERT_THAT(response, IsOk());
   ASSERT_THAT(plain->Next(), IsOk());
   EXPECT_FALSE(response->frames(0).has_step());  // nothing was stepped
-  procgen_client::Batch batch;
+  v1::Batch batch;
   ASSERT_THAT(stream->Step({7, 3}, &batch), IsOk());
   ASSERT_THAT(stream->Step({1, 5}, &batch), IsOk());
   EXPECT_FALSE(ResponseAfter(2, plain.get()).frames(0).has_step());
@@ -246,23 +243,26 @@ TEST_F(WatchTest, NewestStepsAreReturnedOnRequest) {
   EXPECT_EQ(step.level_seed(), batch.level_seeds()[0]);
 
   // Restored states have no known step.
-  ASSERT_THAT(client_->CloneStates(stream->pool().name(), {Pair(1, 0)}), IsOk());
+  ASSERT_THAT(stream->Clone({Pair(1, 0)}), IsOk());
   response = watch->Next();
   ASSERT_THAT(response, IsOk());
   EXPECT_FALSE(response->frames(1).has_step());
 }
 
 TEST_F(WatchTest, AnnotationsAreReturnedWithTheNewestStep) {
-  const auto stream = CreateAndAttach(MazeSpec(3));
-  v1::WatchPoolRequest request = WatchRequest(stream->pool().name(), {2, 0});
+  const auto stream = StartPool(MazeSpec(3));
+  v1::WatchPoolRequest request = WatchRequest(stream->name(), {2, 0});
   request.set_with_steps(true);
   const auto watch = client_->Watch(request);
   ASSERT_THAT(watch->Next(), IsOk());
   const v1::Annotation value = AnnotationOf("value", {1, 2, 3});
   const v1::Annotation pair =
       AnnotationOf("policy/pair", {0, 1, 2, 3, 4, std::numeric_limits<float>::infinity()});
-  procgen_client::Batch batch;
-  ASSERT_THAT(stream->Step({7, 4, 5}, &batch, {value, pair}), IsOk());
+  v1::Batch batch;
+  v1::RunPoolRequest annotated = StepRequest({7, 4, 5});
+  *annotated.mutable_step()->add_annotations() = value;
+  *annotated.mutable_step()->add_annotations() = pair;
+  ASSERT_THAT(stream->Call(annotated, &batch), IsOk());
   const v1::WatchPoolResponse response = ResponseAfter(1, watch.get());
   const v1::EnvironmentStep& step = response.frames(0).step();
   ASSERT_EQ(step.annotations_size(), 2);
@@ -272,33 +272,28 @@ TEST_F(WatchTest, AnnotationsAreReturnedWithTheNewestStep) {
   EXPECT_THAT(response.frames(1).step().annotations(1).values(), ElementsAre(0, 1));
 
   // A slice has values for its own environments.
-  v1::StepPoolRequest slice = SliceStepRequest(1, 2, 4);
+  v1::RunPoolRequest slice = SliceStepRequest(1, 2, 4);
   *slice.mutable_step()->add_annotations() = AnnotationOf("value", {8, 9});
   ASSERT_THAT(stream->Call(slice, &batch), IsOk());
   EXPECT_THAT(ResponseAfter(2, watch.get()).frames(0).step().annotations(0).values(),
               ElementsAre(9));
 }
 
-TEST_F(WatchTest, InvalidAnnotationsChangeNothing) {
-  const auto stream = CreateAndAttach(MazeSpec(2));
-  const v1::Annotation value = AnnotationOf("value", {1, 2, 3});
-  procgen_client::Batch batch;
-  EXPECT_THAT(stream->Step({7, 4}, &batch, {value}),
+TEST_F(WatchTest, InvalidAnnotationsAreRejected) {
+  v1::RunPoolRequest request = StepRequest({7, 4});
+  *request.mutable_step()->add_annotations() = AnnotationOf("value", {1, 2, 3});
+  EXPECT_THAT(StartPool(MazeSpec(2))->Call(request),
               StatusIs(absl::StatusCode::kInvalidArgument,
                        "annotations[0] 'value' has 3 values, allowed: 1 to 64 for each of the 2 "
                        "environments of the slice"));
-  const auto again = client_->Attach(stream->pool().name());
-  ASSERT_THAT(again, IsOk());
-  ASSERT_THAT((*again)->Step({7, 4}, &batch), IsOk());
-  EXPECT_THAT(batch.episode_lengths(), ElementsAre(1, 1));
 }
 
 // Otherwise a pool with short episodes would never show how they run.
 TEST_F(WatchTest, EveryEndIsFollowedByTheCurrentState) {
-  const auto stream = CreateAndAttach(MazeSpec(1));
-  const auto watch = client_->Watch(WatchRequest(stream->pool().name(), {0}));
+  const auto stream = StartPool(MazeSpec(1));
+  const auto watch = client_->Watch(WatchRequest(stream->name(), {0}));
   ASSERT_THAT(watch->Next(), IsOk());
-  procgen_client::Batch batch;
+  v1::Batch batch;
   bool showed_end = false;
   int32_t end_count = 0;
   for (int32_t step = 1; step <= 20; ++step) {
@@ -314,12 +309,12 @@ TEST_F(WatchTest, EveryEndIsFollowedByTheCurrentState) {
 }
 
 TEST_F(WatchTest, RestoredStatesAreShown) {
-  const auto stream = CreateAndAttach(MazeSpec(2));
-  const auto watch = client_->Watch(WatchRequest(stream->pool().name(), {0}));
-  procgen_client::Batch batch;
+  const auto stream = StartPool(MazeSpec(2));
+  const auto watch = client_->Watch(WatchRequest(stream->name(), {0}));
+  v1::Batch batch;
   ASSERT_THAT(stream->Step({7, 4}, &batch), IsOk());
   const std::string before = ResponseAfter(1, watch.get()).frames(0).image();
-  ASSERT_THAT(client_->CloneStates(stream->pool().name(), {Pair(1, 0)}), IsOk());
+  ASSERT_THAT(stream->Clone({Pair(1, 0)}), IsOk());
   const auto response = watch->Next();
   ASSERT_THAT(response, IsOk());
   EXPECT_NE(response->frames(0).image(), before);
@@ -327,64 +322,62 @@ TEST_F(WatchTest, RestoredStatesAreShown) {
 }
 
 TEST_F(WatchTest, EndsWithThePool) {
-  const std::string pool = CreatePool(MazeSpec(1));
-  const auto watch = client_->Watch(WatchRequest(pool, {0}));
+  const auto stream = StartPool(MazeSpec(1));
+  const auto watch = client_->Watch(WatchRequest(stream->name(), {0}));
   ASSERT_THAT(watch->Next(), IsOk());
-  ASSERT_THAT(client_->DeletePool(pool), IsOk());
-  EXPECT_THAT(EndOf(watch.get()),
-              StatusIs(absl::StatusCode::kAborted, "pool " + pool + " was deleted"));
+  ASSERT_THAT(stream->Close(), IsOk());
+  EXPECT_THAT(EndOf(watch.get()), StatusIs(absl::StatusCode::kAborted,
+                                           "pool " + stream->name() + " ended with its stream"));
 }
 
 TEST_F(WatchTest, EndsWhenTheServerDrains) {
-  const std::string pool = CreatePool(MazeSpec(1));
-  const auto watch = client_->Watch(WatchRequest(pool, {0}));
+  const auto stream = StartPool(MazeSpec(1));
+  const auto watch = client_->Watch(WatchRequest(stream->name(), {0}));
   ASSERT_THAT(watch->Next(), IsOk());
+  server_is_alive_ = false;
   server_->BeginDrain();
   EXPECT_THAT(EndOf(watch.get()), StatusIs(absl::StatusCode::kUnavailable, HasSubstr("drains")));
-  EXPECT_THAT(EndOf(client_->Watch(WatchRequest(pool, {0})).get()),
-              StatusIs(absl::StatusCode::kUnavailable, HasSubstr("drains")));
-  server_is_alive_ = false;
 }
 
 TEST_F(WatchTest, TwentyWatchersDoNotStopTheLearner) {
-  const auto stream = CreateAndAttach(MazeSpec(16));
+  const auto stream = StartPool(MazeSpec(16));
   std::vector<std::unique_ptr<PoolWatch>> watches;
   watches.reserve(20);
   for (int32_t i = 0; i < 20; ++i) {
-    watches.push_back(client_->Watch(WatchRequest(stream->pool().name(), {0, 5, 15})));
+    watches.push_back(client_->Watch(WatchRequest(stream->name(), {0, 5, 15})));
   }
   std::thread learner([&] {
-    procgen_client::Batch batch;
+    v1::Batch batch;
     for (int32_t step = 0; step < 200; ++step) {
       ASSERT_THAT(stream->Step(std::vector<int32_t>(16, step % 15), &batch), IsOk());
     }
   });
   for (const std::unique_ptr<PoolWatch>& watch : watches) {
-    EXPECT_EQ(ResponseAfter(200, watch.get()).sequence_number(), 200);
+    EXPECT_EQ(ResponseAfter(200, watch.get()).request_count(), 200);
   }
   learner.join();
 }
 
 TEST_F(WatchTest, WatcherThatDoesNotReadBlocksOnlyItself) {
-  const auto stream = CreateAndAttach(MazeSpec(16));
-  v1::WatchPoolRequest large = WatchRequest(stream->pool().name(), {0, 1, 2, 3}, 256);
+  const auto stream = StartPool(MazeSpec(16));
+  v1::WatchPoolRequest large = WatchRequest(stream->name(), {0, 1, 2, 3}, 256);
   const auto silent = client_->Watch(large);
   const auto reader = client_->Watch(large);
-  procgen_client::Batch batch;
+  v1::Batch batch;
   for (int32_t step = 0; step < 50; ++step) {
     ASSERT_THAT(stream->Step(std::vector<int32_t>(16, step % 15), &batch), IsOk());
-    EXPECT_EQ(ResponseAfter(step + 1, reader.get()).sequence_number(), step + 1);
+    EXPECT_EQ(ResponseAfter(step + 1, reader.get()).request_count(), step + 1);
   }
-  ASSERT_THAT(client_->DeletePool(stream->pool().name()), IsOk());
+  ASSERT_THAT(stream->Close(), IsOk());
   EXPECT_THAT(EndOf(reader.get()), StatusIs(absl::StatusCode::kAborted, _));
   EXPECT_THAT(EndOf(silent.get()), StatusIs(absl::StatusCode::kAborted, _));
 }
 
 // A cancelled stream with a pending write must end, otherwise the server would not stop.
 TEST_F(WatchTest, CancelledWatcherDelaysNothing) {
-  const auto stream = CreateAndAttach(MazeSpec(16));
-  const auto silent = client_->Watch(WatchRequest(stream->pool().name(), {0, 1, 2, 3}, 256));
-  procgen_client::Batch batch;
+  const auto stream = StartPool(MazeSpec(16));
+  const auto silent = client_->Watch(WatchRequest(stream->name(), {0, 1, 2, 3}, 256));
+  v1::Batch batch;
   for (int32_t step = 0; step < 20; ++step) {
     ASSERT_THAT(stream->Step(std::vector<int32_t>(16, step % 15), &batch), IsOk());
   }
@@ -393,25 +386,9 @@ TEST_F(WatchTest, CancelledWatcherDelaysNothing) {
   server_.reset();
 }
 
-TEST_F(WatchTest, WatchesPerOwnerAreLimited) {
-  const std::string pool = CreatePool(MazeSpec(1));
-  std::vector<std::unique_ptr<PoolWatch>> watches;
-  for (int32_t i = 0; i < TestLimits().owner_watch_count_max; ++i) {
-    watches.push_back(client_->Watch(WatchRequest(pool, {0})));
-    ASSERT_THAT(watches.back()->Next(), IsOk());
-  }
-  EXPECT_THAT(client_->Watch(WatchRequest(pool, {0}))->Next(),
-              StatusIs(absl::StatusCode::kResourceExhausted, HasSubstr("owner_watch_count_max")));
-  watches.pop_back();
-  absl::Status status = absl::ResourceExhaustedError("");
-  while (absl::IsResourceExhausted(status)) {  // until the server detects the end of the watch
-    status = client_->Watch(WatchRequest(pool, {0}))->Next().status();
-  }
-  EXPECT_THAT(status, IsOk());
-}
-
 TEST_F(WatchTest, InvalidArgumentsAreRejected) {
-  const std::string pool = CreatePool(MazeSpec(2));
+  const auto stream = StartPool(MazeSpec(2));
+  const std::string& pool = stream->name();
   const auto rejected = [&](const v1::WatchPoolRequest& request) {
     return client_->Watch(request)->Next().status();
   };
@@ -432,8 +409,8 @@ TEST_F(WatchTest, InvalidArgumentsAreRejected) {
     EXPECT_THAT(rejected(request),
                 StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr("allowed: above 0 to 60")));
   }
-  EXPECT_THAT(rejected(WatchRequest(pool, std::vector<int32_t>(64, 0), 256)),
-              StatusIs(absl::StatusCode::kResourceExhausted, HasSubstr("response_bytes_max")));
+  EXPECT_THAT(rejected(WatchRequest(pool, std::vector<int32_t>(64, 0), 512)),
+              StatusIs(absl::StatusCode::kResourceExhausted, HasSubstr("16777216")));
 }
 
 }  // namespace

@@ -3,13 +3,13 @@
 import ast
 import re
 
-# In C++, protos, TypeScript, JavaScript and Go: literals, which may contain comment marks, and
+# In C++, protos and JavaScript: literals, which may contain comment marks, and
 # comments. A template or raw string is a literal, too.
 _LITERAL_OR_COMMENT = re.compile(
     r'R"\((?:.|\n)*?\)"'
     r"|\"(?:\\.|[^\"\\\n])*\"|'(?:\\.|[^'\\\n])*'|`(?:\\.|[^`\\])*`"
     r"|//[^\n]*|/\*(?:.|\n)*?\*/")
-_C_LIKE = (".h", ".cc", ".c", ".proto", ".ts", ".js", ".mjs", ".go")
+_C_LIKE = (".h", ".cc", ".c", ".proto", ".js")
 _MARKS = re.compile(r"\s*\*+/\s*$|^\s*(?://+|/\*+|\*+/|\*|#+)?!?\s?")
 
 

@@ -7,6 +7,7 @@ violation although its path exists is reported, which keeps the list short.
 EXCEPTIONS = (
     ("check_readmes", "deploy/kubernetes/*",
      "deploy/kubernetes/README.md is the guide to the base and its overlays"),
+    ("check_readmes", "clients/examples/*", "clients/examples/README.md describes all languages"),
     ("check_readmes", "proto/*", "proto/README.md is the guide to the contract, for all versions"),
     ("check_readmes", "clients/cpp/procgen_client/README.md",
      "the library's guide is clients/cpp/README.md, one folder up"),

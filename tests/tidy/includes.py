@@ -13,31 +13,24 @@ from source_tree import Violation
 # knows the contract alone.
 _BELOW_SCENE = ("envcore/status", "envcore/state", "envcore/random", "envcore/world",
                 "envcore/level")
-# server/session: each folder may include the folders above it; pools by name may include all.
-_BELOW_SESSION = ("envcore/pool", "server/concurrency", "server/encoding", "server/metrics",
-                  "server/shared_memory")
-_SESSION = {
-    "server/session/quota": ("server/concurrency",),
-    "server/session/backend": _BELOW_SESSION,
-    "server/session/episodes": ("envcore/pool", "server/session/backend", "server/session/quota"),
-    "server/session/pool": (*_BELOW_SESSION, "server/session/backend", "server/session/episodes",
-                            "server/session/quota"),
-    "server/session/watch": (*_BELOW_SESSION, "server/session/backend", "server/session/pool"),
-    "server/session": (*_BELOW_SESSION, "server/logging", "server/session/backend",
-                       "server/session/pool", "server/session/quota", "server/session/watch"),
+_BELOW_POOL = ("envcore/pool", "server/concurrency", "server/encoding", "server/metrics")
+_POOL = {
+    "server/pool/quota": ("server/concurrency",),
+    "server/pool/episodes": ("envcore/pool", "server/pool/quota"),
+    "server/pool": (*_BELOW_POOL, "server/logging", "server/pool/episodes", "server/pool/quota"),
+    "server/pool/watch": (*_BELOW_POOL, "server/pool"),
 }
 _BELOW_FRONTS = ("server/concurrency", "server/logging", "server/wire", "proto")
-# gRPC's types, the door, how calls are served; then the stream, watching and the services.
-_BELOW_RPC = ("envcore/pool", *_BELOW_FRONTS, *_SESSION, "server/cluster", "server/encoding",
-              "server/metrics", "server/net", "server/shared_memory")
+# gRPC's types, the door; then the stream, watching and the services.
+_BELOW_RPC = ("envcore/pool", *_BELOW_FRONTS, *_POOL, "server/cluster", "server/encoding",
+              "server/metrics", "server/net")
 _RPC = {
     "server/rpc/grpc": ("proto",),
     "server/rpc/auth": ("server/logging", "server/metrics", "server/net", "server/rpc/grpc",
-                        "server/session/quota"),
-    "server/rpc/call": ("server/rpc/auth", "server/rpc/grpc", "server/session"),
+                        "server/pool/quota"),
 }
-for _folder in ("step", "watch", "dm_env_rpc", "services"):
-    _RPC[f"server/rpc/{_folder}"] = (*_BELOW_RPC, "server/dm_env_rpc", *_RPC)
+for _folder in ("run", "watch", "services"):
+    _RPC[f"server/rpc/{_folder}"] = (*_BELOW_RPC, *_RPC)
 _RPC["server/rpc"] = (*_BELOW_RPC, *_RPC)
 # Down from a connection to what is played; each knows those above it.
 _BELOW_WEB = ("envcore/pool", "envcore/environment", "envcore/trace", "envcore/games",
@@ -70,29 +63,21 @@ ARROWS = {
     "server/cluster": ("server/concurrency",),
     "server/encoding": (),
     "server/metrics": (),
-    "server/shared_memory": ("envcore/pool", "server/concurrency"),
     "server/net": ("server/concurrency", "server/logging"),
-    **_SESSION,
-    "server/dm_env_rpc": ("envcore/pool", "server/concurrency", *_SESSION, "server/metrics",
-                          "proto"),
-    "server/wire": ("envcore/pool", "server/cluster", "server/encoding", *_SESSION,
-                    "server/shared_memory", "proto"),
-    # A client of other servers, which speaks the same contract as server/rpc.
-    "server/fleet": ("envcore/pool", *_BELOW_FRONTS, "server/session/backend", "server/cluster",
-                     "server/metrics", "clients/cpp"),
+    **_POOL,
+    "server/wire": ("envcore/pool", "server/cluster", "server/encoding", *_POOL,
+                    "proto"),
     **_RPC,
     # A client of the very server that it lives in, so it knows clients/cpp.
     **_WEB,
     # The program itself: flags, wiring, signals, shutdown.
-    "server": ("envcore/pool", *_BELOW_FRONTS, *_SESSION, "server/rpc", "server/rpc/auth",
-               "server/rpc/services", "server/net", "server/metrics", "server/shared_memory",
-               "server/fleet", "server/cluster", "server/web"),
+    "server": ("envcore/pool", *_BELOW_FRONTS, *_POOL, "server/rpc", "server/rpc/auth",
+               "server/rpc/services", "server/net", "server/metrics",
+               "server/cluster", "server/web"),
     "clients/cpp": ("proto", "envcore/status", "envcore/environment", "envcore/pool"),
     "clients/c": ("envcore/status", "envcore/environment", "envcore/games", "envcore/pool",
                   "clients/cpp"),
     "clients/libenv": ("proto", "envcore/pool", "clients/cpp"),
-    "clients/python/native": ("proto", "clients/cpp"),
-    "clients/top": ("proto", "clients/cpp"),
     "clients": ("proto",),
     # Programs for people, over the engine or over a server.
     "tools": (*_BELOW_ENVIRONMENT, "envcore/environment", "envcore/pool", "envcore/trace", "proto",
@@ -105,11 +90,8 @@ _FREE = ("tests",)
 _GUARDED_HEADERS = (
     (r"grpc(pp)?/|.*\.grpc\.pb\.h$", ("server/rpc", "clients", "tests"),
      "only server/rpc and the clients speak gRPC; put the call behind an interface of this module"),
-    # What dm_env_rpc is about are its messages: tensors and what is said of them.
-    (r"dm_env_rpc/.*\.pb\.h$", ("server/rpc", "server/dm_env_rpc", "tests"),
-     "messages of dm_env_rpc stop at server/dm_env_rpc; give this module what it needs as values"),
-    (r"(?!dm_env_rpc/).*\.pb\.h$",
-     ("server/rpc", "server/wire", "server/fleet", "server/web", "clients", "tests"),
+    (r".*\.pb\.h$",
+     ("server/rpc", "server/wire", "server/web", "clients", "tests"),
      "messages of the wire stop at server/wire; convert them there to a type of this module"),
     (r"(.*/)?dds/|(.*/)?dds\.h$|server/cluster/topics\.h$", ("server/cluster", "tests"),
      "only server/cluster knows Cyclone DDS"),

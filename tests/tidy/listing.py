@@ -73,7 +73,7 @@ def check_python_is_used(tree):
 
 
 # A folder that holds such a file wants explaining; data (pictures, recordings) does not.
-_EXPLAINED = (".h", ".cc", ".py", ".sh", ".proto", ".ts", ".js", ".go", ".yaml", ".yml",
+_EXPLAINED = (".h", ".cc", ".py", ".sh", ".proto", ".js", ".yaml", ".yml",
               "CMakeLists.txt", "Dockerfile")
 # Under tests, what mirrors the tree is explained by what it mirrors.
 _MIRROR = re.compile(r"tests/(envcore|server|clients|proto|deploy|tools)(/|$)")

@@ -11,7 +11,7 @@ FUNCTION_LINES_MAX = 70
 FILE_LINES_MAX = 500
 CLASS_LINES_MAX = 600
 
-_SOURCES = (".h", ".cc", ".py", ".sh", ".proto", ".ts", ".js", ".go", "CMakeLists.txt", ".cmake")
+_SOURCES = (".h", ".cc", ".py", ".sh", ".proto", ".js", "CMakeLists.txt", ".cmake")
 
 
 def check_line_length(tree):

@@ -50,20 +50,20 @@ _BROKEN = {
         ({"envcore/render/raster/x.cc": _include("envcore/render/scene/y.h")},
          "envcore/render/raster/x.cc:1"),
         ({"server/rpc/x.cc": _include("envcore/games/game.h")}, "server/rpc/x.cc:1"),
-        ({"server/session/x.cc": "\n" + _include("server/rpc/y.h")}, "server/session/x.cc:2"),
+        ({"server/pool/x.cc": "\n" + _include("server/rpc/y.h")}, "server/pool/x.cc:2"),
         ({"clients/cpp/x.cc": _include("envcore/games/game.h")}, "clients/cpp/x.cc:1"),
-        ({"clients/cpp/x.cc": _include("clients/node/y.h")}, "clients/cpp/x.cc:1"),
+        ({"clients/cpp/x.cc": _include("clients/libenv/y.h")}, "clients/cpp/x.cc:1"),
         ({"server/rpc/x.cc": _include("procgen_client/y.h"), "clients/cpp/procgen_client/y.h": ""},
          "server/rpc/x.cc:1"),
-        ({"envcore/pool/x.cc": _include("server/session/y.h")}, "envcore/pool/x.cc:1"),
+        ({"envcore/pool/x.cc": _include("server/pool/y.h")}, "envcore/pool/x.cc:1"),
         ({"envcore/pool/x.cc": _include("tests/envcore/y.h")}, "envcore/pool/x.cc:1"),
         ({"elsewhere/x.cc": "int x;\n"}, "elsewhere/x.cc:1"),
     ),
     includes.check_guarded_headers: (
-        ({"server/session/x.cc": _include("grpcpp/grpcpp.h")}, "server/session/x.cc:1"),
-        ({"server/session/x.cc": _include("procgen/v1/step.grpc.pb.h")}, "server/session/x.cc:1"),
-        ({"server/session/x.cc": _include("procgen/v1/step.pb.h")}, "server/session/x.cc:1"),
-        ({"server/fleet/x.cc": "#include <dds/dds.h>\n"}, "server/fleet/x.cc:1"),
+        ({"server/pool/x.cc": _include("grpcpp/grpcpp.h")}, "server/pool/x.cc:1"),
+        ({"server/pool/x.cc": _include("procgen/v1/step.grpc.pb.h")}, "server/pool/x.cc:1"),
+        ({"server/pool/x.cc": _include("procgen/v1/step.pb.h")}, "server/pool/x.cc:1"),
+        ({"server/wire/x.cc": "#include <dds/dds.h>\n"}, "server/wire/x.cc:1"),
     ),
     includes.check_engine_purity: (
         ({"envcore/games/maze.cc": "#include <chrono>\n"}, "envcore/games/maze.cc:1"),
@@ -95,7 +95,7 @@ _BROKEN = {
         ({"a/b.h": "#pragma once\n"}, "a/b.h:1"),
     ),
     names.check_impl_names: (
-        ({"server/session/x.h": "class SessionImpl {\n"}, "server/session/x.h:1"),
+        ({"server/pool/x.h": "class SessionImpl {\n"}, "server/pool/x.h:1"),
     ),
     sizes.check_line_length: (
         ({"x.cc": "\n" + "x" * 101 + "\n"}, "x.cc:2"),
@@ -152,7 +152,7 @@ _BROKEN = {
     retired.check_retired_names: (
         ({"x.cc": f"\nint {_SIDE}_px;\n"}, "x.cc:2"),
         ({"x.h": f"int k{_SIDE.title()}PxMax;\n"}, "x.h:1"),
-        ({"x.ts": f"pool.{_SIDE}Px\n"}, "x.ts:1"),
+        ({"x.js": f"pool.{_SIDE}Px\n"}, "x.js:1"),
         ({"x.proto": f"{_SIDE.upper()}_PX_DEFAULT = 1;\n"}, "x.proto:1"),
         ({f"a/{_SIDE}_px.h": ""}, f"a/{_SIDE}_px.h:1"),
         ({"x.h": f"class {_SIGHT} {{}};\n"}, "x.h:1"),
@@ -177,7 +177,7 @@ _KEPT = {
     ),
     includes.check_engine_purity: (
         {"envcore/pool/worker_pool.cc": "#include <thread>\n"},
-        {"server/session/x.cc": "#include <chrono>\n"},
+        {"server/pool/x.cc": "#include <chrono>\n"},
     ),
     includes.check_link_arrows: (
         {"envcore/world/CMakeLists.txt": "target_link_libraries(w PUBLIC procgen::random)\n"},
@@ -230,8 +230,8 @@ _KEPT = {
     ),
     traces.check_blanks: ({"x.md": "a\n\nb\n", "Makefile": "\tx\n"},),
     prose.check_prose: (
-        {"x.md": "It tells who.\n", "y.go": "/* who */", prose.CEILINGS: "who 2\ntells 1\n"},
-        {"x.ts": 'const tells = "// who";\n', "x.py": "tells = 'anew'\n", "x.sh": "# who\n"},
+        {"x.md": "It tells who.\n", "y.js": "/* who */", prose.CEILINGS: "who 2\ntells 1\n"},
+        {"x.js": 'const tells = "// who";\n', "x.py": "tells = 'anew'\n", "x.sh": "# who\n"},
         {"x.md": "It goes\n\non; the whole foretells renewal.\n"},
     ),
     retired.check_retired_names: (
@@ -273,7 +273,7 @@ class CommentsTest(unittest.TestCase):
         for path, text, expected in (
             ("x.cc", 'Go("// no", \'"\');  // yes\n/* two\n * three */\n',
              [(1, "yes"), (2, "two"), (3, "three")]),
-            ("x.go", "a := `\n// no\n`\n// yes\n", [(4, "yes")]),
+            ("x.js", "a = `\n// no\n`\n// yes\n", [(4, "yes")]),
             ("x.py", '"""Yes.\n\nMore.\n"""\nx = "no"  # so\n',
              [(1, "Yes."), (2, ""), (3, "More."), (4, ""), (5, "so")]),
             ("x.sh", "# no\n", []),

@@ -14,9 +14,10 @@
 #include "tools/conformance/player.h"
 #include "tools/conformance/replay.h"
 
-ABSL_FLAG(
-    std::string, server, "",
-    "replay through the server at this address, e.g. 127.0.0.1:50051; empty: in this process");
+ABSL_FLAG(std::string, server, "",
+          "replay through the server at this address, e.g. 127.0.0.1:50051, or through several, "
+          "separated "
+          "by commas; empty: in this process");
 ABSL_FLAG(std::string, art_dir, "",
           "folder with the art of Procgen 0.10.7: draws with it and also compares the observations "
           "that were recorded with it; with --server: the server draws with that art");

@@ -9,6 +9,7 @@
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "absl/types/span.h"
+#include "envcore/pool/pool.h"
 #include "envcore/pool/shared_art.h"
 #include "envcore/trace/trace.h"
 
@@ -23,6 +24,12 @@ struct Observations {
   std::vector<uint8_t> prev_level_complete;  // [E]
   std::vector<uint8_t> observations;         // [E, 64, 64, 3], or empty
 };
+
+// Returns the arrays of `observed`, resized to `env_count` rows.
+Batch BatchOf(Observations* observed, int32_t env_count, bool with_pictures);
+
+// The pool of a trace, with the built-in art.
+PoolOptions PoolOptionsOf(const Trace& trace);
 
 // Plays the environments of a trace, in this process or on a server.
 class Player {
@@ -39,10 +46,10 @@ absl::StatusOr<std::unique_ptr<Player>> MakeLocalPlayer(const Trace& trace, int3
                                                         bool with_pictures,
                                                         std::shared_ptr<const SharedArt> art);
 
-// Makes a player on the server at `address`, which draws with its own art. Errors: those of the
-// server.
+// Makes a player on a server, which draws with its own art. `addresses`: several are separated by
+// commas. Errors: those of the server.
 absl::StatusOr<std::unique_ptr<Player>> MakeRemotePlayer(const Trace& trace,
-                                                         const std::string& address,
+                                                         const std::string& addresses,
                                                          bool with_pictures);
 
 }  // namespace procgen

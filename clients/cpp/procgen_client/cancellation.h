@@ -1,7 +1,6 @@
 #ifndef PROCGEN_CLIENT_CANCELLATION_H_
 #define PROCGEN_CLIENT_CANCELLATION_H_
 
-#include <atomic>
 #include <functional>
 #include <utility>
 
@@ -15,15 +14,12 @@ using CancellationCheck = std::function<bool()>;
 // How often a thread that waits calls the check. An interruption takes effect within this time.
 inline constexpr absl::Duration kCancellationInterval = absl::Milliseconds(50);
 
-// The cancellation of one call or stream. Once the check has returned true it stays cancelled.
-// Threads: any method from any thread.
+// The cancellation of one call. Once the check has returned true it stays cancelled.
+// Threads: compatible.
 class Cancellation {
  public:
   // `check`: may be empty, never cancelled.
   explicit Cancellation(CancellationCheck check) : check_(std::move(check)) {}
-  bool has_check() const { return check_ != nullptr; }
-  // Whether it was cancelled. Does not call the check.
-  bool is_cancelled() const { return is_cancelled_; }
   // Calls the check, unless it is cancelled already.
   bool Check() {
     if (!is_cancelled_ && check_ != nullptr && check_()) {
@@ -31,14 +27,12 @@ class Cancellation {
     }
     return is_cancelled_;
   }
-  // Cancels, whatever the check returns.
-  void Cancel() { is_cancelled_ = true; }
   // Sleeps for `duration`. False: cancelled before it was over.
   bool Sleep(absl::Duration duration);
 
  private:
   const CancellationCheck check_;
-  std::atomic<bool> is_cancelled_ = false;
+  bool is_cancelled_ = false;
 };
 
 }  // namespace procgen_client

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cstdlib>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
@@ -10,21 +11,17 @@
 #include "grpcpp/security/credentials.h"
 #include "grpcpp/support/async_unary_call.h"
 #include "procgen_client/internal/address.h"
-#include "procgen_client/internal/answer_validation.h"
-#include "procgen_client/internal/call_completions.h"
+#include "procgen_client/internal/await_finish.h"
 #include "procgen_client/internal/connect_error.h"
 #include "procgen_client/internal/grpc_error.h"
+#include "procgen_client/internal/method_call.h"
 #include "procgen_client/internal/timing.h"
+#include "procgen_client/run/grpc_run_stream.h"
 
 namespace procgen_client {
 namespace {
 
 namespace v1 = procgen::v1;
-
-// Smallest Limits.request_bytes_max of any server, in bytes.
-constexpr int64_t kRequestBytesAlways = 65536;
-// Upper bound of a state's overhead in a request: a tag and a length.
-constexpr int64_t kStateOverheadBytes = 8;
 
 // HTTP/2 stream window for servers on this machine. Small, so that bytes in flight stay in the CPU
 // caches: a step of 64 environments takes 0.6 of the time with gRPC's bandwidth probing.
@@ -40,14 +37,15 @@ constexpr absl::Duration kRefusedTimeout = absl::Milliseconds(1500);
 // How long it may take to find out why there is no connection.
 constexpr absl::Duration kFailureTimeout = absl::Milliseconds(500);
 
+// How often gRPC's timer thread does the work of connections while no thread waits in a call: it
+// reads replies to keepalive pings. gRPC's default of 5 s is longer than a keepalive timeout of 1
+// s, so a learner that computed for some seconds lost its connections. Not changed if the variable
+// is set, or gRPC is in use already.
+constexpr char kPollIntervalVariable[] = "GRPC_CLIENT_CHANNEL_BACKUP_POLL_INTERVAL_MS";
+constexpr char kPollIntervalMs[] = "250";
+
 // A page has 1000 pools; a list with more pages is treated as endless.
 constexpr int kPoolPagesMax = 1000;
-
-// Returns `value` if `status` is OK, else `status`.
-template <typename Value>
-absl::StatusOr<Value> IfValid(absl::StatusOr<Value> value, absl::Status status) {
-  return status.ok() ? std::move(value) : std::move(status);
-}
 
 int Milliseconds(absl::Duration duration) {
   return static_cast<int>(absl::ToInt64Milliseconds(duration));
@@ -68,10 +66,10 @@ absl::StatusOr<Response> CallUnary(const CallOptions& options, Stub* stub,
   }
   Response response;
   grpc::Status status;
-  CallCompletions completions(&context, &cancellation);
-  const auto call = (stub->*method)(&context, request, completions.queue());
-  call->Finish(&response, &status, CallCompletions::TagOf(CallOperation::kFinish));
-  completions.Await(CallOperation::kFinish);
+  grpc::CompletionQueue queue;
+  const auto call = (stub->*method)(&context, request, &queue);
+  call->Finish(&response, &status, nullptr);
+  AwaitFinish(&context, &queue, &cancellation);
   if (!status.ok()) {
     return ToAbslStatus(status);
   }
@@ -107,6 +105,7 @@ absl::StatusOr<std::unique_ptr<Client>> Client::Connect(const std::string& addre
   if (absl::Status status = CheckAddress(address); !status.ok()) {
     return status;
   }
+  setenv(kPollIntervalVariable, kPollIntervalMs, /*overwrite=*/0);
   absl::StatusOr<Credentials> credentials =
       options.credentials.has_value() ? *options.credentials : Credentials::FromEnvironment();
   if (!credentials.ok()) {
@@ -134,6 +133,9 @@ absl::StatusOr<std::unique_ptr<Client>> Client::Connect(const std::string& addre
         grpc::CreateCustomChannel(address, *channel_credentials, arguments);
     std::unique_ptr<Client> client(
         new Client(channel, {credentials->token, options.call_timeout, options.is_cancelled}));
+    if (!options.waits_for_server) {
+      return client;
+    }
     absl::Status status =
         client->AwaitConnection(channel.get(), address, !credentials->ca.empty(), options.timeout);
     if (!status.ok()) {
@@ -150,7 +152,8 @@ absl::StatusOr<std::unique_ptr<Client>> Client::Connect(const std::string& addre
   arguments.SetInt(GRPC_ARG_HTTP2_STREAM_LOOKAHEAD_BYTES, kLoopbackWindowBytes);
   arguments.SetInt(GRPC_ARG_HTTP2_BDP_PROBE, 0);
   auto near = connect();
-  if (!near.ok() || AnswersAtOnce((*near)->catalog_.get(), (*near)->call_options_)) {
+  if (!near.ok() || !options.waits_for_server ||
+      AnswersAtOnce((*near)->catalog_.get(), (*near)->call_options_)) {
     return near;
   }
   arguments.Swap(far_arguments);
@@ -212,12 +215,10 @@ std::string Client::WhyNotConnected() {
 
 Client::Client(const std::shared_ptr<grpc::Channel>& channel, CallOptions options)
     : call_options_(std::move(options)),
+      channel_(channel),
       catalog_(v1::CatalogService::NewStub(channel)),
       cluster_(v1::ClusterService::NewStub(channel)),
-      pools_(v1::PoolService::NewStub(channel)),
-      step_(v1::StepService::NewStub(channel)),
-      states_(v1::StateService::NewStub(channel)),
-      render_(v1::RenderService::NewStub(channel)) {}
+      pools_(v1::PoolService::NewStub(channel)) {}
 
 absl::StatusOr<v1::Catalog> Client::GetCatalog() {
   return CallUnary(call_options_, catalog_.get(), &v1::CatalogService::Stub::AsyncGetCatalog,
@@ -240,22 +241,10 @@ std::unique_ptr<NodeWatch> Client::WatchNodes() {
   });
 }
 
-absl::StatusOr<v1::Pool> Client::CreatePool(const v1::PoolSpec& spec, const std::string& pool_id) {
-  v1::CreatePoolRequest request;
-  request.set_pool_id(pool_id);
-  *request.mutable_spec() = spec;
-  auto pool =
-      CallUnary(call_options_, pools_.get(), &v1::PoolService::Stub::AsyncCreatePool, request);
-  absl::Status status = pool.ok() ? ValidateCreatedPool(*pool, request) : pool.status();
-  return IfValid(std::move(pool), std::move(status));
-}
-
 absl::StatusOr<v1::Pool> Client::GetPool(const std::string& name) {
   v1::GetPoolRequest request;
   request.set_name(name);
-  auto pool = CallUnary(call_options_, pools_.get(), &v1::PoolService::Stub::AsyncGetPool, request);
-  absl::Status status = pool.ok() ? ValidatePool(*pool, name) : pool.status();
-  return IfValid(std::move(pool), std::move(status));
+  return CallUnary(call_options_, pools_.get(), &v1::PoolService::Stub::AsyncGetPool, request);
 }
 
 absl::StatusOr<std::vector<v1::Pool>> Client::ListPools() {
@@ -267,11 +256,8 @@ absl::StatusOr<std::vector<v1::Pool>> Client::ListPools() {
     if (!page.ok()) {
       return page.status();
     }
-    for (const v1::Pool& pool : page->pools()) {
-      if (absl::Status status = ValidatePool(pool, pool.name()); !status.ok()) {
-        return status;
-      }
-      pools.push_back(pool);
+    for (v1::Pool& pool : *page->mutable_pools()) {
+      pools.push_back(std::move(pool));
     }
     request.set_page_token(page->next_page_token());
     if (request.page_token().empty()) {
@@ -280,108 +266,6 @@ absl::StatusOr<std::vector<v1::Pool>> Client::ListPools() {
   }
   return absl::InternalError(absl::StrCat("the server's answer: a list of pools with more than ",
                                           kPoolPagesMax, " pages, expected: an end"));
-}
-
-absl::Status Client::DeletePool(const std::string& name) {
-  v1::DeletePoolRequest request;
-  request.set_name(name);
-  return CallUnary(call_options_, pools_.get(), &v1::PoolService::Stub::AsyncDeletePool, request)
-      .status();
-}
-
-absl::StatusOr<v1::Pool> Client::RenewPool(const std::string& name,
-                                           std::optional<absl::Duration> lease_duration) {
-  v1::RenewPoolRequest request;
-  request.set_name(name);
-  if (lease_duration.has_value()) {
-    const timespec duration = absl::ToTimespec(*lease_duration);
-    request.mutable_lease_duration()->set_seconds(duration.tv_sec);
-    request.mutable_lease_duration()->set_nanos(static_cast<int32_t>(duration.tv_nsec));
-  }
-  auto pool =
-      CallUnary(call_options_, pools_.get(), &v1::PoolService::Stub::AsyncRenewPool, request);
-  absl::Status status = pool.ok() ? ValidatePool(*pool, name) : pool.status();
-  return IfValid(std::move(pool), std::move(status));
-}
-
-absl::StatusOr<std::unique_ptr<StepStream>> Client::Attach(const std::string& pool,
-                                                           const StreamOptions& options) {
-  std::unique_ptr<StepStream> stream(new StepStream(step_.get(), call_options_, pool, options));
-  if (absl::Status status = stream->Attach(); !status.ok()) {
-    return status;
-  }
-  return stream;
-}
-
-absl::StatusOr<std::vector<v1::State>> Client::SaveStates(const std::string& pool,
-                                                          absl::Span<const int32_t> environments,
-                                                          int64_t response_bytes_max) {
-  std::vector<v1::State> states;
-  v1::SaveStatesRequest request;
-  request.set_pool(pool);
-  request.mutable_environments()->Add(environments.begin(), environments.end());
-  request.set_response_bytes_max(response_bytes_max);
-  do {
-    absl::StatusOr<v1::SaveStatesResponse> page =
-        CallUnary(call_options_, states_.get(), &v1::StateService::Stub::AsyncSaveStates, request);
-    if (!page.ok()) {
-      return page.status();
-    }
-    if (absl::Status status = ValidateStates(*page, environments, states.size()); !status.ok()) {
-      return status;
-    }
-    for (v1::State& state : *page->mutable_states()) {
-      states.push_back(std::move(state));
-    }
-    request.set_page_token(page->next_page_token());
-  } while (!request.page_token().empty());
-  return states;
-}
-
-absl::Status Client::RestoreStates(const std::string& pool, absl::Span<const v1::State> states) {
-  v1::RestoreStatesRequest request;
-  request.set_pool(pool);
-  const auto empty_bytes = static_cast<int64_t>(request.ByteSizeLong());
-  request.mutable_states()->Add(states.begin(), states.end());
-  if (static_cast<int64_t>(request.ByteSizeLong()) <= kRequestBytesAlways) {
-    return Restore(request);
-  }
-  const absl::StatusOr<v1::Catalog> catalog = GetCatalog();
-  if (!catalog.ok()) {
-    return catalog.status();
-  }
-  request.clear_states();
-  int64_t bytes = empty_bytes;
-  for (const v1::State& state : states) {
-    const int64_t state_bytes = static_cast<int64_t>(state.ByteSizeLong()) + kStateOverheadBytes;
-    if (!request.states().empty() && bytes + state_bytes > catalog->limits().request_bytes_max()) {
-      if (absl::Status status = Restore(request); !status.ok()) {
-        return status;
-      }
-      request.clear_states();
-      bytes = empty_bytes;
-    }
-    *request.add_states() = state;
-    bytes += state_bytes;
-  }
-  return Restore(request);
-}
-
-absl::Status Client::Restore(const v1::RestoreStatesRequest& request) {
-  return CallUnary(call_options_, states_.get(), &v1::StateService::Stub::AsyncRestoreStates,
-                   request)
-      .status();
-}
-
-absl::Status Client::CloneStates(const std::string& pool, absl::Span<const v1::ClonePair> pairs,
-                                 const CloneSource& source) {
-  v1::CloneStatesRequest request;
-  request.set_pool(pool);
-  request.set_source_pool(source.pool);
-  request.set_source_server(source.server);
-  request.mutable_pairs()->Add(pairs.begin(), pairs.end());
-  return CallUnary(call_options_, states_.get(), &v1::StateService::Stub::AsyncCloneStates, request)
-      .status();
 }
 
 absl::StatusOr<v1::Episode> Client::GetEpisode(const std::string& pool, int32_t environment,
@@ -403,40 +287,31 @@ absl::StatusOr<v1::Episode> Client::FindEpisode(const std::string& pool, int32_t
 }
 
 absl::StatusOr<v1::Episode> Client::EpisodeOf(const v1::GetEpisodeRequest& request) {
-  auto episode =
-      CallUnary(call_options_, states_.get(), &v1::StateService::Stub::AsyncGetEpisode, request);
-  absl::Status status =
-      episode.ok() ? ValidateEpisode(*episode, request.environment()) : episode.status();
-  return IfValid(std::move(episode), std::move(status));
-}
-
-absl::StatusOr<v1::RenderEnvironmentsResponse> Client::RenderEnvironments(
-    const std::string& pool, absl::Span<const int32_t> environments, int32_t size_px,
-    v1::FrameFormat format, v1::FrameView view) {
-  v1::RenderEnvironmentsRequest request;
-  request.set_pool(pool);
-  request.mutable_environments()->Add(environments.begin(), environments.end());
-  request.set_size_px(size_px);
-  request.set_format(format);
-  request.set_view(view);
-  auto rendered = CallUnary(call_options_, render_.get(),
-                            &v1::RenderService::Stub::AsyncRenderEnvironments, request);
-  absl::Status status = rendered.ok()
-                            ? ValidateFrames(rendered->frames(), environments, size_px, format)
-                            : rendered.status();
-  return IfValid(std::move(rendered), std::move(status));
+  return CallUnary(call_options_, pools_.get(), &v1::PoolService::Stub::AsyncGetEpisode, request);
 }
 
 std::unique_ptr<PoolWatch> Client::Watch(const v1::WatchPoolRequest& request) {
-  return std::make_unique<PoolWatch>(
-      call_options_.token,
-      [&](grpc::ClientContext* context) { return render_->WatchPool(context, request); },
-      [environments =
-           std::vector<int32_t>(request.environments().begin(), request.environments().end()),
-       size_px = request.size_px(),
-       format = request.format()](const v1::WatchPoolResponse& response) {
-        return ValidateFrames(response.frames(), environments, size_px, format);
-      });
+  return std::make_unique<PoolWatch>(call_options_.token, [&](grpc::ClientContext* context) {
+    return pools_->WatchPool(context, request);
+  });
+}
+
+absl::StatusOr<std::string> Client::Call(const std::string& path, absl::string_view request) {
+  return CallMethod(channel_, call_options_, path, request);
+}
+
+absl::StatusOr<std::string> Client::CallWithin(absl::Duration timeout, const std::string& path,
+                                               absl::string_view request) {
+  return CallMethod(channel_, {.token = call_options_.token, .timeout = timeout}, path, request);
+}
+
+std::unique_ptr<RunStream> Client::OpenRunPool(const std::shared_ptr<EventQueue>& events) {
+  return std::make_unique<GrpcRunStream>(channel_, call_options_.token, events);
+}
+
+std::unique_ptr<MessageWatch> Client::WatchMessages(const std::string& path,
+                                                    absl::string_view request) {
+  return std::make_unique<MessageWatch>(channel_, call_options_.token, path, request);
 }
 
 }  // namespace procgen_client

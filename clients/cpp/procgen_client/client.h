@@ -9,21 +9,18 @@
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
+#include "absl/strings/string_view.h"
 #include "absl/time/time.h"
-#include "absl/types/span.h"
 #include "grpcpp/channel.h"
 #include "grpcpp/support/channel_arguments.h"
 #include "procgen/v1/catalog.grpc.pb.h"
 #include "procgen/v1/cluster.grpc.pb.h"
-#include "procgen/v1/pools.grpc.pb.h"
-#include "procgen/v1/render.grpc.pb.h"
-#include "procgen/v1/states.grpc.pb.h"
-#include "procgen/v1/step.grpc.pb.h"
-#include "procgen_client/batch.h"
+#include "procgen/v1/pool_service.grpc.pb.h"
 #include "procgen_client/cancellation.h"
 #include "procgen_client/credentials.h"
 #include "procgen_client/internal/call_options.h"
-#include "procgen_client/step_stream.h"
+#include "procgen_client/message_watch.h"
+#include "procgen_client/run/grpc_run_stream.h"
 #include "procgen_client/watch.h"
 
 namespace procgen_client {
@@ -32,34 +29,29 @@ struct ConnectOptions {
   // Time to wait for the server, which may still be starting. Absent: 10 s, or 1.5 s if nothing
   // listens at the address.
   std::optional<absl::Duration> timeout = std::nullopt;
-  // Largest response that can be received, in bytes. Upper bound of
-  // StreamOptions::response_bytes_max.
-  int32_t response_bytes_max = 4 << 20;
+  // False: Connect does not wait for the server; calls do, or fail.
+  bool waits_for_server = true;
+  // Largest response that can be received, in bytes. Pools need the default.
+  int32_t response_bytes_max = 256 << 20;
   // Absent: Credentials::FromEnvironment().
   std::optional<Credentials> credentials = std::nullopt;
   // Idle time after which the client sends a keepalive ping, and time that the server has to answer
   // it. After that the connection counts as broken.
   absl::Duration keepalive_time = absl::Seconds(20);
   absl::Duration keepalive_timeout = absl::Seconds(10);
-  // Deadline of each unary call, and of the first attach of a stream. DEADLINE_EXCEEDED after it.
+  // Deadline of each unary call. DEADLINE_EXCEEDED after it.
   absl::Duration call_timeout = absl::InfiniteDuration();
-  // Called every 50 ms on each thread that waits for the server, from connecting on. True: what it
-  // waits for ends with CANCELLED, and a stream is over. Null: never. A Watch has Stop instead.
+  // Called every 50 ms on each thread that waits for the server, from connecting on. True: the
+  // call ends with CANCELLED. Null: never. Pools have RemotePoolOptions::is_cancelled, a Watch has
+  // Stop.
   CancellationCheck is_cancelled = nullptr;
   // Further arguments of the channel, for what has no option here.
   grpc::ChannelArguments channel_arguments = {};
 };
 
-// Source of CloneStates.
-struct CloneSource {
-  std::string pool;    // name of the pool; empty: that of the target pool
-  std::string server;  // "host:port" as the target's server reaches it; empty: that server
-};
-
 // A connection to a server. Messages are those of the contract (proto/procgen/v1), whose comments
-// tell their fields, errors and limits; the server's errors are returned as they are. An answer
-// that does not fit its request is INTERNAL, whatever server sent it. Threads: any method from any
-// thread.
+// tell their fields, errors and limits; the server's errors are returned as they are. Threads: any
+// method from any thread.
 class Client {
  public:
   // Connects to `address`, "host:port" or "unix:path". Errors: INVALID_ARGUMENT another form;
@@ -84,34 +76,9 @@ class Client {
   // As ListNodes, and again after each change.
   std::unique_ptr<NodeWatch> WatchNodes();
 
-  // Creates a pool. `pool_id`: last part of its name; empty: chosen by the server. The pool lives
-  // until it is deleted or its lease (PoolSpec.lease_duration) expires.
-  absl::StatusOr<procgen::v1::Pool> CreatePool(const procgen::v1::PoolSpec& spec,
-                                               const std::string& pool_id = "");
+  // Returns a pool, or all that the caller may see.
   absl::StatusOr<procgen::v1::Pool> GetPool(const std::string& name);
   absl::StatusOr<std::vector<procgen::v1::Pool>> ListPools();
-  absl::Status DeletePool(const std::string& name);
-  // Restarts the lease of a pool. Absent `lease_duration`: its duration does not change.
-  absl::StatusOr<procgen::v1::Pool> RenewPool(
-      const std::string& name, std::optional<absl::Duration> lease_duration = std::nullopt);
-
-  // Attaches a stream to a pool. The client must outlive the stream.
-  absl::StatusOr<std::unique_ptr<StepStream>> Attach(const std::string& pool,
-                                                     const StreamOptions& options = {});
-
-  // Returns snapshots of `environments` in this order; empty: all. They are fetched in pages of at
-  // most `response_bytes_max` bytes (0: 4 MiB). Errors: ABORTED environments were stepped, reset or
-  // restored between two pages.
-  absl::StatusOr<std::vector<procgen::v1::State>> SaveStates(
-      const std::string& pool, absl::Span<const int32_t> environments = {},
-      int64_t response_bytes_max = 0);
-  // Restores snapshots. All or nothing if they fit in one request (Limits.request_bytes_max).
-  // Otherwise several requests are sent, and those before an error stay restored.
-  // StepStream::Observe returns the observations afterwards.
-  absl::Status RestoreStates(const std::string& pool, absl::Span<const procgen::v1::State> states);
-  // Copies states of environments of `source` to environments of `pool`. All or nothing.
-  absl::Status CloneStates(const std::string& pool, absl::Span<const procgen::v1::ClonePair> pairs,
-                           const CloneSource& source = {});
 
   // Returns an episode of an environment: the last that ended, or the current one.
   // procgen.v1.Episode documents how to replay it.
@@ -123,15 +90,24 @@ class Client {
   absl::StatusOr<procgen::v1::Episode> FindEpisode(const std::string& pool, int32_t environment,
                                                    int64_t fingerprint);
 
-  // Renders environments, or their whole levels (FRAME_VIEW_LEVEL), as square frames of `size_px`
-  // pixels a side (0: 512, or 64 with FRAME_VIEW_AGENT): RGB with the top row first, or PNG files.
-  absl::StatusOr<procgen::v1::RenderEnvironmentsResponse> RenderEnvironments(
-      const std::string& pool, absl::Span<const int32_t> environments, int32_t size_px = 512,
-      procgen::v1::FrameFormat format = procgen::v1::FRAME_FORMAT_RGB,
-      procgen::v1::FrameView view = procgen::v1::FRAME_VIEW_HUMAN);
-  // Streams frames of environments while a learner steps them. A request with a response_bytes_max
-  // above 4 MiB needs the same in ConnectOptions::response_bytes_max.
+  // Streams frames of environments while a learner steps them. A response may have 16 MiB, for
+  // which ConnectOptions::response_bytes_max must have room.
   std::unique_ptr<PoolWatch> Watch(const procgen::v1::WatchPoolRequest& request);
+
+  // Calls a unary method by its path, "/procgen.v1.PoolService/GetPool", with serialised messages.
+  // The response is not validated.
+  absl::StatusOr<std::string> Call(const std::string& path, absl::string_view request);
+  // The same with another deadline, and not cancelled by ConnectOptions::is_cancelled: to clean up.
+  absl::StatusOr<std::string> CallWithin(absl::Duration timeout, const std::string& path,
+                                         absl::string_view request);
+  // Whether there is a connection now; begins to make one otherwise. Does not block.
+  bool is_connected() const {
+    return channel_->GetState(/*try_to_connect=*/true) == GRPC_CHANNEL_READY;
+  }
+  // Begins a call of RunPool. `events`: shared by calls of one thread.
+  std::unique_ptr<RunStream> OpenRunPool(const std::shared_ptr<EventQueue>& events);
+  // Calls a method with a stream of responses by its path, with serialised messages.
+  std::unique_ptr<MessageWatch> WatchMessages(const std::string& path, absl::string_view request);
 
  private:
   Client(const std::shared_ptr<grpc::Channel>& channel, CallOptions options);
@@ -139,16 +115,13 @@ class Client {
                                std::optional<absl::Duration> timeout);
   // Why there is no connection.
   std::string WhyNotConnected();
-  absl::Status Restore(const procgen::v1::RestoreStatesRequest& request);
   absl::StatusOr<procgen::v1::Episode> EpisodeOf(const procgen::v1::GetEpisodeRequest& request);
 
   const CallOptions call_options_;
+  const std::shared_ptr<grpc::Channel> channel_;
   const std::unique_ptr<procgen::v1::CatalogService::Stub> catalog_;
   const std::unique_ptr<procgen::v1::ClusterService::Stub> cluster_;
   const std::unique_ptr<procgen::v1::PoolService::Stub> pools_;
-  const std::unique_ptr<procgen::v1::StepService::Stub> step_;
-  const std::unique_ptr<procgen::v1::StateService::Stub> states_;
-  const std::unique_ptr<procgen::v1::RenderService::Stub> render_;
 };
 
 }  // namespace procgen_client

@@ -10,13 +10,39 @@
 #include "envcore/pool/spin_wait.h"
 
 namespace procgen_client {
+namespace {
+
+// The batch with `terminated` and `truncated` in `ends` if it has fingerprints but not these.
+procgen::Batch WithEnds(procgen::Batch batch, std::vector<uint8_t>* ends) {
+  const size_t rows = batch.fingerprints.size();
+  ends->resize(2 * rows);
+  for (const auto& [array, begin] :
+       {std::pair(&batch.terminated, size_t{0}), std::pair(&batch.truncated, rows)}) {
+    if (array->empty()) {
+      *array = absl::MakeSpan(*ends).subspan(begin, rows);
+    }
+  }
+  return batch;
+}
+
+// The engine also writes those of episodes that run; a server does not send them.
+procgen::Status WithFingerprintsOfEnds(procgen::Status result, const procgen::Batch& batch) {
+  for (size_t row = 0; result.ok() && row < batch.fingerprints.size(); ++row) {
+    if (batch.terminated[row] == 0 && batch.truncated[row] == 0) {
+      batch.fingerprints[row] = 0;
+    }
+  }
+  return result;
+}
+
+}  // namespace
 
 LocalPool::Request::Request(const procgen::StepInput& input, const procgen::Batch& batch)
     : actions(input.actions.begin(), input.actions.end()),
       next_levels(input.next_levels.begin(), input.next_levels.end()),
       resets(input.resets.begin(), input.resets.end()),
       input(input),
-      batch(batch) {
+      batch(WithEnds(batch, &ends)) {
   this->input.actions = actions;
   this->input.next_levels = next_levels;
   this->input.resets = resets;
@@ -47,7 +73,9 @@ LocalPool::~LocalPool() {
   }
 }
 
-procgen::Status LocalPool::Send(const procgen::StepInput& input, const procgen::Batch& batch) {
+procgen::Status LocalPool::Send(const procgen::StepInput& input,
+                                absl::Span<const Annotation> /*annotations*/,
+                                const procgen::Batch& batch) {
   if (procgen::Status status =
           procgen::CheckStep(input, batch, options().env_count, pool_->observation_bytes());
       !status.ok()) {
@@ -69,8 +97,9 @@ procgen::Status LocalPool::Send(const procgen::StepInput& input, const procgen::
 }
 
 void LocalPool::Begin(Request* request) {
-  pool_->StepAsync(request->input, request->batch,
-                   [this](procgen::Status result) { End(std::move(result)); });
+  pool_->StepAsync(request->input, request->batch, [this, request](procgen::Status result) {
+    End(WithFingerprintsOfEnds(std::move(result), request->batch));
+  });
 }
 
 void LocalPool::End(procgen::Status result) {
@@ -98,7 +127,7 @@ procgen::Status LocalPool::Receive(std::chrono::duration<double> timeout) {
     const std::unique_ptr<Request> request = std::move(waiting_.front());
     waiting_.pop_front();
     --unanswered_count_;
-    return pool_->Step(request->input, request->batch);
+    return WithFingerprintsOfEnds(pool_->Step(request->input, request->batch), request->batch);
   }
   procgen::SpinUntil([this] { return has_result_.load(std::memory_order_acquire); });
   std::unique_lock lock(mutex_);
@@ -115,11 +144,14 @@ procgen::Status LocalPool::Receive(std::chrono::duration<double> timeout) {
   return result;
 }
 
-procgen::Status LocalPool::Step(const procgen::StepInput& input, const procgen::Batch& batch) {
+procgen::Status LocalPool::Step(const procgen::StepInput& input,
+                                absl::Span<const Annotation> /*annotations*/,
+                                const procgen::Batch& batch) {
   if (procgen::Status status = CheckIdle(); !status.ok()) {
     return status;
   }
-  return pool_->Step(input, batch);
+  const procgen::Batch with_ends = WithEnds(batch, &ends_);
+  return WithFingerprintsOfEnds(pool_->Step(input, with_ends), with_ends);
 }
 
 procgen::Status LocalPool::SetLevelSampler(

@@ -26,13 +26,16 @@ class LocalPool final : public Pool {
   // Waits for the request that is being executed; those behind it are dropped.
   ~LocalPool() override;
 
+  const std::string& name() const override { return name_; }
   const procgen::PoolOptions& options() const override { return pool_->options(); }
   int32_t thread_count() const override { return workers_->thread_count(); }
 
-  procgen::Status Send(const procgen::StepInput& input, const procgen::Batch& batch) override;
+  procgen::Status Send(const procgen::StepInput& input, absl::Span<const Annotation> annotations,
+                       const procgen::Batch& batch) override;
   procgen::Status Receive(std::chrono::duration<double> timeout) override;
   int32_t unanswered_count() const override { return unanswered_count_; }
-  procgen::Status Step(const procgen::StepInput& input, const procgen::Batch& batch) override;
+  procgen::Status Step(const procgen::StepInput& input, absl::Span<const Annotation> annotations,
+                       const procgen::Batch& batch) override;
 
   procgen::Status SetLevelSampler(
       std::shared_ptr<const procgen::LevelSampler> level_sampler) override;
@@ -51,6 +54,7 @@ class LocalPool final : public Pool {
     std::vector<int32_t> actions;
     std::vector<procgen::NextLevel> next_levels;
     std::vector<procgen::Reset> resets;
+    std::vector<uint8_t> ends;
     procgen::StepInput input;  // its spans are of the arrays above
     procgen::Batch batch;
   };
@@ -63,8 +67,10 @@ class LocalPool final : public Pool {
   void End(procgen::Status result);
   procgen::Status CheckIdle() const;
 
+  const std::string name_;
   const std::shared_ptr<procgen::WorkerPool> workers_;
   const std::unique_ptr<procgen::Pool> pool_;
+  std::vector<uint8_t> ends_;     // those of Step
   int32_t unanswered_count_ = 0;  // size of requests_, for the caller's thread
 
   std::mutex mutex_;

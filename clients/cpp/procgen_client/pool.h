@@ -7,12 +7,20 @@
 #include <string>
 #include <vector>
 
+#include "absl/strings/string_view.h"
 #include "absl/types/span.h"
 #include "envcore/environment/level_sampler.h"
 #include "envcore/pool/pool.h"
 #include "envcore/status/status.h"
 
 namespace procgen_client {
+
+// Values of a learner for a step, such as its value estimate, shown to viewers of a pool on a
+// server (procgen.v1.Annotation).
+struct Annotation {
+  absl::string_view name;
+  absl::Span<const float> values;  // [n, k], for the n environments of the step
+};
 
 // A pool of environments, wherever it runs. Requests are executed and answered in order, each once.
 // Threads: one at a time.
@@ -22,15 +30,20 @@ class Pool {
   Pool(const Pool&) = delete;
   Pool& operator=(const Pool&) = delete;
 
+  // "pools/7" on a server; empty in this process.
+  virtual const std::string& name() const = 0;
   // Every default is filled in.
   virtual const procgen::PoolOptions& options() const = 0;
   // Threads that step beside the caller.
   virtual int32_t thread_count() const = 0;
 
   // Begins a request, which is copied. The spans of `batch` must stay valid until Receive has
-  // answered it. A request with `steps` false and without resets observes.
-  // Errors: INVALID_ARGUMENT: nothing was sent.
-  virtual procgen::Status Send(const procgen::StepInput& input, const procgen::Batch& batch) = 0;
+  // answered it. A request with `steps` false and without resets observes. `annotations`: of a
+  // step; ignored by a pool in this process. Fingerprints are 0 in rows without an episode's end.
+  // Errors: INVALID_ARGUMENT, FAILED_PRECONDITION too many are unanswered: nothing was sent.
+  virtual procgen::Status Send(const procgen::StepInput& input,
+                               absl::Span<const Annotation> annotations,
+                               const procgen::Batch& batch) = 0;
   // Waits for the oldest unanswered request, and returns its result. A negative timeout has no end.
   // Errors: DEADLINE_EXCEEDED not done yet; FAILED_PRECONDITION nothing is unanswered; those of
   // procgen::Pool::Step.
@@ -38,7 +51,9 @@ class Pool {
   virtual int32_t unanswered_count() const = 0;
 
   // Send and Receive in one, without a copy. Errors: FAILED_PRECONDITION a request is unanswered.
-  virtual procgen::Status Step(const procgen::StepInput& input, const procgen::Batch& batch) = 0;
+  virtual procgen::Status Step(const procgen::StepInput& input,
+                               absl::Span<const Annotation> annotations,
+                               const procgen::Batch& batch) = 0;
 
   // As those of procgen::Pool. Errors also: FAILED_PRECONDITION a request is unanswered.
   virtual procgen::Status SetLevelSampler(

@@ -27,12 +27,8 @@ class Watch {
   using Begin =
       std::function<std::unique_ptr<grpc::ClientReader<Response>>(grpc::ClientContext* context)>;
 
-  // Validates a response.
-  using Validate = std::function<absl::Status(const Response& response)>;
-
-  // `token`: empty for none. `validate`: null accepts any response.
-  Watch(const std::string& token, const Begin& begin, Validate validate = nullptr)
-      : validate_(std::move(validate)) {
+  // `token`: empty for none.
+  Watch(const std::string& token, const Begin& begin) {
     ShowToken(token, context_.get());
     reader_ = begin(context_.get());
   }
@@ -46,18 +42,12 @@ class Watch {
   Watch& operator=(const Watch&) = delete;
 
   // Returns the current value on the first call; later calls block until the next change. Errors:
-  // those of the server; CANCELLED after Stop; INTERNAL an invalid response; DATA_LOSS a malformed
-  // response. After an error all calls return it.
+  // those of the server; CANCELLED after Stop; DATA_LOSS a malformed response. After an error all
+  // calls return it.
   absl::StatusOr<Response> Next() {
     Response response;
     if (end_.ok() && reader_->Read(&response)) {
-      absl::Status status = validate_ == nullptr ? absl::OkStatus() : validate_(response);
-      if (status.ok()) {
-        return response;
-      }
-      Stop();
-      reader_->Finish();
-      end_ = std::move(status);
+      return response;
     }
     if (end_.ok()) {
       grpc::Status status;
@@ -74,14 +64,13 @@ class Watch {
 
  private:
   const std::shared_ptr<grpc::ClientContext> context_ = std::make_shared<grpc::ClientContext>();
-  const Validate validate_;
   std::unique_ptr<grpc::ClientReader<Response>> reader_;
   absl::Status end_;  // OK while the stream is open
 };
 
 // The servers of a cluster (WatchNodes). Ends with UNAVAILABLE when the server stops.
 using NodeWatch = Watch<procgen::v1::WatchNodesResponse>;
-// Frames of a pool (WatchPool). Ends with ABORTED when the pool is deleted or its lease expires,
+// Frames of a pool (WatchPool). Ends with ABORTED when the pool ends,
 // and with UNAVAILABLE when the server drains.
 using PoolWatch = Watch<procgen::v1::WatchPoolResponse>;
 

@@ -5,7 +5,7 @@ Each round restores one state in all environments of a pool and tries random mov
 round starts from the best resulting state: the highest return, and among equal returns one whose
 episode has not ended.
 
-    PYTHONPATH=clients/python clients/python/examples/branch_and_search.py localhost:50051
+    PYTHONPATH=clients/python clients/python/examples/branch_and_search.py --game bigfish
 """
 
 from __future__ import annotations
@@ -60,16 +60,17 @@ def search(
 def main() -> None:
     """Reads the arguments and searches."""
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
-    parser.add_argument("server", help="address of a server, e.g. localhost:50051")
+    parser.add_argument("--server", help="address; default: PROCGEN_SERVER, else in this process")
     parser.add_argument("--game", default="bigfish", help="default: %(default)s")
     parser.add_argument("--level", type=int, default=7, help="default: %(default)s")
     parser.add_argument("--environments", type=int, default=64, help="default: %(default)s")
     parser.add_argument("--rounds", type=int, default=20, help="default: %(default)s")
     parser.add_argument("--moves", type=int, default=8, help="of a round; default: %(default)s")
     arguments = parser.parse_args()
-    with procgen_client.connect(arguments.server) as client, client.create_pool(
+    with procgen_client.Pool(
         arguments.game,
         arguments.environments,
+        server=arguments.server,
         distribution_mode="easy",
         start_level=arguments.level,
         num_levels=1,

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Prioritised level replay (Jiang et al., 2021) with the server's level sampler.
+"""Prioritised level replay (Jiang et al., 2021) with a pool's level sampler.
 
 Levels with a high learning potential are played more often. The learner scores each level when an
 episode in it ends. At intervals the scores become the weights of a new sampler, which takes effect
@@ -8,7 +8,7 @@ as episodes end. A share of the draws goes to levels with stale scores.
 The agent is random, and a level's score is the error of its expected return. Replace them by your
 agent and its value loss (`act` and the call of `LevelReplay.add`).
 
-    python3 clients/python/examples/prioritised_level_replay.py localhost:50051 --steps 2000
+    PYTHONPATH=clients/python clients/python/examples/prioritised_level_replay.py --steps 2000
 """
 
 from __future__ import annotations
@@ -103,7 +103,7 @@ def train(
 def main() -> None:
     """Reads the arguments and plays."""
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
-    parser.add_argument("server", help="address of a server, e.g. localhost:50051")
+    parser.add_argument("--server", help="address; default: PROCGEN_SERVER, else in this process")
     parser.add_argument("--game", default="bigfish", help="default: %(default)s")
     parser.add_argument("--levels", type=int, default=200, help="number; default: %(default)s")
     parser.add_argument("--environments", type=int, default=64, help="default: %(default)s")
@@ -111,9 +111,10 @@ def main() -> None:
     parser.add_argument("--steps-per-sampler", type=int, default=500, help="default: %(default)s")
     arguments = parser.parse_args()
     replay = LevelReplay(np.arange(arguments.levels))
-    with procgen_client.connect(arguments.server) as client, client.create_pool(
+    with procgen_client.Pool(
         arguments.game,
         arguments.environments,
+        server=arguments.server,
         distribution_mode="easy",
         level_sampler=replay.sampler(),
     ) as pool:

@@ -1,15 +1,18 @@
 #!/usr/bin/env python3
-"""A random agent: PYTHONPATH=clients/python random_agent.py localhost:50051 coinrun."""
+"""A random agent: PYTHONPATH=clients/python random_agent.py --game coinrun."""
 
-import sys
+import argparse
 
 import numpy as np
 
-import procgen_client
+from procgen_client import Pool
 
-server, game = sys.argv[1:] or ("localhost:50051", "coinrun")
-with procgen_client.connect(server) as client, client.create_pool(game, 64) as pool:
+parser = argparse.ArgumentParser(description=__doc__)
+parser.add_argument("--game", default="coinrun", help="default: %(default)s")
+parser.add_argument("--server", help="address; default: PROCGEN_SERVER, else in this process")
+arguments = parser.parse_args()
+with Pool(arguments.game, 64, server=arguments.server) as pool:
     episodes = 0
     for _ in range(1000):
         episodes += pool.step(np.random.randint(0, 15, 64)).ended.sum()
-    print(f"{episodes} episodes of {game}")
+    print(f"{episodes} episodes of {arguments.game}")

@@ -1,11 +1,12 @@
 """The environments of a learner: a pool whose halves are stepped alternately.
 
-All calls of the client are in this file.
+All calls of the package procgen_client are in this file.
 """
 
 from __future__ import annotations
 
 import argparse
+import os
 import sys
 import time
 from collections.abc import Iterator
@@ -14,28 +15,22 @@ from typing import Any, NamedTuple
 import numpy as np
 import torch
 
-from procgen_client import Batch, Client, DoubleBufferedSampler, Pool
+from procgen_client import Batch, DoubleBufferedSampler, Pool, catalog
 from procgen_client.errors import (
     DeadlineExceededError,
     InvalidArgumentError,
     NotFoundError,
-    ProcgenError,
     UnavailableError,
 )
 from procgen_client.tools.evaluation import return_range
-from procgen_client.tools.local_server import is_local, open_client
 
 # Errors of a stopped server, after which the pool is created again.
 LOST = (UnavailableError, NotFoundError, DeadlineExceededError)
-# Time after which the server deletes the pool of a killed learner, in seconds.
-_LEASE_DURATION = 300.0
 _RETRY_INTERVAL = 1.0
 
 
 class Environments:
-    """A pool in two halves, which is created again after a restart of the server.
-
-    On the server's machine observations are in shared memory.
+    """A pool in two halves, which is made again after a restart of its server.
 
     Attributes:
         env_count: Number of environments, N.
@@ -53,24 +48,23 @@ class Environments:
         server_timeout: float = 600.0,
         **options: Any,  # noqa: ANN401
     ) -> None:
-        """Creates the pool.
+        """Makes the pool.
 
         Args:
             game: Name of the game.
             env_count: Number of environments, at least 2.
-            server: Address. None: the variable PROCGEN_SERVER, else a local server.
+            server: Address. None: the variable PROCGEN_SERVER, else this process.
             server_timeout: Time to wait for a server that stopped, in seconds.
-            **options: As for Client.create_pool.
+            **options: As for Pool.
 
         Raises:
-            ProcgenError: As Client and Client.create_pool.
+            ProcgenError: As Pool.
         """
         self.env_count = env_count
         self._game = game
         self._server = server
         self._server_timeout = server_timeout
         self._options = options
-        self._client: Client
         self._pool: Pool
         self._sampler: DoubleBufferedSampler
         self._open(None)
@@ -86,7 +80,7 @@ class Environments:
         """Yields (t, rows, batch) of each half; as DoubleBufferedSampler.rollout.
 
         Raises:
-            LOST: The server stopped; :meth:`reopen` creates the pool again.
+            LOST: The server stopped; :meth:`reopen` makes the pool again.
         """
         return self._sampler.rollout(step_count, out=out)
 
@@ -100,11 +94,10 @@ class Environments:
 
     def return_range(self, mode: str) -> tuple[float, float]:
         """Returns the returns that are normalised to 0 and 1; hard mode's if `mode` has none."""
-        own = return_range_or_none(self._client, self._game, mode)
-        return own or return_range(self._client.catalog(), self._game, "hard")
+        return return_range_or_none(self._game, mode) or return_range(self._game, "hard")
 
     def reopen(self, states: list[bytes] | None) -> None:
-        """Creates the pool again, also on a restarted server.
+        """Makes the pool again, also on a restarted server.
 
         Args:
             states: Snapshots to restore. None: a new pool's states.
@@ -112,8 +105,7 @@ class Environments:
         Raises:
             ProcgenError: No server answered within server_timeout.
         """
-        was_local = is_local(self._client)
-        deadline = time.monotonic() + (0 if was_local else self._server_timeout)
+        deadline = time.monotonic() + self._server_timeout
         self.close()
         while True:
             try:
@@ -125,34 +117,25 @@ class Environments:
                 time.sleep(_RETRY_INTERVAL)
 
     def close(self) -> None:
-        """Deletes the pool, unless the server is unreachable, and disconnects."""
-        try:
-            self._pool.close()
-        except ProcgenError:
-            pass  # The pool's lease will expire.
-        self._client.close()
+        """Closes the pool."""
+        self._pool.close()
 
     def _open(self, states: list[bytes] | None) -> None:
-        self._client = open_client(self._server)
-        try:
-            self._pool = self._client.create_pool(
-                self._game,
-                self.env_count,
-                copy=False,
-                lease_duration=_LEASE_DURATION,
-                **self._options,
-            )
-            self._sampler = DoubleBufferedSampler(self._pool)
-            if states is not None:
-                self._pool.restore_states(states)
-        except BaseException:
-            self._client.close()
-            raise
+        self._pool = Pool(self._game, self.env_count, server=self._server, **self._options)
+        self._sampler = DoubleBufferedSampler(self._pool)
+        if states is not None:
+            self._pool.restore_states(states)
 
 
 def pool_options(options: argparse.Namespace, rank: int, rank_count: int) -> dict[str, Any]:
-    """Returns options of Client.create_pool, for a rank's part of one logical pool."""
+    """Returns options of Pool, for a rank's part of one logical pool.
+
+    The ranks of a host share its cores.
+    """
+    ranks_here = int(os.environ.get("LOCAL_WORLD_SIZE", 1))
+    threads = max(len(os.sched_getaffinity(0)) // ranks_here - 1, 0)
     return {
+        **({"num_threads": threads} if ranks_here > 1 else {}),
         "distribution_mode": options.mode,
         "num_levels": options.levels,
         "start_level": options.start_level,
@@ -187,23 +170,14 @@ def episodes_of(batch: Batch, t: int, first: int) -> list[Episode]:
     ]
 
 
-def games_with_mode(client: Client, mode: str) -> list[str]:
+def games_with_mode(mode: str) -> list[str]:
     """Returns the games that have a distribution mode."""
-    return [
-        game.name
-        for game in client.catalog().games
-        if any(_mode_name(its_mode) == mode for its_mode in game.modes)
-    ]
+    return [game["name"] for game in catalog()["games"] if mode in game["modes"]]
 
 
-def return_range_or_none(client: Client, game: str, mode: str) -> tuple[float, float] | None:
+def return_range_or_none(game: str, mode: str) -> tuple[float, float] | None:
     """Returns the returns that the paper normalises to 0 and 1; None: not for this mode."""
     try:
-        return return_range(client.catalog(), game, mode)
+        return return_range(game, mode)
     except InvalidArgumentError:
         return None
-
-
-def _mode_name(mode: Any) -> str:  # noqa: ANN401 - a message of the catalog
-    names = mode.DESCRIPTOR.fields_by_name["distribution_mode"].enum_type.values_by_number
-    return names[mode.distribution_mode].name.removeprefix("DISTRIBUTION_MODE_").lower()

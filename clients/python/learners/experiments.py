@@ -22,12 +22,12 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from learners import checkpoint_file, report
-from learners.environments import games_with_mode, open_client, return_range_or_none
+from learners.environments import games_with_mode, return_range_or_none
 from learners.policy import load_run
 from learners.rainbow import REPLAY
 from learners.run_folder import CHECKPOINT
 from learners.training_run import PROGRESS_COLUMNS
-from procgen_client import ACTION_COUNT, ENV_NAMES, Client
+from procgen_client import ACTION_COUNT, ENV_NAMES
 from procgen_client.tools.play_episodes import play_episodes
 
 TEST_ENV_COUNT = 50
@@ -212,7 +212,7 @@ def train(job: Job, scale: Scale, more: Sequence[str]) -> None:
 _SIGNALS = (signal.SIGTERM, signal.SIGINT)
 
 
-def test(client: Client, job: Job, experiment: Experiment, scale: Scale) -> None:
+def test(job: Job, experiment: Experiment, scale: Scale, server: str | None) -> None:
     """Plays the trained policy on training and test levels, and writes the returns."""
     path = job.folder / _TEST
     if experiment.test_levels is None or path.exists():
@@ -223,7 +223,8 @@ def test(client: Client, job: Job, experiment: Experiment, scale: Scale) -> None
     returns = {}
     for name, num_levels in sets.items():
         played = _play(
-            *(client, job.game, load_run(job.folder, job.game), scale, 0),
+            *(job.game, load_run(job.folder, job.game), scale, 0),
+            server=server,
             num_levels=num_levels,
             use_sequential_levels=is_sequential,
         )
@@ -231,7 +232,7 @@ def test(client: Client, job: Job, experiment: Experiment, scale: Scale) -> None
     path.write_text(json.dumps(returns) + "\n")
 
 
-def random_baseline(client: Client, game: str, scale: Scale, root: Path) -> list[float]:
+def random_baseline(game: str, scale: Scale, root: Path, server: str | None) -> list[float]:
     """Returns the mean returns of RANDOM_SEEDS runs of a random agent."""
     path = root / game / "random.json"
     if not path.exists():
@@ -243,7 +244,7 @@ def random_baseline(client: Client, game: str, scale: Scale, root: Path) -> list
             def act(observations: np.ndarray, random: Any = random) -> np.ndarray:  # noqa: ANN401
                 return random.integers(0, ACTION_COUNT, len(observations))
 
-            played = _play(client, game, act, scale, seed, num_levels=scale.levels)
+            played = _play(game, act, scale, seed, server=server, num_levels=scale.levels)
             means.append(float(played.mean()))
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_text(json.dumps(means) + "\n")
@@ -251,7 +252,6 @@ def random_baseline(client: Client, game: str, scale: Scale, root: Path) -> list
 
 
 def _play(
-    client: Client,
     game: str,
     act: Callable[[np.ndarray], Any],
     scale: Scale,
@@ -261,7 +261,7 @@ def _play(
     """Returns the returns of episodes, [environments, episodes of each]."""
     env_count = min(TEST_ENV_COUNT, scale.episode_count)
     played = play_episodes(
-        *(client, game, act),
+        *(game, act),
         env_count=env_count,
         episodes_per_env=-(-scale.episode_count // env_count),
         distribution_mode=scale.mode,
@@ -292,8 +292,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     given, more = _parser().parse_known_args(arguments)
     experiment = EXPERIMENTS[given.name]
     scale = experiment.change(SCALES[given.scale])
-    client = open_client(given.server)
-    playable = games_with_mode(client, scale.mode)
+    playable = games_with_mode(scale.mode)
     games = [game for game in given.games or scale.games if game in playable]
     if not games and given.games:
         raise SystemExit(f"none of these games has mode {scale.mode}; {', '.join(playable)} have")
@@ -313,12 +312,12 @@ def main(arguments: Sequence[str] | None = None) -> int:
         print(f"[{number}/{len(jobs)}] {label}", flush=True)
         if not is_finished(job, experiment, scale):
             train(job, scale, more)
-        test(client, job, experiment, scale)
+        test(job, experiment, scale, given.server)
         done.append(run_of(job, scale))
-    ranges = {game: return_range_or_none(client, game, scale.mode) for game in games}
+    ranges = {game: return_range_or_none(game, scale.mode) for game in games}
     random = {}
     if experiment.has_random_agent:
-        random = {game: random_baseline(client, game, scale, root) for game in games}
+        random = {game: random_baseline(game, scale, root, given.server) for game in games}
     title = f"{given.name}: {experiment.description}"
     (root / "table.md").write_text(report.table(done, ranges, random) + "\n")
     report.plot(done, ranges, random, title, root / "curves.png")
@@ -343,7 +342,7 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument("--total-steps", type=int, help="default: the scale's")
     parser.add_argument("--seeds", type=int, help="of each variant; default: the experiment's")
     parser.add_argument("--output", default="experiments", metavar="DIR")
-    parser.add_argument("--server", help="address; default: PROCGEN_SERVER, else a local server")
+    parser.add_argument("--server", help="address; default: PROCGEN_SERVER, else in this process")
     return parser
 
 

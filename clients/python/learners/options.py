@@ -37,7 +37,7 @@ def run_parser(program: str, description: str) -> argparse.ArgumentParser:
     run("--resume", action="store_true", help="continue from the checkpoint in DIR, if any")
     run("--checkpoint-interval", type=float, default=300, help="in seconds; default: %(default)s")
     run("--time-limit", type=float, default=float("inf"), help="in seconds; then save and stop")
-    run("--server", help="address, or one per rank, comma-separated; default: a local server")
+    run("--server", help="address, or one per rank, comma-separated; default: in this process")
     run("--server-timeout", type=float, default=600, help="wait for a stopped server; in seconds")
     speed = parser.add_argument_group("speed").add_argument
     speed("--device", default="cuda" if torch.cuda.is_available() else "cpu")

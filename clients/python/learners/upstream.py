@@ -1,11 +1,11 @@
-"""PPO on upstream's package instead of a server, for comparison with a run on a server.
+"""PPO on upstream's package, for comparison with a run on this engine.
 
     python3 -m learners.upstream --game coinrun --seed 1 --output runs/upstream
-    python3 -m learners.ppo --game coinrun --seed 1 --output runs/here --server localhost:50051
+    PROCGEN_ART=procgen python3 -m learners.ppo --game coinrun --seed 1 --output runs/here
     python3 -m learners.compare_runs runs/here runs/upstream
 
-Needs `pip install procgen` (Procgen 0.10.7). The server needs upstream's art (its flag --art_dir),
-since the policy acts on pixels. The options are those of learners.ppo. Runs cannot be continued.
+Needs `pip install procgen` (Procgen 0.10.7). The other run needs upstream's art, since the policy
+acts on pixels. The options are those of learners.ppo. Runs cannot be continued.
 """
 
 from __future__ import annotations

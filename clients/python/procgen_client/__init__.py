@@ -1,7 +1,7 @@
-"""Client of Procgen Server: batches of the sixteen Procgen games over gRPC.
+"""The sixteen Procgen games in batches: in this process, or on servers.
 
-A Gymnasium vector environment on a local server, which starts and stops with the program
-(``server="host:50051"`` uses a running one)::
+A Gymnasium vector environment, stepped in this process (``server="host:50051"`` steps it on a
+server, with equal results)::
 
     import numpy as np
     from procgen_client import ProcgenVectorEnv
@@ -15,54 +15,49 @@ A Gymnasium vector environment on a local server, which starts and stops with th
 Environments:
 
 - :class:`ProcgenVectorEnv`, :class:`ProcgenGymEnv`: Gymnasium's VectorEnv and Env. Options are
-  those of :meth:`Client.create_pool`; ``env.step(actions, out=x)`` writes observations into an
-  array or tensor; ``env.save(path)`` and ``env.load(path)`` are checkpoints.
+  those of :class:`Pool`; ``env.step(actions, out=x)`` writes observations into an array or tensor;
+  ``env.save(path)`` and ``env.load(path)`` are checkpoints.
 - :class:`ProcgenEnv`, :class:`ProcgenGym3Env`: the APIs of Procgen 0.10.7;
   :class:`ToBaselinesVecEnv` makes the first of the second. :mod:`procgen_client.env` has the names
   of upstream's module `procgen.env`.
 
-Pools, the server's own API::
+Pools, which these are made of::
 
-    with connect("localhost:50051") as client, client.create_pool("bigfish", 64) as pool:
+    with Pool("bigfish", 64) as pool:
         batch = pool.step(np.zeros(64, int))
         print(batch.rewards, batch.ended, batch.level_seeds)
 
-- :class:`Client`, :class:`Pool`, :class:`Batch`: requests sent ahead, slices, states, watching.
-- :class:`DoubleBufferedSampler`: rollouts in which neither server nor policy waits.
+- :class:`Pool`, :class:`Batch`: requests sent ahead, slices, states.
+- :class:`DoubleBufferedSampler`: rollouts in which neither environments nor policy wait.
 - :class:`LevelSampler`, :class:`Reset`: weighted levels; episodes that start at once.
-- :mod:`procgen_client.aio`: the same for asyncio.
+- :func:`catalog`: the games, their modes and their actions.
+- :mod:`procgen_client.aio`: pools for asyncio.
+
+Servers:
+
+- :class:`Client`: a connection, which also lists and watches pools; :class:`Credentials`: TLS and
+  tokens; :class:`ServerProcess`: a server as a child process.
 
 Beside them:
 
 - :class:`EpisodeStatistics`, :class:`NormalizeReward`, :class:`VideoRecorder`: returns and lengths
   of episodes; rewards divided by the deviation of returns; mp4 files.
-- :class:`ServerProcess`, :class:`Credentials`: a server as a child process; TLS and tokens.
 - ``procgen-evaluate`` (:mod:`procgen_client.tools.evaluate`): scores of a policy.
 
 Every error is a :class:`ProcgenError`, whose message has the value given and the values allowed;
 :mod:`procgen_client.errors` has a class per status code. An object belongs to one thread at a time;
-a Client may be shared. Variables: ``PROCGEN_SERVER`` (address), ``PROCGEN_SERVER_BINARY``
-(program of local servers), ``PROCGEN_SERVER_CA`` and ``PROCGEN_SERVER_TOKEN`` (see Credentials).
+a Client may be shared. Variables: ``PROCGEN_SERVER`` (address of the server of all pools),
+``PROCGEN_ART`` (art of pools in this process), ``PROCGEN_SERVER_CA`` and ``PROCGEN_SERVER_TOKEN``
+(see Credentials), ``PROCGEN_SERVER_BINARY`` (program of ServerProcess).
 """
 
-import sys
-from pathlib import Path
+from __future__ import annotations
 
-try:
-    import google.protobuf  # noqa: F401
-except ImportError:  # The wheel with native parts has a copy.
-    sys.path.append(str(Path(__file__).resolve().parent / "_vendor"))
-
-try:
-    from procgen_client import _proto  # noqa: F401 - checks that the modules were generated
-except ImportError:
-    raise ImportError(
-        "procgen_client._proto is missing: build the checkout, or run clients/python/generate.sh"
-    ) from None
+from typing import TYPE_CHECKING, Any
 
 from procgen_client._requests import ACTION_COUNT, ACTION_MIN, Reset
 from procgen_client.batch import Batch
-from procgen_client.client import Client, connect
+from procgen_client.catalog import catalog
 from procgen_client.credentials import Credentials
 from procgen_client.envs import _gym, _gymnasium
 from procgen_client.envs._gymnasium import AutoresetMode
@@ -78,6 +73,9 @@ from procgen_client.tools.episode_statistics import Episode, EpisodeStatistics
 from procgen_client.tools.normalize_reward import NormalizeReward
 from procgen_client.tools.server_process import ServerProcess
 from procgen_client.tools.video import VideoRecorder
+
+if TYPE_CHECKING:
+    from procgen_client.client import Client, connect
 
 __version__ = "0.1.0"
 
@@ -104,8 +102,19 @@ __all__ = [
     "ServerProcess",
     "ToBaselinesVecEnv",
     "VideoRecorder",
+    "catalog",
     "connect",
 ]
+
+
+def __getattr__(name: str) -> Any:  # noqa: ANN401
+    """Loads what needs Protocol Buffers when it is used."""
+    if name not in ("Client", "connect"):
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    from procgen_client import client
+
+    return getattr(client, name)
+
 
 _gymnasium.register_environments()
 _gym.register_environments()

@@ -14,7 +14,6 @@ from typing import IO, Any, NamedTuple
 
 import numpy as np
 
-from procgen_client._proto import pools_pb2
 from procgen_client.errors import DataLossError, InvalidArgumentError
 from procgen_client.pool import Pool
 
@@ -80,7 +79,7 @@ def load(path: str | os.PathLike[str], pool: Pool) -> WrapperState:
     ends = np.cumsum(arrays["sizes"])
     data = arrays["snapshots"].tobytes()
     starts = ends - arrays["sizes"]
-    pool.restore_states([data[start:end] for start, end in zip(starts, ends, strict=True)])
+    pool.restore_states([data[start:end] for start, end in zip(starts, ends)])
     return WrapperState(
         arrays["ended"], header["untouched"], {i: seed for i, seed in header["next_levels"]}
     )
@@ -102,13 +101,12 @@ def write_atomically(path: Path, write: Callable[[IO[bytes]], object]) -> None:
 
 def _identity(pool: Pool) -> dict[str, Any]:
     """Returns what a checkpoint and the pool that loads it have in common."""
-    mode = pools_pb2.AutoresetMode.Name(pool.spec.autoreset_mode)
     return {
         "format": _FORMAT,
         "version": _VERSION,
-        "games": list(pool.spec.games),
+        "games": list(pool.games),
         "env_count": pool.env_count,
-        "autoreset_mode": mode.removeprefix("AUTORESET_MODE_").lower(),
+        "autoreset_mode": pool.autoreset_mode,
     }
 
 

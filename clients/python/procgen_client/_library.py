@@ -1,4 +1,6 @@
-"""libprocgen, the engine in this process: its C ABI (clients/c/procgen.h) as ctypes."""
+"""The C libraries as ctypes: libprocgen, the engine in this process (clients/c/procgen.h), and
+libprocgen_remote, which also has pools on servers (clients/c/procgen_remote.h).
+"""
 
 from __future__ import annotations
 
@@ -7,13 +9,13 @@ import os
 from pathlib import Path
 from typing import Any
 
-from procgen_client.errors import FailedPreconditionError, of_code
+from procgen_client.errors import FailedPreconditionError, ProcgenError, of_code
 
-# A path of the library, in place of the one in this package.
+# Paths of the libraries, in place of those in this package.
 LIBRARY_VARIABLE = "PROCGEN_LIBRARY"
+REMOTE_LIBRARY_VARIABLE = "PROCGEN_REMOTE_LIBRARY"
 
 _ABI_VERSION = 1
-_NAME = "libprocgen.so.1"
 
 _Pool = ctypes.c_void_p
 _Array = ctypes.c_void_p
@@ -97,6 +99,16 @@ class NextLevel(ctypes.Structure):
     _fields_ = (("environment", ctypes.c_int32), ("level_seed", ctypes.c_int32))
 
 
+class Annotation(ctypes.Structure):
+    """ProcgenAnnotation."""
+
+    _fields_ = (
+        ("name", ctypes.c_char_p),
+        ("values", _Array),
+        ("value_count", ctypes.c_int32),
+    )
+
+
 class Step(ctypes.Structure):
     """ProcgenStep."""
 
@@ -110,6 +122,8 @@ class Step(ctypes.Structure):
         ("next_levels", ctypes.POINTER(NextLevel)),
         ("resets", ctypes.POINTER(Reset)),
         ("reset_count", ctypes.c_int32),
+        ("annotations", ctypes.POINTER(Annotation)),
+        ("annotation_count", ctypes.c_int32),
     )
 
 
@@ -136,6 +150,37 @@ class Batch(ctypes.Structure):
     _fields_ = (("struct_size", ctypes.c_size_t), *((name, _Array) for name in BATCH_ARRAYS))
 
 
+class ConnectOptions(ctypes.Structure):
+    """ProcgenConnectOptions."""
+
+    _fields_ = (
+        ("struct_size", ctypes.c_size_t),
+        ("timeout_s", ctypes.c_double),
+        ("call_timeout_s", ctypes.c_double),
+        ("reconnect_timeout_s", ctypes.c_double),
+        ("ca", ctypes.c_char_p),
+        ("certificate", ctypes.c_char_p),
+        ("key", ctypes.c_char_p),
+        ("token", ctypes.c_char_p),
+        ("token_in_plain_text", ctypes.c_uint8),
+        ("is_cancelled", ctypes.c_void_p),
+        ("context", ctypes.c_void_p),
+    )
+
+
+class ServerPoolOptions(ctypes.Structure):
+    """ProcgenServerPoolOptions."""
+
+    _fields_ = (
+        ("struct_size", ctypes.c_size_t),
+        ("pool_id", ctypes.c_char_p),
+        ("encoding", ctypes.c_int32),
+    )
+
+
+_Bytes = (ctypes.POINTER(ctypes.c_void_p), ctypes.POINTER(ctypes.c_size_t))
+_Connection = ctypes.c_void_p
+_Watch = ctypes.c_void_p
 # Arguments of the functions that return a code, by name.
 _FUNCTIONS: dict[str, tuple[Any, ...]] = {
     "pool_create": (ctypes.POINTER(PoolOptions), ctypes.POINTER(_Pool)),
@@ -153,15 +198,39 @@ _FUNCTIONS: dict[str, tuple[Any, ...]] = {
     "clone_states": (_Pool, _Array, _Array, ctypes.c_int32),
     "render": (_Pool, ctypes.c_int32, ctypes.c_int32, ctypes.c_uint8, _Array),
 }
+_REMOTE_FUNCTIONS: dict[str, tuple[Any, ...]] = {
+    "connect": (ctypes.c_char_p, ctypes.POINTER(ConnectOptions), ctypes.POINTER(_Connection)),
+    "connection_call": (_Connection, ctypes.c_char_p, _Array, ctypes.c_size_t, *_Bytes),
+    "connection_watch": (
+        *(_Connection, ctypes.c_char_p, _Array, ctypes.c_size_t, ctypes.POINTER(_Watch)),
+    ),
+    "watch_next": (_Watch, ctypes.c_double, *_Bytes),
+    "connection_create_pool": (
+        *(_Connection, ctypes.POINTER(PoolOptions), ctypes.POINTER(ServerPoolOptions)),
+        ctypes.POINTER(_Pool),
+    ),
+}
+# Those that return nothing.
+_PROCEDURES: dict[str, tuple[Any, ...]] = {
+    "pool_options_init": (ctypes.POINTER(PoolOptions), ctypes.c_size_t),
+    "pool_destroy": (_Pool,),
+}
+_REMOTE_PROCEDURES: dict[str, tuple[Any, ...]] = {
+    "connection_close": (_Connection,),
+    "connection_destroy": (_Connection,),
+    "watch_stop": (_Watch,),
+    "watch_destroy": (_Watch,),
+    "free": (ctypes.c_void_p,),
+}
 
 
 class Library:
-    """The functions of the library, without their prefix ``procgen_``.
+    """The functions of a library, without their prefix ``procgen_``.
 
     Those that can fail return a code, which is 0 or goes to :meth:`error`.
     """
 
-    def __init__(self, path: str | Path) -> None:
+    def __init__(self, path: str | Path, *, is_remote: bool = False) -> None:
         """Loads it.
 
         Raises:
@@ -174,58 +243,78 @@ class Library:
             raise FailedPreconditionError(
                 f"{path} has version {version} of its interface; this package needs {_ABI_VERSION}"
             )
-        for name, arguments in _FUNCTIONS.items():
+        functions = _FUNCTIONS | (_REMOTE_FUNCTIONS if is_remote else {})
+        procedures = _PROCEDURES | (_REMOTE_PROCEDURES if is_remote else {})
+        for name, arguments in {**functions, **procedures}.items():
             function = getattr(loaded, f"procgen_{name}")
             function.argtypes = arguments
-            function.restype = ctypes.c_int
+            function.restype = ctypes.c_int if name in functions else None
             setattr(self, name, function)
-        self.pool_options_init = loaded.procgen_pool_options_init
-        self.pool_options_init.argtypes = (ctypes.POINTER(PoolOptions), ctypes.c_size_t)
-        self.pool_options_init.restype = None
-        self.pool_destroy = loaded.procgen_pool_destroy
-        self.pool_destroy.argtypes = (_Pool,)
-        self.pool_destroy.restype = None
         for name in ("version", "error_message", "catalog_json"):
             getattr(loaded, f"procgen_{name}").restype = ctypes.c_char_p
+        self.unanswered_count = loaded.procgen_unanswered_count
+        self.unanswered_count.argtypes = (_Pool,)
+        if is_remote:
+            loaded.procgen_pool_name.argtypes = (_Pool,)
+            loaded.procgen_pool_name.restype = ctypes.c_char_p
+            self.pool_name = loaded.procgen_pool_name
         self._error_message = loaded.procgen_error_message
         self.version: str = loaded.procgen_version().decode()
         self.catalog_json: str = loaded.procgen_catalog_json().decode()
 
     def __getattr__(self, name: str) -> Any:  # noqa: ANN401 - the functions set above
+        """Fails: the functions are attributes."""
         raise AttributeError(f"libprocgen has no function procgen_{name}")
 
-    def error(self, code: int) -> Exception:
+    def error(self, code: int) -> ProcgenError:
         """Returns the exception for a code that the last call of this thread returned."""
         return of_code(code, self._error_message().decode(errors="replace"))
 
+    def check(self, code: int) -> None:
+        """Raises the error of a code that the last call of this thread returned, unless it is 0."""
+        if code:
+            raise self.error(code)
+
 
 _library: Library | None = None
+_remote_library: Library | None = None
 
 
 def library() -> Library:
-    """Returns the library; loads it on the first call.
+    """Returns libprocgen; loads it on the first call.
 
     Raises:
         OSError: It is not installed; the message has the places that were tried.
     """
     global _library
     if _library is None:
-        tried = []
-        for path in _places():
-            if path.exists():
-                _library = Library(path)
-                return _library
-            tried.append(str(path))
-        raise OSError(
-            f"libprocgen is not installed; tried: {', '.join(tried)}. In a checkout, "
-            "deploy/quickstart.sh builds it"
-        )
+        _library = Library(_found("libprocgen", LIBRARY_VARIABLE, "build_wheel.sh"))
     return _library
 
 
-def _places() -> list[Path]:
+def remote_library() -> Library:
+    """Returns libprocgen_remote; loads it on the first call. Errors as :func:`library`."""
+    global _remote_library
+    if _remote_library is None:
+        path = _found("libprocgen_remote", REMOTE_LIBRARY_VARIABLE, "build_wheel.sh --remote")
+        _remote_library = Library(path, is_remote=True)
+    return _remote_library
+
+
+def _found(name: str, variable: str, wheel: str) -> Path:
+    """Returns the path in a variable, else that beside this package or in its checkout's build."""
     package = Path(__file__).resolve().parent
-    given = os.environ.get(LIBRARY_VARIABLE)
-    if given:
-        return [Path(given)]
-    return [package / _NAME, package.parents[2] / "build/release/lib" / _NAME]
+    file = f"{name}.so.1"
+    given = os.environ.get(variable)
+    places = (
+        [Path(given)]
+        if given
+        else [package / file, (package / "../../../build/release/lib" / file).resolve()]
+    )
+    for place in places:
+        if place.exists():
+            return place
+    raise OSError(
+        f"{name} is not installed; tried: {', '.join(map(str, places))}. The wheel of "
+        f"clients/python/{wheel} contains it; in a checkout, deploy/quickstart.sh builds it"
+    )

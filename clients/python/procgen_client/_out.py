@@ -1,12 +1,9 @@
-"""Arrays and tensors of callers, into which observations are copied."""
+"""Arrays and tensors of callers, into which observations are written."""
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 
-from procgen_client.batch import Batch
 from procgen_client.errors import InvalidArgumentError
 
 
@@ -27,7 +24,7 @@ def writable_view(out: object, shape: tuple[int | None, ...]) -> np.ndarray:
     if view.dtype != np.uint8:
         wrong = f"has type {view.dtype}"
     elif len(view.shape) != len(shape) or any(
-        length not in (None, given) for length, given in zip(shape, view.shape, strict=True)
+        length not in (None, given) for length, given in zip(shape, view.shape)
     ):
         wrong = f"has shape {list(view.shape)}"
     elif not view.flags.c_contiguous:
@@ -40,26 +37,6 @@ def writable_view(out: object, shape: tuple[int | None, ...]) -> np.ndarray:
             f"out {wrong}; it is a writable, C-contiguous uint8 array of shape [{allowed}]"
         )
     return view
-
-
-def copied_into(batch: Batch, out: Any, view: np.ndarray | None) -> Batch:  # noqa: ANN401
-    """Copies the observations into `out`, which becomes Batch.observations; returns the batch.
-
-    Args:
-        batch: Any batch.
-        out: None: nothing is copied.
-        view: What writable_view returned for `out`.
-
-    Raises:
-        InvalidArgumentError: As writable_view, or the batch has no observations.
-    """
-    if view is None:
-        return batch
-    if batch.observations is None:
-        raise InvalidArgumentError("out is given, but observe is False: there are no observations")
-    np.copyto(writable_view(view, batch.observations.shape), batch.observations)
-    batch.observations = out
-    return batch
 
 
 def _view_of(out: object) -> np.ndarray:

@@ -1,36 +1,42 @@
-"""A batch: the arrays of a slice of a pool after a request."""
+"""A batch: the arrays of a slice of a pool after a request; and their memory."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import TYPE_CHECKING
+import ctypes
+import sys
+from typing import Any
 
 import numpy as np
 
-if TYPE_CHECKING:
-    from procgen_client import _native
+from procgen_client import _library
+
+# Element type of each array of a batch but the observations.
+_NUMBER_TYPES = {
+    "rewards": np.float32,
+    "first": np.bool_,
+    "terminated": np.bool_,
+    "truncated": np.bool_,
+    "level_seeds": np.int32,
+    "prev_level_seeds": np.int32,
+    "prev_level_complete": np.bool_,
+    "episode_returns": np.float32,
+    "episode_lengths": np.int32,
+    "fingerprints": np.uint64,
+}
+# Whether the interpreter counts references exactly: not without its global lock.
+_COUNTS_REFERENCES = getattr(sys, "_is_gil_enabled", lambda: True)()
 
 
-@dataclass(slots=True)
 class Batch:
     """The values of n environments after a request. Row i is environment ``first_env + i``.
 
-    All arrays belong to the caller and are writable. ``observations`` and ``final_observations``
-    may borrow the memory that the answer was received into; it is reused when no array refers to
-    it. The other arrays are copies.
-
-    With transport "shared_memory" and ``copy=False`` (Client.create_pool) observations are
-    **read-only** views of memory that the server renders into (``.copy()`` returns a writable
-    array). The server overwrites a batch only when no array refers to it, so copy what you keep
-    (``held_batches_max``). After another learner took the pool over, this is not guaranteed.
-
-    F is the shape of one observation, ``Pool.observation_shape``: by default 64, 64, 3.
-
-    ``observations`` is None after a request with ``observe=False``; ``final_observations`` is empty
-    unless requested.
+    All arrays belong to the caller and are writable. Their memory is used for a later batch only
+    when nothing refers to this batch and its arrays. F is ``Pool.observation_shape``, by default
+    64, 64, 3.
     """
 
-    sequence_number: int  # Number of the request that this answers.
+    __slots__ = ("first_env", *_NUMBER_TYPES, "observations", "final_observations", "__weakref__")
+
     first_env: int  # Index in the pool of row 0.
     rewards: np.ndarray  # Of this step; of the ended episode where one ended float32 [n]
     first: np.ndarray  # A new episode has begun                              bool    [n]
@@ -41,9 +47,10 @@ class Batch:
     prev_level_complete: np.ndarray  # That level was completed by this step  bool    [n]
     episode_returns: np.ndarray  # Of the ended or running episode            float32 [n]
     episode_lengths: np.ndarray  # Of the same episode, in steps              int32   [n]
-    fingerprints: np.ndarray  # Hashes of episodes that ended, in order       uint64  [m]
-    final_observations: np.ndarray  # Last ones of those episodes; or empty   uint8   [m, *F]
-    observations: np.ndarray | None  # Current observations                   uint8   [n, *F]
+    fingerprints: np.ndarray  # Hashes of episodes; valid where one ended     uint64  [n]
+    observations: Any  # Current ones, an array or `out`; None: not requested uint8   [n, *F]
+    # Last observations of the episodes that ended; other rows are undefined. None: not requested.
+    final_observations: np.ndarray | None  # uint8 [n, *F]
 
     @property
     def env_count(self) -> int:
@@ -57,42 +64,43 @@ class Batch:
         return ended
 
 
-class ReceivedBatch(Batch):
-    """A batch that makes its arrays on first access, since a learner reads few of them."""
+class Buffers:
+    """Memory of a batch: the arrays, and the C struct that points to them."""
 
-    __slots__ = ("_received",)
+    __slots__ = ("batch", "counted", "idle_count", "reference", "struct")
 
-    _received: _native.Batch
+    def __init__(self, count: int, shape: tuple[int, ...], observed: bool, final: bool) -> None:
+        """Makes arrays for `count` environments, with or without those of observations."""
+        self.batch = Batch()
+        self.struct = _library.Batch(struct_size=ctypes.sizeof(_library.Batch))
+        for name, dtype in _NUMBER_TYPES.items():
+            setattr(self.batch, name, np.zeros(count, dtype))
+        self.batch.observations = np.empty((count, *shape), np.uint8) if observed else None
+        self.batch.final_observations = np.zeros((count, *shape), np.uint8) if final else None
+        arrays = {name: getattr(self.batch, name) for name in _library.BATCH_ARRAYS}
+        for name in arrays:
+            setattr(self.struct, name, _address(arrays[name]))
+        self.reference = ctypes.byref(self.struct)
+        # Whatever a caller may keep of it.
+        self.counted = (self.batch, *filter(lambda array: array is not None, arrays.values()))
+        del arrays
+        self.idle_count = self._reference_count()
 
-    def __getattr__(self, name: str) -> np.ndarray | None:
-        """Makes an array and stores it as an attribute; called once per array."""
-        if name not in Batch.__dataclass_fields__:
-            raise AttributeError(f"a batch has no {name}")
-        array = self._received.array(name)
-        setattr(self, name, array)
-        return array
+    def set_observations(self, out: object, view: np.ndarray | None) -> None:
+        """Has the observations written into a caller's memory, of which `view` is a view.
+
+        Only of a batch without an array for observations. None: they are not written.
+        """
+        self.batch.observations = out
+        self.struct.observations = _address(view)
+
+    def is_idle(self) -> bool:
+        """Whether no caller refers to the batch or to one of its arrays."""
+        return _COUNTS_REFERENCES and self._reference_count() == self.idle_count
+
+    def _reference_count(self) -> int:
+        return sum(map(sys.getrefcount, self.counted))
 
 
-def batch_of(received: _native.Batch, *, owned: bool) -> Batch:
-    """Returns an answer as a Batch.
-
-    Args:
-        received: The answer.
-        owned: Make all arrays now and copy views, so that `received` is released.
-    """
-    batch = ReceivedBatch.__new__(ReceivedBatch)
-    batch.sequence_number = received.sequence_number
-    batch.first_env = received.first_env
-    if not owned:
-        batch._received = received
-        return batch
-    for name in _ARRAYS:
-        array = received.array(name)
-        setattr(batch, name, array if array is None or array.flags.writeable else array.copy())
-    return batch
-
-
-# Fields of a batch that are arrays.
-_ARRAYS = [
-    name for name in Batch.__dataclass_fields__ if name not in ("sequence_number", "first_env")
-]
+def _address(array: np.ndarray | None) -> int | None:
+    return None if array is None else array.ctypes.data

@@ -3,56 +3,76 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator, Sequence
-from typing import TYPE_CHECKING, Any, TypeVar
+import sys
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, TypeVar, Union
 
-from google.protobuf import empty_pb2
+import numpy as np
+
+try:
+    import google.protobuf  # noqa: F401
+except ImportError:  # The wheel has a copy.
+    sys.path.append(str(Path(__file__).resolve().parent / "_vendor"))
 from google.protobuf import message as protobuf_message
 
-from procgen_client import _fork
-from procgen_client import options as _options
-from procgen_client._proto import catalog_pb2, cluster_pb2, pools_pb2
+from procgen_client import _connection, _interruptible, _library
+from procgen_client._proto import (
+    catalog_pb2,
+    cluster_pb2,
+    episodes_pb2,
+    pool_service_pb2,
+    pools_pb2,
+    render_pb2,
+)
 from procgen_client._requests import in_range
-from procgen_client._transport import open_connection
-from procgen_client._transport.address import check_address
-from procgen_client._transport.selection import why_not_mapped, why_streamed
+from procgen_client._address import check_addresses
 from procgen_client.credentials import Credentials
 from procgen_client.errors import (
-    CancelledError,
+    DataLossError,
     FailedPreconditionError,
     InternalError,
+    InvalidArgumentError,
     UnauthenticatedError,
 )
+from procgen_client.options import PoolOptions
 from procgen_client.pool import Pool
 
 if TYPE_CHECKING:
     from typing_extensions import Unpack
 
-    from procgen_client._native import Connection
-
 _Message = TypeVar("_Message", bound=protobuf_message.Message)
 
-# Upper bound of Step.chunk_count.
-_CHUNK_COUNT_MAX = 64
-# Connections of clients that were made before this process was forked. Never destroyed, because
-# their sockets are shared with the parent.
-_abandoned_connections: list[Connection] = []
+# A pool by its object or its name.
+PoolName = Union[Pool, str]
+# Path of each method by its name.
+_PATHS = {
+    method.name: f"/{service.full_name}/{method.name}"
+    for module in (catalog_pb2, cluster_pb2, pool_service_pb2)
+    for service in module.DESCRIPTOR.services_by_name.values()
+    for method in service.methods
+}
+# Episode selectors by their names in this package.
+_EPISODE_SELECTORS = {
+    "last": episodes_pb2.EPISODE_SELECTOR_LAST,
+    "current": episodes_pb2.EPISODE_SELECTOR_CURRENT,
+}
 
 
 class Client:
-    """A connection to a server, which creates and steps pools.
+    """A connection to a server, for pools there and for what the server says of any pool.
 
-    A context manager: leaving it closes the connection. Pools stay on the server until they are
-    deleted, so close them first (they are context managers, too).
+    A context manager: leaving it closes the connection, which ends its pools.
 
     Threads: any method from any thread; a :class:`Pool` belongs to one thread at a time.
 
     Processes: it belongs to the process that made it. In a forked child its calls and those of its
-    pools raise FailedPreconditionError, and closing it has no effect.
+    pools raise FailedPreconditionError; a process that is to have clients of its own is started
+    with ``multiprocessing.get_context("spawn")``.
 
     Attributes:
         address: Address of the server.
-        reconnect_timeout: Time for which pools try to resume a broken connection, in seconds.
+        reconnect_timeout: Seconds for which pools try to continue after a broken connection.
     """
 
     def __init__(
@@ -63,21 +83,20 @@ class Client:
         call_timeout: float = 60.0,
         reconnect_timeout: float = 60.0,
         credentials: Credentials | None = None,
-        channel_options: Sequence[tuple[str, Any]] = (),
     ) -> None:
         """Connects.
 
         Args:
-            address: ``"localhost:50051"``, ``"unix:/run/procgen.sock"`` or another gRPC target.
+            address: ``"localhost:50051"``, ``"unix:/run/procgen.sock"`` or another gRPC target; or
+                several, separated by commas, which share each pool. A host name with several IPv4
+                addresses stands for as many servers, ``"cluster:HOST:PORT"`` for all of a cluster.
             timeout: Time to wait for the server, in seconds; it may still be starting. None: 10, or
                 1.5 if nothing listens at the address.
             call_timeout: Time limit of each call other than steps, in seconds.
-            reconnect_timeout: Time for which a pool tries to resume a broken stream, in seconds;
-                the server keeps its unacknowledged answers. 0: a broken connection ends the stream,
-                and the server keeps none.
+            reconnect_timeout: Time for which a pool tries to continue after a broken connection, in
+                seconds. 0: a broken connection ends the pool.
             credentials: TLS certificates and token. None: those of the environment variables
                 (Credentials.from_environment).
-            channel_options: Additional gRPC channel arguments.
 
         Raises:
             UnavailableError: No server listens or answers in time; or, at once, it requires TLS,
@@ -86,25 +105,24 @@ class Client:
             UnauthenticatedError: The server requires a token, or another one.
             InvalidArgumentError, NotFoundError: `address` has no port; as Credentials.arguments.
             UnimplementedError: The address belongs to another kind of server.
-            FailedPreconditionError: The native module is missing, and this process was forked from
-                one that has connections.
+            FailedPreconditionError: This process was forked from one that has connections.
+            OSError: libprocgen_remote is not installed.
         """
-        check_address(address)
+        check_addresses(address)
         self.address = address
         self.reconnect_timeout = reconnect_timeout
         self._closed = False
         self._process_id = os.getpid()
-        self._is_abandoned = False  # True in a forked child of that process.
         shown = Credentials.from_environment() if credentials is None else credentials
         try:
-            self._connection: Connection = open_connection(
+            self._connection = _connection.Connection(
+                _library.remote_library(),
                 address,
                 timeout=timeout,
                 call_timeout=call_timeout,
-                channel_options=list(channel_options),
+                reconnect_timeout=reconnect_timeout,
                 **shown.arguments(address),
             )
-            _fork.bind(self)
             try:
                 self._catalog = self._first_catalog()
             except BaseException:
@@ -133,30 +151,140 @@ class Client:
 
     def close(self) -> None:
         """Closes the connection; running calls end with CancelledError. May be repeated."""
-        if self._is_abandoned:
-            return  # The parent uses the sockets.
         self._closed = True
-        self._connection.close()
+        if os.getpid() == self._process_id:
+            self._connection.close()
 
-    def abandon(self) -> None:
-        """In a forked child: leaves the connection to the parent."""
-        self._closed = self._is_abandoned = True
-        _abandoned_connections.append(self._connection)
+    # Pools.
 
-    def check_open(self) -> None:
-        """Checks that calls can be made.
+    def create_pool(
+        self,
+        games: str | Sequence[str],
+        env_count: int = 64,
+        *,
+        autoreset_mode: str = "same_step",
+        **options: Unpack[PoolOptions],
+    ) -> Pool:
+        """Returns ``Pool(games, env_count, server=self, ...)``."""
+        return Pool(games, env_count, server=self, autoreset_mode=autoreset_mode, **options)
+
+    def list_pools(self) -> list[pools_pb2.Pool]:
+        """Returns the caller's pools, oldest first (proto/procgen/v1/pools.proto)."""
+        pools: list[pools_pb2.Pool] = []
+        request = pool_service_pb2.ListPoolsRequest()
+        while True:
+            page = self._call("ListPools", request, pool_service_pb2.ListPoolsResponse)
+            pools += page.pools
+            if not page.next_page_token:
+                return pools
+            request.page_token = page.next_page_token
+
+    def get_pool(self, name: str) -> pools_pb2.Pool:
+        """Returns a pool's specification and statistics (proto/procgen/v1/pools.proto).
 
         Raises:
-            CancelledError: close was called.
-            FailedPreconditionError: This is a child of the process that made the connection.
+            InvalidArgumentError: `name` is not of the form ``pools/{pool_id}``.
+            NotFoundError: There is no such pool.
         """
-        if self._is_abandoned:
-            raise FailedPreconditionError(
-                f"the connection to {self.address} belongs to process {self._process_id}, which "
-                f"process {os.getpid()} was forked from: make another in here"
-            )
-        if self._closed:
-            raise CancelledError(f"the connection to {self.address} was closed by this client")
+        return self._call("GetPool", pool_service_pb2.GetPoolRequest(name=name), pools_pb2.Pool)
+
+    def get_episode(
+        self, pool: PoolName, environment: int, selector: str = "last"
+    ) -> episodes_pb2.Episode:
+        """Returns an episode of an environment, with everything that a replay needs.
+
+        Args:
+            pool: The pool, or its name.
+            environment: Index in the pool.
+            selector: "last", the last episode that ended, or "current", the running one.
+
+        Returns:
+            The message Episode of proto/procgen/v1/episodes.proto, which documents its fields
+            (game, options, level_seed, actions, rewards, end) and how to replay it.
+
+        Raises:
+            InvalidArgumentError: The environment is out of range, or there is no such `selector`.
+            FailedPreconditionError: No episode has ended yet, or the next has not begun.
+            UnimplementedError: The server keeps no episodes.
+        """
+        if selector not in _EPISODE_SELECTORS:
+            raise InvalidArgumentError(f'selector is {selector!r}; it is "last" or "current"')
+        request = episodes_pb2.GetEpisodeRequest(
+            pool=_name_of(pool),
+            environment=in_range("environment", environment, -(2**31), 2**31 - 1),
+            selector=_EPISODE_SELECTORS[selector],
+        )
+        return self._call("GetEpisode", request, episodes_pb2.Episode)
+
+    def find_episode(
+        self, pool: PoolName, environment: int, fingerprint: int
+    ) -> episodes_pb2.Episode:
+        """Returns an episode that ended, as :meth:`get_episode`, by its fingerprint.
+
+        Args:
+            pool, environment: As get_episode.
+            fingerprint: An element of Batch.fingerprints where Batch.ended is true. Not 0.
+
+        Raises:
+            InvalidArgumentError: The environment or the fingerprint is out of range.
+            NotFoundError: The server has not this episode, or not any more: it has those of a
+                pool's last 1,000, or fewer if they are long.
+        """
+        value = in_range("fingerprint", int(fingerprint), 1, 2**64 - 1)
+        request = episodes_pb2.GetEpisodeRequest(
+            pool=_name_of(pool),
+            environment=in_range("environment", environment, -(2**31), 2**31 - 1),
+            fingerprint=value if value < 2**63 else value - 2**64,  # int64 in the message
+        )
+        return self._call("GetEpisode", request, episodes_pb2.Episode)
+
+    def watch(
+        self,
+        pool: PoolName,
+        environments: Sequence[int] | None = None,
+        *,
+        size_px: int = 256,
+        frames_per_second_max: float = 15.0,
+    ) -> Iterator[list[np.ndarray]]:
+        """Yields frames of environments while the pool is stepped, without slowing it down.
+
+        The first frames are the current ones, the next follow after changes, at a bounded rate. The
+        last state of an episode is shown once, before the start of the next. A slow reader skips
+        intermediate frames. The iteration ends with an error or when it is closed; breaking out of
+        a loop closes it.
+
+        Args:
+            pool: The pool, or its name.
+            environments: Indices in the pool, in any order, at most 64. None: the first 16.
+            size_px: Side of the square frames in pixels, in [16, 2048]. 64: the agent's
+                observation.
+            frames_per_second_max: Upper bound of the rate, above 0 and at most 60.
+
+        Yields:
+            A frame of each environment, as :meth:`Pool.render` returns them.
+
+        Raises:
+            InvalidArgumentError: An environment, the size or the rate is out of range.
+            ResourceExhaustedError: The frames take more than 16 MiB, or the caller has too many
+                calls (``catalog().limits.owner_call_count_max``).
+            AbortedError: The pool has ended.
+            UnavailableError: The server drains, or the connection broke.
+        """
+        if environments is None:
+            count = pool.env_count if isinstance(pool, Pool) else self.get_pool(pool).spec.env_count
+            environments = range(min(count, 16))
+        side = in_range("size_px", size_px, 16, 2048)
+        request = render_pb2.WatchPoolRequest(
+            pool=_name_of(pool),
+            environments=environments,
+            size_px=side,
+            format=render_pb2.FRAME_FORMAT_RGB,
+            frames_per_second_max=frames_per_second_max,
+        )
+        for moment in self._watch("WatchPool", request, render_pb2.WatchPoolResponse):
+            yield [_pixels_of(frame) for frame in moment.frames]
+
+    # The server.
 
     def catalog(self) -> catalog_pb2.Catalog:
         """Returns the server's catalog: games, modes, options, actions, limits.
@@ -192,167 +320,20 @@ class Client:
             "WatchNodes", cluster_pb2.WatchNodesRequest(), cluster_pb2.WatchNodesResponse
         )
 
-    def create_pool(
-        self,
-        games: str | Sequence[str],
-        env_count: int = 64,
-        *,
-        autoreset_mode: str = "same_step",
-        first_env: int = 0,
-        total_env_count: int = 0,
-        pool_id: str = "",
-        requests_in_flight_max: int = 2,
-        chunk_count: int | None = None,
-        screen_size: int = 64,
-        grayscale_obs: bool = False,
-        layout: str = "hwc",
-        frame_stack: int = 1,
-        encoding: str = "raw",
-        lease_duration: float | None = None,
-        level_sampler: _options.LevelSampler | None = None,
-        transport: str = "auto",
-        held_batches_max: int = 0,
-        copy: bool = True,
-        **options: Unpack[_options.EnvironmentOptions],
-    ) -> Pool:
-        """Creates a pool; each environment is at the first step of its first level.
+    # Internals.
 
-        Args:
-            games, env_count: A game, or several, which alternate; number of environments.
-            autoreset_mode: After the step that ends an episode: "same_step" observes the next
-                episode, "next_step" starts it with the next step, "disabled" needs a reset.
-            first_env, total_env_count: For a part of a larger pool: its first environment in the
-                whole and the whole's number of environments (0: up to this pool's last).
-            pool_id, requests_in_flight_max: Last part of its name; requests that may be unanswered.
-            chunk_count: Chunks of a whole-pool step, 1 to 64. None: one for each 2 MiB, up to 4.
-            screen_size, grayscale_obs, layout, frame_stack: See options.observation_format.
-            encoding: "raw", or "delta_zstd" for slow networks.
-            lease_duration: Lifetime without a stream, in seconds. 0: unlimited. None: 10 minutes.
-            level_sampler: Chooses the levels, in place of num_levels and start_level.
-            transport: "shared_memory" (raw, on the server's machine, as its user), "stream", or
-                "auto", which chooses: see Pool.transport and Pool.transport_reason.
-            copy, held_batches_max: False: with shared memory observations are read-only views, and
-                arrays may refer to so many batches between steps (0: 2).
-            **options: Those of Procgen 0.10.7, see procgen_client.options.EnvironmentOptions.
+    def _make_pool(
+        self, games: Sequence[str], env_count: int, options: Mapping[str, Any]
+    ) -> tuple[Any, Any]:
+        """Makes a pool; returns the library that it belongs to, and its handle."""
+        self._check_open()
+        made: tuple[Any, Any] = self._connection.make_pool(games, env_count, options)
+        return made
 
-        Raises:
-            InvalidArgumentError, NotFoundError: A value out of range or not of the game; no game.
-            AlreadyExistsError, ResourceExhaustedError: `pool_id` is taken; ``catalog().limits``.
-            UnimplementedError: The server or this installation does not support an option.
-        """
-        _options.check_names("Client.create_pool", options, pool_option_names())
-        shape = _options.observation_format(screen_size, grayscale_obs, layout, frame_stack)
-        spec = _options.pool_spec(
-            *(games, env_count),
-            options=_options.environment_options(options),
-            autoreset_mode=autoreset_mode,
-            first_env=first_env,
-            total_env_count=total_env_count,
-            observation_format=shape,
-            encoding=encoding,
-            lease_duration=lease_duration,
-            level_sampler=level_sampler,
-            transport=transport,
-        )
-        return self.create_pool_from_spec(
-            spec,
-            pool_id=pool_id,
-            requests_in_flight_max=requests_in_flight_max,
-            chunk_count=chunk_count,
-            held_batches_max=held_batches_max,
-            copy=copy,
-        )
-
-    def create_pool_from_spec(
-        self,
-        spec: pools_pb2.PoolSpec,
-        *,
-        pool_id: str = "",
-        requests_in_flight_max: int = 2,
-        chunk_count: int | None = None,
-        held_batches_max: int = 0,
-        copy: bool = True,
-    ) -> Pool:
-        """Creates a pool from a spec: another pool's (``Pool.spec``), or one with other fields.
-
-        A spec without a transport is "auto". Arguments and errors as :meth:`create_pool`.
-        """
-        _check_chunk_count(chunk_count)
-        request = pools_pb2.CreatePoolRequest(pool_id=pool_id, spec=spec)
-
-        def create(transport: pools_pb2.Transport, reason: str) -> Pool:
-            request.spec.transport = transport
-            pool = Pool(
-                self,
-                self._call("CreatePool", request, pools_pb2.Pool),
-                deletes_on_close=True,
-                requests_in_flight_max=requests_in_flight_max,
-                chunk_count=chunk_count,
-                held_batches_max=held_batches_max,
-                copy=copy,
-            )
-            pool.transport_reason = reason
-            return pool
-
-        if spec.transport != pools_pb2.TRANSPORT_UNSPECIFIED:
-            return create(spec.transport, "the caller chose it")
-        reason = why_streamed(self.address, spec.encoding, self._catalog)
-        if not reason:
-            pool = create(
-                pools_pb2.TRANSPORT_SHARED_MEMORY, "this process maps the server's memory"
-            )
-            reason = why_not_mapped(pool)
-            if not reason:
-                return pool
-        return create(pools_pb2.TRANSPORT_STREAM, reason)
-
-    def get_pool(
-        self,
-        name: str,
-        *,
-        requests_in_flight_max: int = 2,
-        chunk_count: int | None = None,
-        held_batches_max: int = 0,
-        copy: bool = True,
-    ) -> Pool:
-        """Returns an existing pool; closing it does not delete it.
-
-        Args:
-            name: The pool's name.
-            requests_in_flight_max, chunk_count, held_batches_max, copy: As for create_pool.
-
-        Raises:
-            InvalidArgumentError: `name` is not of the form ``pools/{pool_id}``, or `chunk_count` is
-                out of range.
-            NotFoundError: There is no such pool.
-        """
-        _check_chunk_count(chunk_count)
-        message = self._call("GetPool", pools_pb2.GetPoolRequest(name=name), pools_pb2.Pool)
-        return Pool(
-            self,
-            message,
-            deletes_on_close=False,
-            requests_in_flight_max=requests_in_flight_max,
-            chunk_count=chunk_count,
-            held_batches_max=held_batches_max,
-            copy=copy,
-        )
-
-    def list_pools(self) -> list[pools_pb2.Pool]:
-        """Returns the pools, oldest first, as messages (proto/procgen/v1/pools.proto)."""
-        request = pools_pb2.ListPoolsRequest()
-        return list(self._call("ListPools", request, pools_pb2.ListPoolsResponse).pools)
-
-    def delete_pool(self, name: str) -> None:
-        """Deletes a pool and its environments.
-
-        A stream that is attached to it ends with AbortedError.
-
-        Raises:
-            InvalidArgumentError: `name` is not of the form ``pools/{pool_id}``.
-            NotFoundError: There is no such pool.
-        """
-        self._call("DeletePool", pools_pb2.DeletePoolRequest(name=name), empty_pb2.Empty)
+    def _run(self, call: Any) -> None:  # noqa: ANN401
+        """Runs a blocking call of a pool."""
+        self._check_open()
+        _interruptible.run(call)
 
     def _call(
         self,
@@ -361,20 +342,27 @@ class Client:
         response_type: type[_Message],
     ) -> _Message:
         """Calls a unary method."""
-        self.check_open()
-        return _parsed(response_type, self._connection.call(method, request.SerializeToString()))
+        self._check_open()
+        response = self._connection.call(_PATHS[method], request.SerializeToString())
+        return _parsed(response_type, response)
 
     def _watch(
         self, method: str, request: protobuf_message.Message, response_type: type[_Message]
     ) -> Iterator[_Message]:
         """Yields the messages of a server stream until it ends or is closed."""
-        self.check_open()
-        watch = self._connection.watch(method, request.SerializeToString())
-        try:
-            for serialised in watch:
-                yield _parsed(response_type, serialised)
-        finally:
-            watch.close()
+        self._check_open()
+        for serialised in self._connection.watch(_PATHS[method], request.SerializeToString()):
+            yield _parsed(response_type, serialised)
+
+    def _check_open(self) -> None:
+        """Raises CancelledError after close, FailedPreconditionError in a forked child."""
+        if os.getpid() != self._process_id:
+            raise FailedPreconditionError(
+                f"the connection to {self.address} belongs to process {self._process_id}, which "
+                f"process {os.getpid()} was forked from: start processes that need one with spawn"
+            )
+        if self._closed:
+            raise _connection.closed_error(self.address)
 
     def _first_catalog(self) -> catalog_pb2.Catalog:
         catalog = self._call("GetCatalog", catalog_pb2.GetCatalogRequest(), catalog_pb2.Catalog)
@@ -383,10 +371,11 @@ class Client:
         return catalog
 
 
-def pool_option_names() -> set[str]:
-    """Returns the names of the arguments of Client.create_pool, with upstream's options."""
-    own = _options.keywords_of(Client.create_pool)
-    return own | set(_options.EnvironmentOptions.__annotations__)
+def connect(
+    address: str, *, timeout: float | None = None, credentials: Credentials | None = None
+) -> Client:
+    """Connects to a server; the same as :class:`Client` with these arguments."""
+    return Client(address, timeout=timeout, credentials=credentials)
 
 
 def _parsed(message_type: type[_Message], serialised: bytes) -> _Message:
@@ -397,13 +386,13 @@ def _parsed(message_type: type[_Message], serialised: bytes) -> _Message:
         raise InternalError(f"the server's answer: not a message: {error}") from None
 
 
-def _check_chunk_count(chunk_count: int | None) -> None:
-    if chunk_count is not None:
-        in_range("chunk_count", chunk_count, 1, _CHUNK_COUNT_MAX)
+def _name_of(pool: PoolName) -> str:
+    return pool.name if isinstance(pool, Pool) else pool
 
 
-def connect(
-    address: str, *, timeout: float | None = None, credentials: Credentials | None = None
-) -> Client:
-    """Connects to a server; the same as :class:`Client` with these arguments."""
-    return Client(address, timeout=timeout, credentials=credentials)
+def _pixels_of(frame: render_pb2.Frame) -> np.ndarray:
+    pixels = np.frombuffer(frame.image, np.uint8)
+    try:
+        return pixels.reshape(frame.size_px, frame.size_px, 3)
+    except ValueError as error:
+        raise DataLossError(f"a frame of {frame.size_px} pixels: {error}") from None

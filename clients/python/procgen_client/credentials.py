@@ -6,7 +6,7 @@ import ipaddress
 import os
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import Any, Union
 
 from procgen_client.errors import InvalidArgumentError, NotFoundError
 
@@ -16,7 +16,7 @@ CERTIFICATE_VARIABLE = "PROCGEN_SERVER_CERTIFICATE"
 KEY_VARIABLE = "PROCGEN_SERVER_KEY"
 TOKEN_VARIABLE = "PROCGEN_SERVER_TOKEN"
 
-Pem = str | os.PathLike[str] | bytes
+Pem = Union[str, "os.PathLike[str]", bytes]
 
 
 @dataclass(frozen=True)
@@ -78,7 +78,7 @@ class Credentials:
             )
 
     def arguments(self, address: str) -> dict[str, Any]:
-        """Returns the arguments of `_native.Connection`, with the contents of files.
+        """Returns the arguments of a connection, with the contents of files.
 
         Raises:
             InvalidArgumentError: As check.
@@ -95,7 +95,9 @@ class Credentials:
 
 
 def is_this_machine(address: str) -> bool:
-    """Whether `address` is loopback or a unix socket, where plain text is safe."""
+    """Whether all of `address` is loopback or unix sockets, where plain text is safe."""
+    if "," in address:
+        return all(is_this_machine(each) for each in address.split(","))
     if address.startswith("unix:"):
         return True
     host = address.rpartition(":")[0].removeprefix("dns:///")

@@ -1,49 +1,41 @@
 """The exceptions of this package.
 
-An error of a server is raised as a :class:`ProcgenError` with gRPC's status code and the server's
-message, which has the value given and the values allowed. The client validates arguments first and
-raises the same classes, so that most mistakes do not end the stream.
+Each is a :class:`ProcgenError` with a status code and a message, which has the value given and the
+values allowed. Pools in this process and on servers raise the same classes.
 """
 
 from __future__ import annotations
 
 import enum
-from typing import TYPE_CHECKING
 
-if TYPE_CHECKING:
-    from grpc import StatusCode
-else:
-    try:
-        from grpc import StatusCode
-    except ImportError:  # The native module needs no grpcio.
 
-        class StatusCode(enum.Enum):
-            """Status codes equal to those of grpcio, for installations without it."""
+class StatusCode(enum.IntEnum):
+    """gRPC's status codes, by their numbers."""
 
-            OK = (0, "ok")
-            CANCELLED = (1, "cancelled")
-            UNKNOWN = (2, "unknown")
-            INVALID_ARGUMENT = (3, "invalid argument")
-            DEADLINE_EXCEEDED = (4, "deadline exceeded")
-            NOT_FOUND = (5, "not found")
-            ALREADY_EXISTS = (6, "already exists")
-            PERMISSION_DENIED = (7, "permission denied")
-            RESOURCE_EXHAUSTED = (8, "resource exhausted")
-            FAILED_PRECONDITION = (9, "failed precondition")
-            ABORTED = (10, "aborted")
-            OUT_OF_RANGE = (11, "out of range")
-            UNIMPLEMENTED = (12, "unimplemented")
-            INTERNAL = (13, "internal")
-            UNAVAILABLE = (14, "unavailable")
-            DATA_LOSS = (15, "data loss")
-            UNAUTHENTICATED = (16, "unauthenticated")
+    OK = 0
+    CANCELLED = 1
+    UNKNOWN = 2
+    INVALID_ARGUMENT = 3
+    DEADLINE_EXCEEDED = 4
+    NOT_FOUND = 5
+    ALREADY_EXISTS = 6
+    PERMISSION_DENIED = 7
+    RESOURCE_EXHAUSTED = 8
+    FAILED_PRECONDITION = 9
+    ABORTED = 10
+    OUT_OF_RANGE = 11
+    UNIMPLEMENTED = 12
+    INTERNAL = 13
+    UNAVAILABLE = 14
+    DATA_LOSS = 15
+    UNAUTHENTICATED = 16
 
 
 class ProcgenError(Exception):
     """Base class of all errors of this package.
 
     Attributes:
-        code: The status code, a member of :class:`grpc.StatusCode`.
+        code: The status code.
         message: The text: the value given and the values allowed.
     """
 
@@ -100,13 +92,13 @@ class AlreadyExistsError(ProcgenError):
 
 
 class FailedPreconditionError(ProcgenError):
-    """The pool is in the wrong state: another stream is attached, an ended episode is stepped."""
+    """The pool is in the wrong state: requests are unanswered, an ended episode is stepped."""
 
     default_code = StatusCode.FAILED_PRECONDITION
 
 
 class AbortedError(ProcgenError):
-    """The pool was deleted, or another stream took it over."""
+    """The pool was closed, or another thread uses it."""
 
     default_code = StatusCode.ABORTED
 
@@ -118,7 +110,7 @@ class ResourceExhaustedError(ProcgenError):
 
 
 class UnimplementedError(ProcgenError):
-    """The server does not offer this part of the API: see the catalog's ``features``."""
+    """The server does not offer this part of the API."""
 
     default_code = StatusCode.UNIMPLEMENTED
 
@@ -165,7 +157,7 @@ class InternalError(ProcgenError):
     default_code = StatusCode.INTERNAL
 
 
-_CODES: dict[int, StatusCode] = {code.value[0]: code for code in StatusCode}
+_NUMBERS = frozenset(map(int, StatusCode))
 _CLASSES: dict[StatusCode, type[ProcgenError]] = {
     cls.default_code: cls
     for cls in (
@@ -196,5 +188,5 @@ def of_code(number: int, message: str) -> ProcgenError:
 
     Control characters of the text are escaped.
     """
-    code = _CODES.get(number, StatusCode.UNKNOWN)
+    code = StatusCode(number) if number in _NUMBERS else StatusCode.UNKNOWN
     return _CLASSES.get(code, ProcgenError)(message.translate(_CONTROLS), code)

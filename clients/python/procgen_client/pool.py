@@ -1,103 +1,132 @@
-"""A pool of environments on a server, and the stream that steps it."""
+"""A pool of environments, in this process or on a server."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+import ctypes
+import threading
+import weakref
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
 
-from procgen_client._out import copied_into, writable_view
-from procgen_client._proto import pools_pb2, step_pb2
-from procgen_client._requests import (
-    Reset,
-    in_range,
-    observation,
-    optional_step_fields,
-    reset_messages,
+from procgen_client import _library, _structs
+from procgen_client._place import Server, new_pool, server_client
+from procgen_client._pool_requests import Requests
+from procgen_client._requests import ENV_COUNT_MAX, Reset, in_range
+from procgen_client.batch import Batch
+from procgen_client.errors import FailedPreconditionError, InvalidArgumentError
+from procgen_client.options import (
+    LevelSampler,
+    PoolOptions,
+    check_names,
+    checked_options,
+    game_names,
+    keywords_of,
 )
-from procgen_client.batch import Batch, batch_of
-from procgen_client.errors import (
-    FailedPreconditionError,
-    InvalidArgumentError,
-    NotFoundError,
-    UnavailableError,
-)
-from procgen_client.options import LevelSampler, level_sampler_message
-from procgen_client.pool_resource import RESPONSE_BYTES_DEFAULT, PoolResource
+from procgen_client.tools.art import Art
 
 if TYPE_CHECKING:
-    from procgen_client import _native
+    from typing_extensions import Unpack
+
     from procgen_client.client import Client
 
-# Upper bound of a response for one environment without its two observations, in bytes.
-_ROW_OVERHEAD_BYTES = 1024
-# Observation bytes of a chunk. Smaller chunks cost more than they save where server and learner
-# share all cores, and more than _DEFAULT_CHUNK_COUNT_MAX chunks save nothing.
-_CHUNK_BYTES_MIN = 2 * 1024 * 1024
-_DEFAULT_CHUNK_COUNT_MAX = 4
+# Steps of one environment that one call of the library may take: some 50 ms.
+_STEPS_AT_ONCE_MAX = 20_000
 
 
-class Pool(PoolResource):
-    """N environments that are stepped together.
+class Pool(Requests):
+    """N environments that are stepped together. A context manager: leaving it closes the pool.
 
-    Made by :meth:`Client.create_pool` or :meth:`Client.get_pool`. A context manager: leaving it
-    deletes a pool that create_pool made, and detaches from a pool that get_pool returned.
+    Each environment is at the first step of its first level::
 
-    :meth:`step` sends a request and waits for its answer. To keep server and learner busy, send
-    ahead with :meth:`send_step` and :meth:`receive`: up to :attr:`requests_in_flight_max` requests
-    may be unanswered. Answers arrive in the order of the requests.
+        with Pool("coinrun", 64, distribution_mode="easy", num_levels=200) as pool:
+            batch = pool.observe()
+            while True:
+                batch = pool.step(policy(batch.observations))
 
-    The first request attaches to the pool. No other client can step it until :meth:`detach` or
-    :meth:`close`. After a broken connection the pool attaches again and resends the unanswered
-    requests: the learner sees a pause. After the client's ``reconnect_timeout`` it gives up. An
-    error of the server ends the stream, and unreceived answers are lost. The environments are as
-    before the rejected request, and the next request attaches again.
+    :meth:`step` waits for its batch. :meth:`send_step` and :meth:`receive` let the program work
+    meanwhile; requests are executed and answered in order, each once. Results are the same in this
+    process and on any server. An exception during a wait (Ctrl-C) discards the answers in flight;
+    their steps were taken.
 
-    The server may step the whole pool in several chunks: it steps one while another is sent. It is
-    still one request, which is executed as a whole or not at all, and the batch is the same for any
-    number of chunks.
+    Threads: one at a time. Processes: in a forked child every call fails; make another pool there.
+    Pickle and copy.deepcopy: the options and the states of all environments.
 
-    Ctrl-C during a wait also ends the stream; the server executes the requests that were sent.
-
-    Threads: one at a time.
-
-    Attributes, in addition to those of PoolResource:
-        requests_in_flight_max: Number of requests that may be unanswered.
-        chunk_count: Number of chunks of a whole-pool step with observations.
-        transport_reason: Why the pool has its transport.
-        held_batches_max: With transport "shared_memory" and `copy` False: number of batches that
-            arrays may refer to, in addition to those of unanswered requests. 0: 2.
+    Attributes:
+        games: Names of games; environment i plays ``games[i % len(games)]``.
+        env_count: Number of environments, N.
+        autoreset_mode: "same_step", "next_step" or "disabled".
+        options: The other options that were given, with the rand_seed that was drawn.
+        observation_shape: Shape of one observation, ``(64, 64, 3)`` by default. A stack of k > 1
+            frames adds a first axis: ``(4, 84, 84, 1)`` for four grayscale frames.
+        num_threads: In this process: threads that step beside the caller.
+        name: On a server: the pool's resource name, e.g. ``"pools/7"``. Else empty.
+        client: On a server: the connection. Else None.
     """
 
     def __init__(
         self,
-        client: Client,
-        message: pools_pb2.Pool,
+        games: str | Sequence[str],
+        env_count: int = 64,
         *,
-        deletes_on_close: bool,
-        requests_in_flight_max: int = 2,
-        chunk_count: int | None = None,
-        held_batches_max: int = 0,
-        copy: bool = True,
+        server: Server = None,
+        art: Art | None = None,
+        autoreset_mode: str = "same_step",
+        **options: Unpack[PoolOptions],
     ) -> None:
-        """For :class:`Client`; use its create_pool or get_pool."""
-        super().__init__(client, message)
-        self.requests_in_flight_max = requests_in_flight_max
-        self.chunk_count = self._default_chunk_count() if chunk_count is None else chunk_count
-        self.held_batches_max = held_batches_max
-        self.transport_reason = "the pool was created with it"
-        self._owns_arrays = copy and self.transport == "shared_memory"
-        self._deletes_on_close = deletes_on_close
-        self._closed = False
-        self._has_attached = False
-        self._stream: _native.Stream | None = None
-        self._held_batches: _native.HeldBatches | None = None  # Of the last stream.
+        """Makes the environments.
+
+        Args:
+            games, env_count: A game, or several, which alternate; number of environments, N.
+            server: Address of a server ("host:50051", "unix:/run/procgen.sock"), a Client (which
+                close leaves open) or a ServerProcess. None: the address in the variable
+                PROCGEN_SERVER, else this process.
+            art: Art of a pool in this process: a folder in upstream's layout; "procgen": that of
+                the installed package `procgen`. None: the variable PROCGEN_ART, else this
+                project's own. A server has chosen its own.
+            autoreset_mode: After the step that ends an episode: "same_step" observes the next
+                episode, "next_step" starts it with the next step, "disabled" needs a reset.
+            **options: See options.PoolOptions.
+
+        Raises:
+            InvalidArgumentError: A value is out of range or not of the game, an option is unknown
+                (UnknownOptionError), or `art` is given with a server.
+            NotFoundError: There is no such game or art.
+            ProcgenError: On a server: as Client, and its limits.
+        """
+        check_names(type(self).__name__, options, option_names())
+        self.games = tuple(game_names(games))
+        self.env_count = in_range("env_count", env_count, 1, ENV_COUNT_MAX)
+        self.autoreset_mode, self._art = autoreset_mode, art
+        checked = checked_options({**options, "autoreset_mode": autoreset_mode})
+        self._server = server
+        self.client, owned = server_client(server, art)
+        try:
+            self._library, self._handle = new_pool(
+                self.client, self.games, self.env_count, checked, art
+            )
+            info = _library.PoolInfo(struct_size=ctypes.sizeof(_library.PoolInfo))
+            self._library.check(self._library.pool_info(self._handle, ctypes.byref(info)))
+        except BaseException:
+            if owned is not None:
+                owned.close()
+            raise
+        self._close_once = weakref.finalize(
+            self, _close, self._library.pool_destroy, self._handle, owned
+        )
+        self.options: dict[str, Any] = {**options, "rand_seed": info.rand_seed}
+        self.num_threads: int = info.num_threads
+        self.observation_shape = tuple(info.observation_shape[: info.observation_rank])
+        name = b"" if self.client is None else self._library.pool_name(self._handle)
+        self.name: str = name.decode()
+        super().__init__(self.env_count, self.observation_shape)
 
     def __repr__(self) -> str:
-        """Returns e.g. ``<Pool pools/7: 64 x coinrun>``."""
-        return f"<Pool {self.name}: {self.env_count} x {','.join(self.spec.games)}>"
+        """Returns e.g. ``<Pool: 64 x coinrun>``."""
+        name = f" {self.name}" if self.name else ""
+        return f"<Pool{name}: {self.env_count} x {','.join(self.games)}>"
 
     def __enter__(self) -> Pool:
         """Returns the pool itself."""
@@ -107,25 +136,43 @@ class Pool(PoolResource):
         """Closes the pool."""
         self.close()
 
-    @property
-    def transport(self) -> str:
-        """Way of the batches to the learner: "shared_memory" or "stream"."""
-        is_shared = self.spec.transport == pools_pb2.TRANSPORT_SHARED_MEMORY
-        return "shared_memory" if is_shared else "stream"
+    def __getstate__(self) -> dict[str, Any]:
+        """Supports pickle and copy: arguments, and the states of all environments."""
+        if self.client is not None and not isinstance(self._server, (str, type(None))):
+            raise FailedPreconditionError(
+                f"{self!r} has the connection of this process: to copy it, give server=ADDRESS"
+            )
+        arguments = {
+            "games": self.games,
+            "env_count": self.env_count,
+            "server": None if self.client is None else self.client.address,
+            "art": self._art,
+            "autoreset_mode": self.autoreset_mode,
+            **self.options,
+        }
+        return {"arguments": arguments, "states": self.save_states()}
 
-    @property
-    def attached(self) -> bool:
-        """Whether this object has the pool's stream."""
-        return self._stream is not None
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        """Makes the copy."""
+        Pool.__init__(self, **state["arguments"])
+        self.restore_states(state["states"])
 
     @property
     def in_flight(self) -> int:
-        """Number of requests whose answers were not received."""
-        if self._stream is None or self._client._is_abandoned:
-            return 0
-        return self._stream.in_flight
+        """Number of unanswered requests."""
+        return 0 if self._is_interrupted else len(self._in_flight)
 
-    # Stepping: one request and its answer.
+    def close(self) -> None:
+        """Frees the environments, on a server also the pool's name. May be called again."""
+        if self._calls.locked() and (closing := self._close_once.detach()) is not None:
+            arguments = (self._calls, *closing[2])  # The pool must outlive the call.
+            threading.Thread(target=_close_later, args=arguments, daemon=True).start()
+        self._close_once()
+        self._handle = ctypes.c_void_p()  # Which the library refuses.
+        self._in_flight.clear()
+        self._known.clear()
+
+    # Stepping.
 
     def step(
         self,
@@ -141,49 +188,52 @@ class Pool(PoolResource):
         annotations: Mapping[str, npt.ArrayLike] | None = None,
         out: Any = None,  # noqa: ANN401 - an array or tensor
     ) -> Batch:
-        """Steps each environment of a slice (default: the whole pool), and waits for the answer.
+        """Steps each environment of a slice (default: the whole pool).
 
         Args:
             actions: int [n], each in [-1, 15), one for each of the slice's n environments. -1 ends
                 the episode without a move.
             first_env: Index of the slice's first environment.
-            env_count: Number of environments of the slice, n. None: all from first_env to the end
-                of the pool.
-            observe: False: observations are neither rendered nor sent, which is many times faster.
+            env_count: Number of environments of the slice, n. None: up to the pool's last.
+            observe: False: no observations, which is many times faster.
             repeat_count: Number of times that the action is repeated, in [1, 1000]. Rewards are
                 summed, and an environment stops when its episode ends.
-            final_observations: Also return the last observation of each episode that ends. Only
-                useful with autoreset_mode "same_step".
+            final_observations: Also the last observation of each episode that ends. Useful with
+                autoreset_mode "same_step".
             next_levels: Level seeds by environment (index in the pool), for the next episodes.
             resets: Environments (indices in the pool, or Resets) that start a new episode instead
                 of a step; their actions are ignored.
-            annotations: Values by name, [n] or [n, k], shown to viewers of the pool in a
-                browser: ``{"value": values, "action_probabilities": probabilities}``. At most 16
-                names of 64 bytes, and 64 values for each environment.
-            out: Array or tensor for the observations; see :meth:`receive`.
+            annotations: Values by name, [n] or [n, k], for viewers of a pool on a server:
+                ``{"value": values, "action_probabilities": probabilities}``. At most 16 names of
+                64 bytes, and 64 values for each environment. In this process nobody sees them.
+            out: Receives the observations, and becomes Batch.observations: writable, C-contiguous,
+                uint8 [n, *F]. A numpy array, a torch tensor on the CPU (also in pinned memory), or
+                a buffer.
 
         Raises:
-            InvalidArgumentError: An argument is out of range, or its length is wrong, such as
-                fewer actions than the slice has environments. Nothing was stepped.
-            FailedPreconditionError: Requests are unanswered; another client is attached; or an
-                ended episode is stepped (autoreset_mode "disabled").
+            InvalidArgumentError: An argument is out of range or of a wrong length. Nothing was
+                stepped.
+            FailedPreconditionError: Requests are unanswered; or an ended episode is stepped
+                (autoreset_mode "disabled").
             ProcgenError: Any other error of the server.
         """
+        buffers, kept = self._step_request(
+            actions, first_env, env_count, observe, repeat_count, final_observations, next_levels,
+            resets, annotations, out,
+        )  # fmt: skip
+        if self.client is None and self._step.env_count * repeat_count <= _STEPS_AT_ONCE_MAX:
+            code = self._library.step(self._handle, self._step_reference, buffers.reference)
+            del kept
+            if code:
+                self._check(code)
+            return buffers.batch
         self._require_nothing_in_flight()
-        if out is not None:
-            self._check_out(out, self._row_count(first_env, env_count), observe)
-        self.send_step(
-            actions,
-            first_env=first_env,
-            env_count=env_count,
-            observe=observe,
-            repeat_count=repeat_count,
-            final_observations=final_observations,
-            next_levels=next_levels,
-            resets=resets,
-            annotations=annotations,
+        self._check(
+            self._library.send_step(self._handle, self._step_reference, buffers.reference)
         )
-        return self.receive(out=out)
+        del kept
+        self._in_flight.append(buffers)
+        return self.receive()
 
     def observe(
         self,
@@ -196,13 +246,11 @@ class Pool(PoolResource):
         """Returns the current state of a slice (default: the whole pool) without stepping.
 
         A learner gets the first observations this way. Rewards and ends repeat those of the last
-        step: do not add them up. `out` and errors as :meth:`step`.
+        step: do not add them up. Arguments and errors as :meth:`step`.
         """
         self._require_nothing_in_flight()
-        if out is not None:
-            self._check_out(out, self._row_count(first_env, env_count), observe)
-        self.send_observe(first_env=first_env, env_count=env_count, observe=observe)
-        return self.receive(out=out)
+        self.send_observe(first_env=first_env, env_count=env_count, observe=observe, out=out)
+        return self.receive()
 
     def reset(
         self,
@@ -218,33 +266,13 @@ class Pool(PoolResource):
         Args:
             resets: Environments (indices in the pool, or Resets), at least one, each at most once.
                 None: all of the slice. The others do not change.
-            first_env: Index of the slice's first environment.
-            env_count: Number of environments of the slice. None: up to the pool's last.
-            observe: False: no observations.
-            out: Array or tensor for the observations; see :meth:`receive`.
+            first_env, env_count, observe, out: As step.
 
         Errors as :meth:`step`.
         """
         self._require_nothing_in_flight()
-        if out is not None:
-            self._check_out(out, self._row_count(first_env, env_count), observe)
-        self.send_reset(
-            resets,
-            first_env=first_env,
-            env_count=env_count,
-            observe=observe,
-        )
-        return self.receive(out=out)
-
-    def set_level_sampler(self, level_sampler: LevelSampler) -> None:
-        """Replaces the level sampler; takes effect at each environment's next episode.
-
-        Errors as :meth:`step`.
-        """
-        self._require_nothing_in_flight()
-        sampler = level_sampler_message(level_sampler)
-        self._send(step_pb2.StepPoolRequest(level_sampler=sampler))
-        self.receive()
+        self.send_reset(resets, first_env=first_env, env_count=env_count, observe=observe, out=out)
+        return self.receive()
 
     # Stepping with requests sent ahead.
 
@@ -260,36 +288,24 @@ class Pool(PoolResource):
         next_levels: Mapping[int, int] | None = None,
         resets: Iterable[int | Reset] = (),
         annotations: Mapping[str, npt.ArrayLike] | None = None,
-    ) -> int:
-        """Sends the request of :meth:`step`, and returns its sequence number.
+        out: Any = None,  # noqa: ANN401 - an array or tensor
+    ) -> None:
+        """Begins a step; :meth:`receive` returns its batch. Arguments as :meth:`step`.
 
-        :meth:`receive` returns the answer.
+        `out` is written until then.
 
         Raises:
-            InvalidArgumentError: As step.
-            FailedPreconditionError: requests_in_flight_max requests are unanswered: receive first.
-                Or arrays refer to too many batches of shared memory: copy or delete some. Nothing
-                was sent.
+            InvalidArgumentError: As step. Nothing was sent.
+            FailedPreconditionError: On a server: too many requests are unanswered.
         """
-        array = np.asarray(actions)
-        env_count = self._row_count(first_env, env_count)
-        if array.size != env_count:
-            raise InvalidArgumentError(
-                f"actions has {array.size} entries; {self.name} has {env_count} environments from "
-                f"{first_env} on (first_env and env_count choose a slice)"
-            )
-        more = b""
-        if next_levels or resets != () or annotations:
-            more = optional_step_fields(next_levels, resets, annotations, array.size)
-        return self._ready_stream().send_step(
-            array,
-            first_env,
-            repeat_count if repeat_count == 1 else in_range("repeat_count", repeat_count, 1, 1000),
-            bool(observe),
-            bool(final_observations),
-            self.chunk_count if observe and env_count == self.env_count else 0,
-            more,
+        buffers, _kept = self._step_request(
+            *(actions, first_env, env_count, observe, repeat_count, final_observations),
+            *(next_levels, resets, annotations, out),
         )
+        self._check(
+            self._library.send_step(self._handle, self._step_reference, buffers.reference)
+        )
+        self._in_flight.append(buffers)
 
     def send_observe(
         self,
@@ -297,11 +313,15 @@ class Pool(PoolResource):
         first_env: int = 0,
         env_count: int | None = None,
         observe: bool = True,
-    ) -> int:
-        """Sends the request of :meth:`observe`; errors as :meth:`send_step`."""
-        which = self._slice(first_env, env_count)
-        request = step_pb2.Observe(slice=which, observation=observation(observe))
-        return self._send(step_pb2.StepPoolRequest(observe=request))
+        out: Any = None,  # noqa: ANN401 - an array or tensor
+    ) -> None:
+        """Begins :meth:`observe`; errors as :meth:`send_step`."""
+        count = self._count_of(first_env, env_count)
+        buffers = self._buffers(first_env, count, observe, False, out)
+        self._check(
+            self._library.send_observe(self._handle, first_env, count, buffers.reference)
+        )
+        self._in_flight.append(buffers)
 
     def send_reset(
         self,
@@ -310,190 +330,171 @@ class Pool(PoolResource):
         first_env: int = 0,
         env_count: int | None = None,
         observe: bool = True,
-    ) -> int:
-        """Sends the request of :meth:`reset`; errors as :meth:`send_step`."""
-        which = self._slice(first_env, env_count)
-        if resets is None:
-            resets = range(first_env, first_env + which.env_count)
-        request = step_pb2.ResetSlice(
-            slice=which, resets=reset_messages(resets), observation=observation(observe)
+        out: Any = None,  # noqa: ANN401 - an array or tensor
+    ) -> None:
+        """Begins :meth:`reset`; errors as :meth:`send_step`."""
+        count = self._count_of(first_env, env_count)
+        array = _structs.resets(range(first_env, first_env + count) if resets is None else resets)
+        buffers = self._buffers(first_env, count, observe, False, out)
+        self._check(
+            self._library.send_reset(
+                self._handle, first_env, count, array, len(array), buffers.reference
+            )
         )
-        return self._send(step_pb2.StepPoolRequest(reset=request))
+        self._in_flight.append(buffers)
 
-    def receive(self, *, out: Any = None) -> Batch:  # noqa: ANN401 - an array or tensor
-        """Waits for the answer to the oldest unanswered request.
-
-        Args:
-            out: Array or tensor into which the observations are copied, and which becomes
-                Batch.observations: writable, C-contiguous, uint8 [n, *F]. A numpy array, a torch
-                tensor on the CPU (also in pinned memory), or a buffer. None: a view of the memory
-                that the answer is received into.
+    def receive(self) -> Batch:
+        """Waits for the batch of the oldest unanswered request.
 
         Raises:
-            InvalidArgumentError: `out` is of another kind; nothing was received. Or its number of
-                rows is not that of the answer, which is lost.
-            FailedPreconditionError: No request is unanswered.
-            ProcgenError: The server rejected the request or is unreachable. The stream has ended,
-                and the answers to later requests are lost.
+            FailedPreconditionError: No request is unanswered; or as step.
+            ProcgenError: Any other error of the server.
         """
-        self._client.check_open()
-        stream = self._stream
-        if stream is None or not stream.in_flight:
-            raise FailedPreconditionError(f"no request to {self.name} is unanswered: send first")
-        view = self._view_of(out)
-        try:
-            batch = self._batch_of(stream.receive(), is_copied=view is not None)
-        except BaseException as error:
-            if isinstance(error, NotFoundError | UnavailableError):
-                self._deletes_on_close = False  # By then its name may be another pool's.
-            self._drop()
-            raise
-        return copied_into(batch, out, view)
+        return self._oldest()
 
-    # Start and end of the stream.
+    # Levels and states.
 
-    def attach(self, *, take_over: bool = False, response_bytes_max: int = 0) -> None:
-        """Opens the pool's stream. Optional: the first request does it.
+    def set_level_sampler(self, level_sampler: LevelSampler) -> None:
+        """Replaces the level sampler; takes effect at each environment's next episode.
+
+        Errors as :meth:`step`.
+        """
+        struct, _kept = _structs.level_sampler(level_sampler)
+        self._call(self._library.set_level_sampler, ctypes.byref(struct))
+        self.options["level_sampler"] = level_sampler
+
+    def save_states(self, environments: Sequence[int] | None = None) -> list[bytes]:
+        """Returns snapshots of environments; the environments do not change.
+
+        A snapshot is complete: an environment restored from it continues as this one does, bit for
+        bit, in any pool of the same game, in any process. Two things belong to the pool: a frame
+        stack, which starts with copies of one frame, and the list of a level sampler.
 
         Args:
-            take_over: End another client's stream, if there is one.
-            response_bytes_max: Largest response that the server may send, in bytes. Larger answers
-                are sent in several responses, which receive joins. 0: 4 MiB, or the size of the
-                answer for one environment if that is larger.
+            environments: Indices in the pool, in any order, each at most once. None: all.
+
+        Returns:
+            A snapshot of each, of 1 to 26 kB, in the order of `environments`.
 
         Raises:
-            FailedPreconditionError: Another stream is attached; or the pool shares memory, and
-                this process is on another machine than the server or runs as another user.
-            NotFoundError: The pool does not exist any more.
+            InvalidArgumentError: An environment is out of range or given twice.
+            FailedPreconditionError: Requests are unanswered.
         """
-        if self._closed:
-            raise FailedPreconditionError(f"{self.name} was closed by this client")
-        if self._stream is not None:
-            return
-        attach = step_pb2.Attach(
-            pool=self.name,
-            requests_in_flight_max=self.requests_in_flight_max,
-            take_over=take_over,
-            response_bytes_max=response_bytes_max or self._response_bytes_max(),
-            held_batches_max=self.held_batches_max,
+        return self._saved(range(self.env_count) if environments is None else environments)
+
+    def restore_states(self, states: Mapping[int, bytes] | Sequence[bytes]) -> None:
+        """Restores environments from snapshots; :meth:`observe` returns what it returned then.
+
+        Options (mode, levels, appearance) and the choice of levels come from the snapshots; the
+        autoreset mode remains the pool's. All or nothing, on a server for states that fit one
+        request (4 MiB by default).
+
+        Args:
+            states: Snapshots by environment (index in the pool), or a list with one for each
+                environment.
+
+        Raises:
+            InvalidArgumentError: An environment is out of range, a list has a wrong length, or a
+                snapshot contains an impossible value.
+            FailedPreconditionError: A snapshot is of another game than the environment's; or
+                requests are unanswered.
+            DataLossError: A snapshot is damaged or of another version.
+        """
+        if not isinstance(states, Mapping):
+            if len(states) != self.env_count:
+                raise InvalidArgumentError(
+                    f"states has {len(states)} entries; there are {self.env_count} environments (a "
+                    "dict restores some of them)"
+                )
+            states = dict(enumerate(states))
+        for state in states.values():
+            if not isinstance(state, bytes):
+                raise InvalidArgumentError(f"a state is {type(state).__name__}; it is bytes")
+        indices = _structs.indices(states)
+        offsets = np.zeros(len(indices) + 1, np.uintp)
+        offsets[1:] = np.cumsum([len(state) for state in states.values()])
+        data = b"".join(states.values())
+        self._call(
+            *(self._library.restore_states, indices.ctypes.data, len(indices)),
+            *(data, offsets.ctypes.data),
         )
-        self._client.check_open()
-        try:
-            self._stream = self._client._connection.attach(
-                attach.SerializeToString(), self._client.reconnect_timeout, self._held_batches
-            )
-        except NotFoundError as error:
-            if not self._has_attached:
-                raise
-            self._deletes_on_close = False
-            raise NotFoundError(
-                f"{error.message}: the server was restarted since this pool was attached, or the "
-                "pool's lease ran out; create a pool and restore the states of a checkpoint"
-            ) from None
-        self._has_attached = True
-        self._held_batches = self._stream.held_batches
-        self.requests_in_flight_max = self._stream.requests_in_flight_max
 
-    def detach(self) -> None:
-        """Ends the stream, so that another client can attach.
+    def clone_states(self, pairs: Iterable[tuple[int, int]]) -> None:
+        """Copies states of environments to other environments of this pool. All or nothing.
 
-        The server executes the requests in flight; their answers are lost.
+        All sources are read before any target is written, so states can be exchanged. Between
+        pools: save_states and restore_states.
+
+        Args:
+            pairs: (source, target): indices in the pool. Each target at most once.
+
+        Raises:
+            InvalidArgumentError: An environment is out of range, or a target is given twice.
+            FailedPreconditionError: The environments play different games; or requests are
+                unanswered.
         """
-        stream, self._stream = self._stream, None
-        if stream is not None and not self._client.closed and not self._client._is_abandoned:
-            stream.close()
-
-    def close(self) -> None:
-        """Detaches, and deletes the pool if create_pool made it. Closing again does nothing."""
-        if self._closed:
+        pairs = list(pairs)
+        if not pairs:
             return
-        self.detach()
-        self._closed = True
-        if self._deletes_on_close and not self._client.closed:
-            try:
-                self._client.delete_pool(self.name)
-            except (NotFoundError, UnavailableError):
-                pass  # The pool or the server does not exist any more.
+        sources = _structs.indices(source for source, _ in pairs)
+        targets = _structs.indices(target for _, target in pairs)
+        self._call(
+            self._library.clone_states, sources.ctypes.data, targets.ctypes.data, len(pairs)
+        )
 
-    # Internals.
+    def render(
+        self,
+        environments: Sequence[int] | None = None,
+        *,
+        size_px: int = 512,
+        whole_level: bool = False,
+    ) -> list[np.ndarray]:
+        """Draws environments for people; the environments do not change.
 
-    def _default_chunk_count(self) -> int:
-        if self.transport == "shared_memory":
-            return 1  # Nothing is sent.
-        pool_bytes = self.env_count * int(np.prod(self.observation_shape))
-        return min(max(pool_bytes // _CHUNK_BYTES_MIN, 1), _DEFAULT_CHUNK_COUNT_MAX)
+        Args:
+            environments: Indices in the pool, in any order. None: all.
+            size_px: Side of the square frames in pixels, in [16, 2048].
+            whole_level: Whether to show the whole level instead of the agent's surroundings.
 
-    def _response_bytes_max(self) -> int:
-        """Returns 0, the server's default, or more where that has no room for one environment."""
-        if self.transport == "shared_memory":
-            return 0  # Responses contain no values.
-        observation_bytes = int(np.prod(self.observation_shape))
-        # Encoding adds at most half; final observations are never encoded.
-        is_raw = self.spec.encoding == pools_pb2.ENCODING_RAW
-        sent_bytes = observation_bytes if is_raw else observation_bytes * 3 // 2
-        row = sent_bytes + observation_bytes + _ROW_OVERHEAD_BYTES
-        if row <= RESPONSE_BYTES_DEFAULT:
-            return 0
-        return min(row, self._client.catalog().limits.response_bytes_max)
+        Returns:
+            uint8 arrays [size_px, size_px, 3] (RGB, top row first), in the order of `environments`.
 
-    def _batch_of(self, received: _native.Batch, *, is_copied: bool = False) -> Batch:
-        return batch_of(received, owned=self._owns_arrays and not is_copied)
+        Raises:
+            InvalidArgumentError: An environment or the size is out of range.
+            FailedPreconditionError: Requests are unanswered.
+            UnimplementedError: The server has no rendering.
+        """
+        side = in_range("size_px", size_px, 16, 2048)
+        frames = []
+        for environment in range(self.env_count) if environments is None else environments:
+            frame = np.empty((side, side, 3), np.uint8)
+            index = in_range("environment", environment, 0, self.env_count - 1)
+            self._call(self._library.render, index, side, whole_level, frame.ctypes.data)
+            frames.append(frame)
+        return frames
 
-    def _send(self, request: step_pb2.StepPoolRequest) -> int:
-        return self._ready_stream().send(request.SerializeToString())
 
-    def _ready_stream(self) -> _native.Stream:
-        """Returns the attached stream, after checking that another request may be sent."""
-        self._client.check_open()
-        if self._stream is None:
-            self.attach()
-        stream = self._stream
-        assert stream is not None
-        if stream.in_flight >= self.requests_in_flight_max:
-            raise FailedPreconditionError(
-                f"{stream.in_flight} requests to {self.name} are unanswered, of at most "
-                f"{self.requests_in_flight_max}: receive first"
-            )
-        return stream
+def option_names() -> set[str]:
+    """Returns the names of the arguments of Pool."""
+    return keywords_of(Pool.__init__) | set(PoolOptions.__annotations__)
 
-    def _drop(self) -> None:
-        """Ends the stream at once; the server executes the requests that were sent."""
-        stream, self._stream = self._stream, None
-        if stream is not None:
-            stream.cancel()
 
-    def _require_nothing_in_flight(self) -> None:
-        if self.in_flight:
-            raise FailedPreconditionError(
-                f"{self.in_flight} requests to {self.name} are unanswered: receive them first"
-            )
+def _close(
+    destroy: Callable[[ctypes.c_void_p], None], handle: ctypes.c_void_p, client: Client | None
+) -> None:
+    destroy(handle)
+    if client is not None:
+        client.close()
 
-    def _view_of(self, out: object) -> np.ndarray | None:
-        """Returns a view of `out`, with room for any number of rows."""
-        return None if out is None else writable_view(out, (None, *self.observation_shape))
 
-    def _check_out(self, out: object, row_count: int, observe: bool) -> None:
-        """Raises InvalidArgumentError unless `out` has room for the rows of an answer."""
-        if not observe:
-            raise InvalidArgumentError("out is given, but observe is False: nothing is observed")
-        writable_view(out, (row_count, *self.observation_shape))
-
-    def _slice(self, first_env: int, env_count: int | None) -> step_pb2.Slice:
-        row_count = self._row_count(first_env, env_count)
-        return step_pb2.Slice(first_env=first_env, env_count=row_count)
-
-    def _row_count(self, first_env: int, env_count: int | None) -> int:
-        """Returns the number of environments of a slice, which must be one of the pool."""
-        if first_env < 0 or first_env >= self.env_count:
-            raise InvalidArgumentError(
-                f"first_env is {first_env}; {self.name} has environments 0 ... "
-                f"{self.env_count - 1}"
-            )
-        if env_count is None:
-            return self.env_count - first_env
-        if env_count < 1 or first_env + env_count > self.env_count:
-            raise InvalidArgumentError(
-                f"env_count is {env_count} from environment {first_env}; {self.name} has "
-                f"{self.env_count} environments"
-            )
-        return env_count
+def _close_later(
+    calls: threading.Lock,
+    destroy: Callable[[ctypes.c_void_p], None],
+    handle: ctypes.c_void_p,
+    client: Client | None,
+) -> None:
+    """As _close, once the call that holds `calls` has ended, which the end of a client causes."""
+    if client is not None:
+        client.close()
+    with calls:
+        _close(destroy, handle, client)

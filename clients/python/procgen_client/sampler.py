@@ -1,4 +1,4 @@
-"""Double-buffered sampling: the server steps half of a pool while the policy acts on the other."""
+"""Double-buffered sampling: half of a pool is stepped while the policy acts on the other."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from procgen_client.pool import Pool
 
 
 class DoubleBufferedSampler:
-    """Steps a pool in two halves, alternately, so that neither server nor policy waits.
+    """Steps a pool in two halves, alternately, so that neither environments nor policy wait.
 
     As rlpyt's AlternatingSampler and Sample Factory's double-buffered sampling. Each environment
     gets the batches that it gets from steps of the whole pool::
@@ -38,21 +38,17 @@ class DoubleBufferedSampler:
         """Takes a pool; sends nothing.
 
         Raises:
-            InvalidArgumentError: The pool has one environment, or requests_in_flight_max is 1.
+            InvalidArgumentError: The pool has one environment.
         """
         if pool.env_count < 2:
             raise InvalidArgumentError(
-                f"{pool.name} has 1 environment; a pool in two halves has at least 2"
-            )
-        if pool.requests_in_flight_max < 2:
-            raise InvalidArgumentError(
-                f"{pool.name}: requests_in_flight_max is {pool.requests_in_flight_max}; it is at "
-                "least 2, one for each half"
+                f"{pool!r} has 1 environment; a pool in two halves has at least 2"
             )
         middle = pool.env_count // 2
         self.pool = pool
         self.halves = (slice(0, middle), slice(middle, pool.env_count))
-        self._waiting: deque[slice] = deque()  # Halves that were yielded and not sent.
+        # Halves that were yielded and not sent, with the memory of their next observations.
+        self._waiting: deque[tuple[slice, Any]] = deque()
 
     def rollout(
         self,
@@ -71,7 +67,7 @@ class DoubleBufferedSampler:
 
         Args:
             step_count: Steps of each environment, T. None: endless.
-            out: Receives the observations, as Pool.receive's. [T + 1, N, *F]: a rollout buffer; or
+            out: Receives the observations, as Pool.step's. [T + 1, N, *F]: a rollout buffer; or
                 [N, *F]: the latest observations.
 
         Raises:
@@ -104,35 +100,41 @@ class DoubleBufferedSampler:
         """
         if not self._waiting:
             raise FailedPreconditionError("no half waits for actions: take one from a rollout")
-        rows = self._waiting[-1] if rows is None else rows
-        if rows != self._waiting[0]:
+        rows = self._waiting[-1][0] if rows is None else rows
+        first, out = self._waiting[0]
+        if rows != first:
             raise FailedPreconditionError(
-                f"environments {_text(self._waiting[0])} are the first that wait for actions, not "
+                f"environments {_text(first)} are the first that wait for actions, not "
                 f"environments {_text(rows)}"
             )
-        self.pool.send_step(actions, first_env=rows.start, env_count=rows.stop - rows.start)
+        count = rows.stop - rows.start
+        self.pool.send_step(actions, first_env=rows.start, env_count=count, out=out)
         self._waiting.popleft()
 
     def _rollout(
         self, step_count: int | None, out: Any, is_buffer: bool  # noqa: ANN401
     ) -> Iterator[tuple[int, slice, Batch]]:
         self.pool._require_nothing_in_flight()
+
+        def memory(t: int, rows: slice) -> Any:  # noqa: ANN401
+            if out is None:
+                return None
+            return out[t, rows] if is_buffer else out[rows]
+
         try:
             for rows in self.halves:
-                self.pool.send_observe(first_env=rows.start, env_count=rows.stop - rows.start)
+                count = rows.stop - rows.start
+                self.pool.send_observe(first_env=rows.start, env_count=count, out=memory(0, rows))
             for t in itertools.count() if step_count is None else range(step_count + 1):
                 for rows in self.halves:
-                    if rows in self._waiting:
+                    if any(rows == waiting for waiting, _ in self._waiting):
                         raise FailedPreconditionError(
                             f"the actions of environments {_text(rows)} were not sent: call send "
                             "before the next turn of a half"
                         )
-                    part = None
-                    if out is not None:
-                        part = out[t, rows] if is_buffer else out[rows]
-                    batch = self.pool.receive(out=part)
+                    batch = self.pool.receive()
                     if t != step_count:
-                        self._waiting.append(rows)
+                        self._waiting.append((rows, memory(t + 1, rows)))
                     yield t, rows, batch
         finally:
             self._waiting.clear()

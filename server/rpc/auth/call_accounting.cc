@@ -7,12 +7,8 @@
 
 namespace procgen {
 
-CallAccounting::CallAccounting(Authenticator authenticator, absl::Duration request_timeout,
-                               Quotas* quotas, Metrics* metrics)
-    : authenticator_(std::move(authenticator)),
-      request_timeout_(request_timeout),
-      quotas_(quotas),
-      metrics_(metrics) {}
+CallAccounting::CallAccounting(Authenticator authenticator, Quotas* quotas, Metrics* metrics)
+    : authenticator_(std::move(authenticator)), quotas_(quotas), metrics_(metrics) {}
 
 absl::StatusOr<Caller> CallAccounting::Admit(const grpc::ServerContextBase& context) const {
   absl::StatusOr<std::string> owner = authenticator_.OwnerOf(context);
@@ -27,6 +23,15 @@ absl::StatusOr<Caller> CallAccounting::Admit(const grpc::ServerContextBase& cont
     return reservation.status();
   }
   return Caller{*std::move(owner), *std::move(reservation), counted_};
+}
+
+grpc::ServerUnaryReactor* CallAccounting::Answer(
+    grpc::CallbackServerContext* context, absl::string_view method,
+    absl::FunctionRef<absl::Status(const std::string& owner)> serve) const {
+  const absl::StatusOr<Caller> caller = Admit(*context);
+  grpc::ServerUnaryReactor* const reactor = context->DefaultReactor();
+  reactor->Finish(EndCall(method, caller.ok() ? serve(caller->owner) : caller.status()));
+  return reactor;
 }
 
 grpc::Status CallAccounting::EndCall(absl::string_view method, const absl::Status& status) const {

@@ -5,15 +5,16 @@
 #include <memory>
 #include <string>
 
+#include "absl/functional/function_ref.h"
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "absl/strings/string_view.h"
-#include "absl/time/time.h"
 #include "grpcpp/server_context.h"
+#include "grpcpp/support/server_callback.h"
 #include "grpcpp/support/status.h"
 #include "server/metrics/metrics.h"
+#include "server/pool/quota/quotas.h"
 #include "server/rpc/auth/authenticator.h"
-#include "server/session/quota/quotas.h"
 
 namespace procgen {
 
@@ -24,30 +25,25 @@ struct Caller {
   std::shared_ptr<const void> under_way;  // counted by CallCount while it exists
 };
 
-// Admits calls, counts the calls in progress, and counts errors. Every call of every service but
-// health and reflection is admitted before its request is read. Those need no token: their contents
-// are public, and monitoring has no tokens.
+// Admits calls, counts the calls in progress, and counts errors: of every service but health and
+// reflection. Those need no token: their contents are public, and monitoring has no tokens.
 // Threads: any method from any thread.
 class CallAccounting {
  public:
   // The pointers must outlive this object.
-  CallAccounting(Authenticator authenticator, absl::Duration request_timeout, Quotas* quotas,
-                 Metrics* metrics);
-
-  // Timeout for the arrival of a call's first request.
-  absl::Duration request_timeout() const { return request_timeout_; }
+  CallAccounting(Authenticator authenticator, Quotas* quotas, Metrics* metrics);
 
   // Admits a call. Errors: those of Authenticator::OwnerOf; RESOURCE_EXHAUSTED the owner has too
   // many calls in progress.
   absl::StatusOr<Caller> Admit(const grpc::ServerContextBase& context) const;
 
-  // Reserves `bytes` of requests or responses in the buffer quota of `owner`.
-  // Errors: RESOURCE_EXHAUSTED.
-  absl::StatusOr<Quotas::Reservation> ReserveBytes(absl::string_view owner, int64_t bytes) const {
-    return quotas_->Reserve(owner, {.buffer_bytes = bytes});
-  }
+  // Answers a unary call at once: admits it and ends it with the status of `serve`, which receives
+  // the caller's owner.
+  grpc::ServerUnaryReactor* Answer(
+      grpc::CallbackServerContext* context, absl::string_view method,
+      absl::FunctionRef<absl::Status(const std::string& owner)> serve) const;
 
-  // Returns the gRPC status of a call of `method` ("PoolService/CreatePool") that ended with
+  // Returns the gRPC status of a call of `method` ("PoolService/GetPool") that ended with
   // `status`, and counts errors. Called for every call and stream, admitted or not.
   grpc::Status EndCall(absl::string_view method, const absl::Status& status) const;
 
@@ -56,7 +52,6 @@ class CallAccounting {
 
  private:
   const Authenticator authenticator_;
-  const absl::Duration request_timeout_;
   Quotas* const quotas_;
   Metrics* const metrics_;
   const std::shared_ptr<const void> counted_ = std::make_shared<char>();  // shared by each Caller

@@ -1,10 +1,9 @@
 #include "server/rpc/services/cluster_service.h"
 
+#include <string>
 #include <utility>
 
-#include "server/rpc/call/refused_stream.h"
-#include "server/rpc/call/unary_call.h"
-#include "server/rpc/grpc/method_name.h"
+#include "server/rpc/grpc/refused_stream.h"
 #include "server/wire/convert_node.h"
 
 namespace procgen {
@@ -17,10 +16,7 @@ absl::Status StoppingError() {
 }  // namespace
 
 ClusterServiceImpl::ClusterServiceImpl(Cluster* cluster, const CallAccounting* accounting)
-    : cluster_(cluster), accounting_(accounting) {
-  AddByteMethod<v1::ListNodesRequest>([this](auto* context) { return ListNodes(context); });
-  AddByteMethod<v1::WatchNodesRequest>([this](auto* context) { return WatchNodes(context); });
-}
+    : cluster_(cluster), accounting_(accounting) {}
 
 void ClusterServiceImpl::EndWatches() {
   std::vector<std::weak_ptr<WatchNodesReactor>> watches;
@@ -37,20 +33,24 @@ void ClusterServiceImpl::EndWatches() {
   }
 }
 
-ByteStream* ClusterServiceImpl::ListNodes(grpc::CallbackServerContext* context) {
-  using Call = UnaryCall<v1::ListNodesRequest, v1::ListNodesResponse>;
-  return Call::Start(*accounting_, *context, [this](Call* call) {
-    *call->response() = NodesMessageOf<v1::ListNodesResponse>(*cluster_);
-    call->Finish(absl::OkStatus());
-  });
+grpc::ServerUnaryReactor* ClusterServiceImpl::ListNodes(grpc::CallbackServerContext* context,
+                                                        const v1::ListNodesRequest* /*request*/,
+                                                        v1::ListNodesResponse* response) {
+  return accounting_->Answer(context, "ClusterService/ListNodes",
+                             [&](const std::string& /*owner*/) {
+                               *response = NodesMessageOf<v1::ListNodesResponse>(*cluster_);
+                               return absl::OkStatus();
+                             });
 }
 
-ByteStream* ClusterServiceImpl::WatchNodes(grpc::CallbackServerContext* context) {
+grpc::ServerWriteReactor<grpc::ByteBuffer>* ClusterServiceImpl::WatchNodes(
+    grpc::CallbackServerContext* context, const grpc::ByteBuffer* /*request*/) {
   absl::StatusOr<Caller> caller = accounting_->Admit(*context);
   absl::MutexLock lock(&mutex_);
   absl::Status status = ends_watches_ ? StoppingError() : caller.status();
   if (!status.ok()) {
-    return new RefusedStream(accounting_->EndCall(MethodNameOf<v1::WatchNodesRequest>(), status));
+    return new RefusedStream<grpc::ServerWriteReactor<grpc::ByteBuffer>>(
+        accounting_->EndCall("ClusterService/WatchNodes", status));
   }
   // Only the reservation is kept, so the watch does not count as a call that a drain waits for.
   const std::shared_ptr<WatchNodesReactor> watch =

@@ -7,11 +7,6 @@ namespace procgen {
 LatestStream::LatestStream(const CallAccounting* accounting, absl::string_view method)
     : accounting_(accounting), method_(method) {}
 
-void LatestStream::Begin(std::shared_ptr<LatestStream> self) {
-  self_ = std::move(self);
-  ReadRequest(accounting_->request_timeout());
-}
-
 void LatestStream::Send(Response response) {
   {
     absl::MutexLock lock(&mutex_);

@@ -12,15 +12,15 @@
 #include "absl/strings/string_view.h"
 #include "absl/synchronization/mutex.h"
 #include "grpcpp/support/byte_buffer.h"
+#include "grpcpp/support/server_callback.h"
 #include "server/rpc/auth/call_accounting.h"
-#include "server/rpc/call/one_request_stream.h"
 
 namespace procgen {
 
 // A stream that sends the latest state, one response at a time. While one is being sent, the latest
 // waits and replaces earlier ones, so a client that does not read costs two responses.
 // Threads: any method from any thread.
-class LatestStream : public OneRequestStream {
+class LatestStream : public grpc::ServerWriteReactor<grpc::ByteBuffer> {
  public:
   // Ends the stream after the current write. No effect if it has ended.
   void Close(const absl::Status& status) ABSL_LOCKS_EXCLUDED(mutex_);
@@ -33,8 +33,8 @@ class LatestStream : public OneRequestStream {
   LatestStream(const CallAccounting* accounting, absl::string_view method);
   ~LatestStream() override = default;
 
-  // Starts to read the request. Keeps a reference to the stream until OnDone.
-  void Begin(std::shared_ptr<LatestStream> self);
+  // Keeps a reference to the stream until OnDone. Call first.
+  void Begin(std::shared_ptr<LatestStream> self) { self_ = std::move(self); }
 
   // Sends a response, or replaces the waiting one.
   void Send(Response response) ABSL_LOCKS_EXCLUDED(mutex_);

@@ -4,8 +4,6 @@
 
 #include "grpcpp/impl/codegen/proto_utils.h"
 #include "procgen/v1/cluster.pb.h"
-#include "server/rpc/grpc/method_name.h"
-#include "server/rpc/grpc/parse_message.h"
 #include "server/wire/convert_node.h"
 
 namespace procgen {
@@ -16,28 +14,16 @@ std::shared_ptr<WatchNodesReactor> WatchNodesReactor::Start(Cluster* cluster,
   std::shared_ptr<WatchNodesReactor> reactor(
       new WatchNodesReactor(cluster, accounting, std::move(reservation)));
   reactor->Begin(reactor);
+  reactor->subscription_ = cluster->Subscribe([watch = reactor.get()] { watch->SendNodes(); });
+  reactor->SendNodes();
   return reactor;
 }
 
 WatchNodesReactor::WatchNodesReactor(Cluster* cluster, const CallAccounting* accounting,
                                      Quotas::Reservation reservation)
-    : LatestStream(accounting, MethodNameOf<v1::WatchNodesRequest>()),
+    : LatestStream(accounting, "ClusterService/WatchNodes"),
       cluster_(cluster),
       reservation_(std::move(reservation)) {}
-
-void WatchNodesReactor::OnRequest(absl::StatusOr<grpc::ByteBuffer> request) {
-  v1::WatchNodesRequest message;
-  absl::Status status = request.status();
-  if (status.ok()) {
-    status = ParseMessage(*request, &message);
-  }
-  if (!status.ok()) {
-    Close(status);
-    return;
-  }
-  subscription_ = cluster_->Subscribe([this] { SendNodes(); });
-  SendNodes();
-}
 
 void WatchNodesReactor::ReleaseSource() { subscription_ = Subscription(); }
 

@@ -4,9 +4,9 @@
 #include <memory>
 
 #include "server/cluster/cluster.h"
+#include "server/pool/quota/quotas.h"
 #include "server/rpc/auth/call_accounting.h"
 #include "server/rpc/watch/latest_stream.h"
-#include "server/session/quota/quotas.h"
 
 namespace procgen {
 
@@ -25,7 +25,6 @@ class WatchNodesReactor final : public LatestStream {
   WatchNodesReactor(Cluster* cluster, const CallAccounting* accounting,
                     Quotas::Reservation reservation);
 
-  void OnRequest(absl::StatusOr<grpc::ByteBuffer> request) override;
   void ReleaseSource() override;
 
   void SendNodes();

@@ -1,79 +1,75 @@
 #include "server/rpc/watch/watch_pool_reactor.h"
 
 #include <utility>
+#include <vector>
 
 #include "procgen/v1/render.pb.h"
-#include "server/rpc/grpc/method_name.h"
 #include "server/rpc/grpc/parse_message.h"
-#include "server/rpc/grpc/shared_bytes.h"
 #include "server/wire/convert_frames.h"
 
 namespace procgen {
 
-WatchPoolReactor* WatchPoolReactor::Start(PoolSupervisor* supervisor,
-                                          const CallAccounting* accounting, Caller caller) {
-  std::shared_ptr<WatchPoolReactor> reactor(
-      new WatchPoolReactor(supervisor, accounting, std::move(caller)));
-  reactor->weak_self_ = reactor;
+WatchPoolReactor* WatchPoolReactor::Start(PoolSupervisor* supervisor, FramePublishers* publishers,
+                                          const CallAccounting* accounting, Caller caller,
+                                          const grpc::ByteBuffer& request) {
+  const std::shared_ptr<WatchPoolReactor> reactor(
+      new WatchPoolReactor(supervisor, publishers, accounting, std::move(caller.reservation)));
   reactor->Begin(reactor);
+  if (absl::Status status = Watch(reactor, caller.owner, request); !status.ok()) {
+    reactor->Close(status);
+  }
   return reactor.get();
 }
 
-WatchPoolReactor::WatchPoolReactor(PoolSupervisor* supervisor, const CallAccounting* accounting,
-                                   Caller caller)
-    : LatestStream(accounting, MethodNameOf<v1::WatchPoolRequest>()),
+WatchPoolReactor::WatchPoolReactor(PoolSupervisor* supervisor, FramePublishers* publishers,
+                                   const CallAccounting* accounting,
+                                   Quotas::Reservation reservation)
+    : LatestStream(accounting, "PoolService/WatchPool"),
       supervisor_(supervisor),
-      caller_(std::move(caller)) {}
+      publishers_(publishers),
+      reservation_(std::move(reservation)) {}
 
-void WatchPoolReactor::OnRequest(absl::StatusOr<grpc::ByteBuffer> request) {
-  const Caller caller = std::move(caller_);
-  const absl::Status status = request.ok() ? Watch(caller, *request) : request.status();
-  if (!status.ok()) {
-    Close(status);
-  }
-}
-
-absl::Status WatchPoolReactor::Watch(const Caller& caller, const grpc::ByteBuffer& request) {
+absl::Status WatchPoolReactor::Watch(const std::shared_ptr<WatchPoolReactor>& self,
+                                     const std::string& owner, const grpc::ByteBuffer& request) {
+  PoolSupervisor* const supervisor = self->supervisor_;
   v1::WatchPoolRequest message;
   if (absl::Status status = ParseMessage(request, &message); !status.ok()) {
     return status;
   }
-  const auto pool = supervisor_->FindForStream(caller.owner, message.pool());
+  if (supervisor->draining()) {
+    return PoolSupervisor::Draining();
+  }
+  const auto pool = supervisor->Find(owner, message.pool());
   if (!pool.ok()) {
     return pool.status();
   }
-  const absl::StatusOr<WatchSpec> spec = WatchSpecOf(message, **pool, supervisor_->limits());
+  const absl::StatusOr<WatchSpec> spec = WatchSpecOf(message, **pool, supervisor->limits());
   if (!spec.ok()) {
     return spec.status();
   }
-  absl::StatusOr<Quotas::Reservation> reservation =
-      supervisor_->quotas().Reserve(caller.owner, {.watch_count = 1});
-  if (!reservation.ok()) {
-    return reservation.status();
-  }
-  reservation_ = *std::move(reservation);
   const auto encode = [format = message.format()](FrameSet frame_set) {
     return EncodeWatched(format, std::move(frame_set));
   };
-  absl::Status status =
-      supervisor_->frame_publishers().Subscribe(*pool, *spec, encode, weak_self_.lock());
-  if (!status.ok()) {
-    End(status);
-  }
-  return absl::OkStatus();
+  return self->publishers_->Subscribe(*pool, *spec, encode, self);
 }
 
 void WatchPoolReactor::Take(const absl::Cord& frame_set) {
-  Send([frame_set] { return ByteBufferOf(frame_set); });
+  Send([frame_set] {
+    std::vector<grpc::Slice> pieces;
+    for (const absl::string_view piece : frame_set.Chunks()) {
+      // Shares the bytes, which the slice's copy of the cord keeps.
+      pieces.emplace_back(
+          const_cast<char*>(piece.data()), piece.size(),
+          [](void* cord) { delete static_cast<absl::Cord*>(cord); }, new absl::Cord(frame_set));
+    }
+    return grpc::ByteBuffer(pieces.data(), pieces.size());
+  });
 }
 
-void WatchPoolReactor::End(const absl::Status& reason) {
-  // An expired lease ends a watch with the same code as a deletion.
-  Close(absl::IsNotFound(reason) ? absl::AbortedError(reason.message()) : reason);
-}
+void WatchPoolReactor::End(const absl::Status& reason) { Close(reason); }
 
 void WatchPoolReactor::ReleaseSource() {
-  supervisor_->frame_publishers().Unsubscribe(this);
+  publishers_->Unsubscribe(this);
   // Released here, because a frame set in progress may keep this object alive for a while.
   reservation_ = Quotas::Reservation();
 }

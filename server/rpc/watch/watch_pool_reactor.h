@@ -2,26 +2,28 @@
 #define SERVER_RPC_WATCH_WATCH_POOL_REACTOR_H_
 
 #include <memory>
+#include <string>
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "absl/strings/cord.h"
+#include "server/pool/pool_supervisor.h"
+#include "server/pool/quota/quotas.h"
+#include "server/pool/watch/frame_publishers.h"
+#include "server/pool/watch/frame_subscriber.h"
 #include "server/rpc/auth/call_accounting.h"
 #include "server/rpc/watch/latest_stream.h"
-#include "server/session/pool_supervisor.h"
-#include "server/session/quota/quotas.h"
-#include "server/session/watch/frame_subscriber.h"
 
 namespace procgen {
 
-// One stream of WatchPool: reads the request, then sends frame sets of its pool.
+// One stream of WatchPool: sends frame sets of its pool.
 // Threads: any method from any thread.
 class WatchPoolReactor final : public LatestStream, public FrameSubscriber {
  public:
-  // Starts a stream, which lives at least until OnDone. The pointers must outlive it. `caller` is
-  // held until the request has arrived, because a drain does not wait for watches.
-  static WatchPoolReactor* Start(PoolSupervisor* supervisor, const CallAccounting* accounting,
-                                 Caller caller);
+  // Starts a stream, which lives at least until OnDone. The pointers must outlive it.
+  static WatchPoolReactor* Start(PoolSupervisor* supervisor, FramePublishers* publishers,
+                                 const CallAccounting* accounting, Caller caller,
+                                 const grpc::ByteBuffer& request);
   ~WatchPoolReactor() override = default;
 
   bool IsReady() override { return IsIdle(); }
@@ -30,16 +32,17 @@ class WatchPoolReactor final : public LatestStream, public FrameSubscriber {
   void End(const absl::Status& reason) override;
 
  private:
-  WatchPoolReactor(PoolSupervisor* supervisor, const CallAccounting* accounting, Caller caller);
+  WatchPoolReactor(PoolSupervisor* supervisor, FramePublishers* publishers,
+                   const CallAccounting* accounting, Quotas::Reservation reservation);
 
-  void OnRequest(absl::StatusOr<grpc::ByteBuffer> request) override;
-  absl::Status Watch(const Caller& caller, const grpc::ByteBuffer& request);
+  static absl::Status Watch(const std::shared_ptr<WatchPoolReactor>& self, const std::string& owner,
+                            const grpc::ByteBuffer& request);
   void ReleaseSource() override;
 
   PoolSupervisor* const supervisor_;
-  Caller caller_;  // until the request has arrived
+  FramePublishers* const publishers_;
+  // Without Caller::under_way, because a drain does not wait for watches.
   Quotas::Reservation reservation_;
-  std::weak_ptr<WatchPoolReactor> weak_self_;
 };
 
 }  // namespace procgen

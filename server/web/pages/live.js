@@ -10,7 +10,7 @@ import { Mosaic } from "./live/mosaic.js";
 import { NodeTable } from "./live/nodes.js";
 import { LearnerPause } from "./live/pause.js";
 import { Plots } from "./live/plots.js";
-import { PoolTable } from "./live/pools.js";
+import { PoolTable, stateOf } from "./live/pools.js";
 import { attempt, openPage } from "./page.js";
 
 let connection = null;
@@ -26,7 +26,7 @@ const nodes = new NodeTable(byId("node-rows"));
 const plots = new Plots(byId("plots"));
 const episodes = new Episodes();
 const pause = new LearnerPause(byId("pool-pause"), byId("large-pause"));
-const table = new PoolTable(follow, (names) => plots.compare(names), forget);
+const table = new PoolTable(follow, (names) => plots.compare(names));
 
 async function ready(hello, opened) {
   connection = opened;
@@ -34,7 +34,7 @@ async function ready(hello, opened) {
   catalog = hello.catalog;
   self = hello.node;
   byId("token-hint").hidden = !hello.requires_token;
-  byId("nodes").hidden = !(hello.cluster || hello.is_fleet);
+  byId("nodes").hidden = !hello.cluster;
   opened.expectsEvents = (await attempt(() => opened.call("pools.follow"))) !== null;
 }
 
@@ -102,7 +102,7 @@ function tellIfClosed() {
 
 // The pool in the URL and no other; without one there the open pool, else one that is being stepped.
 function chosenPool(wanted, pools) {
-  return wanted === null ? named(open) ?? pools.find(({ attached }) => attached) ?? pools[0] : named(wanted);
+  return wanted === null ? named(open) ?? pools.find((pool) => stateOf(pool, last.time_s).rank === 0) ?? pools[0] : named(wanted);
 }
 
 // Shows that states and rates are not known.
@@ -111,8 +111,8 @@ function drawUnknown() {
     return;
   }
   const unknown = (pool) =>
-    ({ ...pool, attached: null, steps_per_second: null, request_p50_ms: null, request_p99_ms: null });
-  drawServer({ ...last.server.load, steps_per_second: null, stream_count: null });
+    ({ ...pool, isUnknown: true, steps_per_second: null, request_p50_ms: null, request_p99_ms: null });
+  drawServer({ ...last.server.load, steps_per_second: null });
   table.draw(null, visiblePools().map(unknown), last.time_s, shown?.name ?? null);
   const pool = shown && named(shown.name);
   if (pool) {
@@ -133,7 +133,7 @@ function drawServer(load) {
   list.hidden = false;
   setTiles(list, [
     ["Steps / s", rate(load.steps_per_second)], ["Pools", count(load.pool_count)],
-    ["Environments", count(load.env_count)], ["Learners", count(load.stream_count), "Programs that step a pool"],
+    ["Environments", count(load.env_count)],
     ["Workers", count(load.worker_count), "Threads that step environments"], ["Steps so far", rate(load.step_count)],
   ]);
 }
@@ -190,19 +190,11 @@ function writeEnvironment(environment) {
   history.replaceState(null, "", url);
 }
 
-// Leaves a pool that the user deleted.
-function forget(name) {
-  if (new URLSearchParams(location.search).get("pool") === name) {
-    history.replaceState(null, "", "/");
-  }
-}
-
 function drawPool(pool) {
   setText(byId("pool-name"), pool.name);
-  const state = byId("pool-state");
-  const isUnknown = pool.attached === null;
-  setText(state, isUnknown ? "State unknown" : pool.paused ? "Paused" : pool.attached ? "A learner is attached" : "No learner attached");
-  state.className = `badge ${isUnknown || pool.paused ? "warn" : pool.attached ? "on" : ""}`;
+  const { text, kind } = stateOf(pool, last.time_s);
+  setText(byId("pool-state"), text);
+  byId("pool-state").className = `badge ${kind}`;
   const chosen = tellOptions(pool.options, catalog);
   const owner = pool.owner ? [`owner ${pool.owner}`] : [];
   setText(byId("pool-about"), [pool.games.join(", "), pool.mode, ...owner, ...chosen].join(" · "));

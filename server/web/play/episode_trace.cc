@@ -27,10 +27,6 @@ absl::string_view TextOf(v1::IncompleteReason reason) {
     case v1::INCOMPLETE_REASON_TOO_OLD:
       return "the episode began too long ago, and its first steps were dropped (limit "
              "episode_history_bytes_max)";
-    case v1::INCOMPLETE_REASON_SERVER_RESTARTED:
-      return "the episode began before the server started";
-    case v1::INCOMPLETE_REASON_REQUEST_FAILED:
-      return "a request failed during the episode";
     default:
       return "the reason is unknown";
   }

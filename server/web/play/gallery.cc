@@ -1,11 +1,11 @@
 #include "server/web/play/gallery.h"
 
+#include <memory>
 #include <string>
 #include <utility>
 
-#include "absl/cleanup/cleanup.h"
 #include "absl/strings/str_cat.h"
-#include "server/web/play/single_env_pool.h"
+#include "server/web/play/page_pool.h"
 
 namespace procgen::web {
 namespace {
@@ -13,47 +13,38 @@ namespace {
 namespace v1 = procgen::v1;
 
 // Level selection: environment i starts at seed `first` + i.
-absl::Status BeginLevels(procgen_client::Client* client, const std::string& pool, int32_t first,
-                         int32_t count) {
-  procgen_client::StreamOptions options;
-  options.requests_in_flight_max = 1;
-  options.reconnect_timeout = absl::ZeroDuration();
-  const auto stream = client->Attach(pool, options);
-  if (!stream.ok()) {
-    return stream.status();
-  }
-  v1::StepPoolRequest request;
-  request.mutable_reset()->set_observation(v1::OBSERVATION_NONE);
+absl::Status BeginLevels(PagePool* pool, int32_t first, int32_t count) {
+  v1::RunPoolRequest request;
+  request.mutable_reset()->mutable_slice()->set_env_count(count);
+  request.mutable_reset()->set_acknowledge_only(true);
   for (int32_t i = 0; i < count; ++i) {
     v1::Reset* const reset = request.mutable_reset()->add_resets();
     reset->set_environment(i);
     reset->set_level_seed(first + i);
   }
-  procgen_client::Batch batch;
-  return (*stream)->Call(std::move(request), &batch);
+  return pool->Call(request).status();
 }
 
 }  // namespace
 
-absl::StatusOr<Answer> GalleryPage(procgen_client::Client* client, const LevelChoice& choice,
-                                   int32_t count, int32_t size_px, v1::FrameView view) {
+absl::StatusOr<Answer> GalleryPage(const std::shared_ptr<procgen_client::Client>& client,
+                                   const LevelChoice& choice, int32_t count, int32_t size_px,
+                                   v1::FrameView view) {
   v1::PoolSpec spec = SpecOf(choice);
   spec.set_env_count(count);
-  const absl::StatusOr<v1::Pool> pool = MakePagePool(client, "gallery", spec);
+  const absl::StatusOr<std::unique_ptr<PagePool>> pool = PagePool::Start(client, "gallery", spec);
   if (!pool.ok()) {
     return pool.status();
   }
-  const absl::Cleanup end_pool = [&] { client->DeletePool(pool->name()).IgnoreError(); };
   if (count > 1) {
-    if (absl::Status status = BeginLevels(client, pool->name(), choice.level_seed, count);
-        !status.ok()) {
+    if (absl::Status status = BeginLevels(pool->get(), choice.level_seed, count); !status.ok()) {
       return status;
     }
   }
   Answer answer;
   Json level_seeds = Json::array();
   for (int32_t i = 0; i < count; ++i) {
-    absl::StatusOr<std::string> png = DrawPng(client, pool->name(), i, size_px, view);
+    absl::StatusOr<std::string> png = (*pool)->Draw(i, size_px, view);
     if (!png.ok()) {
       return png.status();
     }

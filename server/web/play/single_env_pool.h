@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <memory>
 #include <string>
+#include <utility>
 
 #include "absl/functional/function_ref.h"
 #include "absl/status/status.h"
@@ -11,30 +12,23 @@
 #include "absl/strings/string_view.h"
 #include "absl/types/span.h"
 #include "procgen_client/client.h"
+#include "server/web/play/page_pool.h"
 #include "server/web/play/recording.h"
 
 namespace procgen::web {
 
-// Creates a pool for a page, named "pools/web-KIND-...", with a short lease.
-absl::StatusOr<procgen::v1::Pool> MakePagePool(procgen_client::Client* client,
-                                               absl::string_view kind, procgen::v1::PoolSpec spec);
-// Returns "play", "replay" or "gallery" for a pool created by a page, else "pool".
-std::string KindOfPool(absl::string_view name);
-
-// A pool of one environment that a page steps. The destructor deletes the pool. Threads: one at a
-// time.
+// A pool of one environment that a page steps. Threads: one at a time.
 class SingleEnvPool {
  public:
   // `spec` has one environment. Errors: those of the server.
   static absl::StatusOr<std::unique_ptr<SingleEnvPool>> Make(
       std::shared_ptr<procgen_client::Client> client, absl::string_view kind,
       const procgen::v1::PoolSpec& spec);
-  ~SingleEnvPool();
   SingleEnvPool(const SingleEnvPool&) = delete;
   SingleEnvPool& operator=(const SingleEnvPool&) = delete;
 
   // The spec of the pool, with defaults filled in.
-  const procgen::v1::PoolSpec& spec() const { return spec_; }
+  const procgen::v1::PoolSpec& spec() const { return pool_->spec(); }
 
   // The methods below block. Errors: those of the server. After an error of Observe, Step or
   // StepAll the pool cannot be stepped. The row of a step that ends an episode also begins the next
@@ -58,25 +52,17 @@ class SingleEnvPool {
                                    procgen::v1::FrameView view = procgen::v1::FRAME_VIEW_HUMAN);
 
  private:
-  SingleEnvPool(std::shared_ptr<procgen_client::Client> client, procgen::v1::Pool pool);
-  absl::StatusOr<Row> Call(procgen::v1::StepPoolRequest request);
-  Row RowOf() const;
-  // Whether the last step ended an episode.
-  bool HasEnded() const { return batch_.terminated()[0] || batch_.truncated()[0]; }
+  explicit SingleEnvPool(std::unique_ptr<PagePool> pool) : pool_(std::move(pool)) {}
+
+  // Sends a request that returns a batch, or receives one.
+  absl::StatusOr<Row> Call(const procgen::v1::RunPoolRequest& request);
+  absl::StatusOr<Row> Receive();
   // Begins the next episode, with an image or not, and adds its start to `row`.
   absl::Status BeginEpisode(procgen::v1::Observation observation, Row* row);
 
-  const std::shared_ptr<procgen_client::Client> client_;
-  const std::string name_;
-  const procgen::v1::PoolSpec spec_;
-  std::unique_ptr<procgen_client::StepStream> stream_;
-  procgen_client::Batch batch_;
+  const std::unique_ptr<PagePool> pool_;
+  bool has_ended_ = false;  // the last step ended an episode
 };
-
-// A view of an environment of a pool, as a PNG file. Blocks.
-absl::StatusOr<std::string> DrawPng(procgen_client::Client* client, const std::string& pool,
-                                    int32_t environment, int32_t size_px,
-                                    procgen::v1::FrameView view);
 
 }  // namespace procgen::web
 

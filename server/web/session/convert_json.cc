@@ -7,8 +7,8 @@
 #include "absl/strings/numbers.h"
 #include "google/protobuf/duration.pb.h"
 #include "server/web/play/level_choice.h"
+#include "server/web/play/page_pool.h"
 #include "server/web/play/recording.h"
-#include "server/web/play/single_env_pool.h"
 
 namespace procgen::web {
 namespace {
@@ -146,15 +146,13 @@ Json PoolJson(const v1::Pool& pool) {
           {"options", OptionsJson(pool.spec().options())},
           {"env_count", pool.spec().env_count()},
           {"first_env", pool.spec().first_env()},
-          {"attached", pool.attached()},
           {"step_count", pool.step_count()},
           {"episode_count", pool.episode_count()},
           {"mean_return", MeanReturnJson(pool)},
           {"mean_length", MeanLengthJson(pool)},
           {"request_p50_ms", RequestP50MsJson(pool)},
           {"request_p99_ms", RequestP99MsJson(pool)},
-          {"create_time_s", SecondsOf(pool.create_time())},
-          {"expire_time_s", pool.has_expire_time() ? Json(SecondsOf(pool.expire_time())) : Json()}};
+          {"create_time_s", SecondsOf(pool.create_time())}};
 }
 
 Json EpisodesJson(const v1::Pool& pool, const EpisodeList& list) {
@@ -180,12 +178,10 @@ Json NodesJson(const v1::ListNodesResponse& nodes) {
   for (const v1::Node& node : nodes.nodes()) {
     list.push_back({{"name", node.name()},
                     {"address", node.address()},
-                    {"role", node.role() == v1::NODE_ROLE_FLEET ? "fleet" : "host"},
                     {"version", node.server_version()},
                     {"environment_capacity", node.environment_capacity()},
                     {"env_count", node.env_count()},
                     {"pool_count", node.pool_count()},
-                    {"stream_count", node.stream_count()},
                     {"worker_count", node.worker_count()},
                     {"steps_per_second", node.steps_per_second()},
                     {"healthy", node.healthy()},
@@ -197,18 +193,18 @@ Json NodesJson(const v1::ListNodesResponse& nodes) {
 Json LoadJson(const v1::Load& load, const std::vector<PoolReport>& pools, double steps_per_second) {
   int64_t pool_count = 0;
   int64_t env_count = 0;
-  int64_t stream_count = 0;
   for (const PoolReport& report : pools) {
     const v1::Pool& pool = report.pool;
     if (KindOfPool(pool.name()) == "pool") {
       ++pool_count;
       env_count += pool.spec().env_count();
-      stream_count += pool.attached() ? 1 : 0;
     }
   }
-  return {{"pool_count", pool_count},        {"env_count", env_count},
-          {"stream_count", stream_count},    {"worker_count", load.worker_count()},
-          {"step_count", load.step_count()}, {"steps_per_second", steps_per_second},
+  return {{"pool_count", pool_count},
+          {"env_count", env_count},
+          {"worker_count", load.worker_count()},
+          {"step_count", load.step_count()},
+          {"steps_per_second", steps_per_second},
           {"draining", load.draining()}};
 }
 

@@ -83,8 +83,7 @@ WireMessage FrameEncoder::Encode(v1::WatchPoolResponse response) {
                      std::move(image), DescriptionOf(frame)});
   }
   return EncodeEvent(
-      {{"event", "frames"}, {"watch", watch_}, {"sequence_number", response.sequence_number()}},
-      parts);
+      {{"event", "frames"}, {"watch", watch_}, {"request_count", response.request_count()}}, parts);
 }
 
 std::string FrameEncoder::Deflate(int32_t environment, std::string pixels) {

@@ -120,7 +120,6 @@ const std::map<std::string, PageSession::Method>& PageSession::Methods() {
       {"pools.returns", &PageSession::ListReturns},
       {"pool.episodes", &PageSession::ListEpisodes},
       {"pool.episode", &PageSession::GetEpisode},
-      {"pool.delete", &PageSession::DeletePool},
       {"pool.pause", &PageSession::ControlPause},
       {"pool.step", &PageSession::ControlPause},
       {"pool.resume", &PageSession::ControlPause},
@@ -167,13 +166,8 @@ absl::StatusOr<Answer> PageSession::Hello(const Request& request) {
   token_ = token;
   catalog_ = *std::move(catalog);
   outbox_->AcceptHello();
-  const Json node_list = NodesJson(*nodes);
-  const bool is_fleet = std::any_of(node_list.begin(), node_list.end(), [&nodes](const Json& node) {
-    return node["name"] == nodes->local_node() && node["role"] == "fleet";
-  });
   return Answer{{{"version", context_.version},
                  {"requires_token", context_.requires_token},
-                 {"is_fleet", is_fleet},
                  {"cluster", nodes->cluster()},
                  {"node", nodes->local_node()},
                  {"art", catalog_.art()},
@@ -263,7 +257,7 @@ absl::StatusOr<Answer> PageSession::ShowGallery(const Request& request) {
   if (absl::Status status = params.CheckAll(); !status.ok()) {
     return status;
   }
-  return GalleryPage(client_.get(), choice, count, size_px, view);
+  return GalleryPage(client_, choice, count, size_px, view);
 }
 
 }  // namespace procgen::web

@@ -92,7 +92,6 @@ class PageSession {
   absl::StatusOr<Answer> ReadHistory(const Request& request);
   absl::StatusOr<Answer> ListReturns(const Request& request);
   absl::StatusOr<Answer> ListEpisodes(const Request& request);
-  absl::StatusOr<Answer> DeletePool(const Request& request);
   absl::StatusOr<Answer> ControlPause(const Request& request);
   absl::StatusOr<Answer> GetEpisode(const Request& request);
   absl::StatusOr<Answer> StartWatch(const Request& request);

@@ -61,18 +61,6 @@ absl::StatusOr<Answer> PageSession::ListEpisodes(const Request& request) {
                 {}};
 }
 
-absl::StatusOr<Answer> PageSession::DeletePool(const Request& request) {
-  RequestParams params(request.members);
-  const std::string name = params.Text("pool");
-  if (absl::Status status = params.CheckAll(); !status.ok()) {
-    return status;
-  }
-  if (absl::Status status = client_->DeletePool(name); !status.ok()) {
-    return status;
-  }
-  return Answer();
-}
-
 absl::StatusOr<Answer> PageSession::ControlPause(const Request& request) {
   return pauses_.Do(request, client_.get());
 }

@@ -5,7 +5,7 @@
 #include <utility>
 
 #include "absl/time/clock.h"
-#include "server/web/play/single_env_pool.h"
+#include "server/web/play/page_pool.h"
 #include "server/web/session/convert_json.h"
 
 namespace procgen::web {

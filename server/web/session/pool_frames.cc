@@ -16,7 +16,7 @@ namespace v1 = procgen::v1;
 constexpr int32_t kDeflateSizePxMax = 64;
 constexpr double kFramesPerSecondDefault = 15;
 constexpr double kFramesPerSecondMin = 0.1;
-// Limit of a WatchPool response, and overhead of a frame in it.
+// Limit of a WatchPool response.
 constexpr int64_t kResponseBytesMax = 16 << 20;
 // Limit of one frame message; two may be queued per watch.
 constexpr int64_t kRawBytesMax = 4 << 20;
@@ -64,7 +64,6 @@ WatchParams ReadWatch(RequestParams* params) {
   watch.encoding = ReadEncoding(size_px, params);
   request.set_format(watch.encoding == FrameEncoding::kPng ? v1::FRAME_FORMAT_PNG
                                                            : v1::FRAME_FORMAT_RGB);
-  request.set_response_bytes_max(kResponseBytesMax);
   request.set_with_steps(params->BooleanOr("with_steps", false));
   // PNG files are smaller than the pixels.
   const int64_t bytes_max =

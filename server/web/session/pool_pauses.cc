@@ -1,7 +1,7 @@
 #include "server/web/session/pool_pauses.h"
 
 #include "absl/strings/str_cat.h"
-#include "server/web/play/single_env_pool.h"
+#include "server/web/play/page_pool.h"
 
 namespace procgen::web {
 

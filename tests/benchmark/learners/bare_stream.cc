@@ -13,7 +13,7 @@
 #include "grpcpp/support/channel_arguments.h"
 #include "grpcpp/support/server_callback.h"
 #include "grpcpp/support/sync_stream.h"
-#include "procgen/v1/step.grpc.pb.h"
+#include "procgen/v1/pool_service.grpc.pb.h"
 
 namespace procgen {
 namespace {
@@ -22,26 +22,26 @@ namespace {
 constexpr size_t kPlaceCount = 3;
 
 // Responses with `response_bytes` of observations; empty messages for 0.
-v1::StepPoolRequest RequestOf(size_t bytes) {
-  v1::StepPoolRequest request;
+v1::RunPoolRequest RequestOf(size_t bytes) {
+  v1::RunPoolRequest request;
   if (bytes > 0) {
     request.mutable_step()->mutable_actions()->Resize(static_cast<int>(bytes), 0);
   }
   return request;
 }
-v1::StepPoolResponse ResponseOf(size_t bytes) {
-  v1::StepPoolResponse response;
+v1::RunPoolResponse ResponseOf(size_t bytes) {
+  v1::RunPoolResponse response;
   if (bytes > 0) {
     response.mutable_batch()->mutable_observations()->assign(bytes, 'x');
   }
   return response;
 }
 
-using Responses = std::array<v1::StepPoolResponse, kPlaceCount>;
+using Responses = std::array<v1::RunPoolResponse, kPlaceCount>;
 
 // Answers every message with the next response.
 class AnsweringReactor final
-    : public grpc::ServerBidiReactor<v1::StepPoolRequest, v1::StepPoolResponse> {
+    : public grpc::ServerBidiReactor<v1::RunPoolRequest, v1::RunPoolResponse> {
  public:
   explicit AnsweringReactor(const Responses& responses) : responses_(responses) {
     StartRead(&request_);
@@ -66,18 +66,18 @@ class AnsweringReactor final
  private:
   const Responses& responses_;
   size_t next_ = 0;
-  v1::StepPoolRequest request_;
+  v1::RunPoolRequest request_;
 };
 
-class AnsweringService final : public v1::StepService::CallbackService {
+class AnsweringService final : public v1::PoolService::CallbackService {
  public:
   explicit AnsweringService(size_t response_bytes) {
-    for (v1::StepPoolResponse& response : responses_) {
+    for (v1::RunPoolResponse& response : responses_) {
       response = ResponseOf(response_bytes);
     }
   }
 
-  grpc::ServerBidiReactor<v1::StepPoolRequest, v1::StepPoolResponse>* StepPool(
+  grpc::ServerBidiReactor<v1::RunPoolRequest, v1::RunPoolResponse>* RunPool(
       grpc::CallbackServerContext* /*context*/) override {
     // Owned by gRPC until OnDone.
     return new AnsweringReactor(responses_);
@@ -113,9 +113,9 @@ class LoopbackStream final : public BareStream {
     }
     grpc::ChannelArguments arguments;
     arguments.SetMaxReceiveMessageSize(-1);
-    stub_ = v1::StepService::NewStub(grpc::CreateCustomChannel(
+    stub_ = v1::PoolService::NewStub(grpc::CreateCustomChannel(
         absl::StrCat("127.0.0.1:", port), grpc::InsecureChannelCredentials(), arguments));
-    stream_ = stub_->StepPool(&context_);
+    stream_ = stub_->RunPool(&context_);
     return absl::OkStatus();
   }
 
@@ -151,13 +151,13 @@ class LoopbackStream final : public BareStream {
   static absl::Status Broken() { return absl::UnavailableError("the bare stream broke"); }
 
   const StreamShape shape_;
-  const v1::StepPoolRequest request_;
-  v1::StepPoolResponse response_;
+  const v1::RunPoolRequest request_;
+  v1::RunPoolResponse response_;
   AnsweringService service_;
   std::unique_ptr<grpc::Server> server_;
-  std::unique_ptr<v1::StepService::Stub> stub_;
+  std::unique_ptr<v1::PoolService::Stub> stub_;
   grpc::ClientContext context_;
-  std::unique_ptr<grpc::ClientReaderWriter<v1::StepPoolRequest, v1::StepPoolResponse>> stream_;
+  std::unique_ptr<grpc::ClientReaderWriter<v1::RunPoolRequest, v1::RunPoolResponse>> stream_;
 };
 
 }  // namespace

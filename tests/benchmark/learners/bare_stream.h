@@ -16,7 +16,7 @@ struct StreamShape {
   int requests_in_flight = 1;
 };
 
-// A gRPC stream over loopback TCP that carries the messages of StepPool and does nothing else: the
+// A gRPC stream over loopback TCP that carries the messages of RunPool and does nothing else: the
 // reference for the throughput of gRPC. Both sides use generated code. The server reads no request
 // and answers with three prepared messages in turn, because three batches circulate in a pool that
 // is stepped while responses are in transit. The client returns parsed messages.

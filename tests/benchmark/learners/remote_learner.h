@@ -5,13 +5,13 @@
 #include <cstdint>
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
-#include "procgen/v1/step.pb.h"
-#include "procgen_client/batch.h"
-#include "procgen_client/client.h"
-#include "procgen_client/step_stream.h"
+#include "envcore/pool/batch_numbers.h"
+#include "envcore/pool/pool.h"
+#include "procgen_client/pool.h"
 #include "server/rpc/server.h"
 #include "tests/benchmark/learners/bare_stream.h"
 #include "tests/benchmark/measuring/action_script.h"
@@ -23,15 +23,13 @@ namespace procgen {
 inline constexpr char kStreamGame[] = "bigfish";
 inline constexpr int32_t kStreamWorkerCount = 2;
 
-// Starts a server in this process on a free port of loopback, with shared memory enabled.
+// Starts a server in this process on a free port of loopback.
 absl::StatusOr<std::unique_ptr<Server>> StartStreamServer();
 
 struct RemoteCase {
   std::string game = kStreamGame;
   int32_t env_count = 64;
   int requests_in_flight = 1;
-  int32_t chunk_count = 1;     // as StreamOptions::chunk_count
-  bool shares_memory = false;  // else all is sent
   bool is_compressed = false;  // ENCODING_DELTA_ZSTD; else raw
 };
 
@@ -42,7 +40,6 @@ class RemoteLearner {
   // Creates the pool and steps it until the environments are in a typical mixture of states.
   static absl::StatusOr<std::unique_ptr<RemoteLearner>> Start(const std::string& address,
                                                               const RemoteCase& remote_case);
-  ~RemoteLearner();
 
   // Steps the pool and waits for the response. REQUIRES: nothing was sent ahead.
   absl::Status Step();
@@ -54,21 +51,25 @@ class RemoteLearner {
   // Receives the responses to the steps of SendAhead.
   absl::Status ReceiveRest();
 
-  // Bytes of the arrays that a step sends and receives, without protobuf tags. REQUIRES: the last
-  // response was to a step.
+  // Bytes of the arrays that a step sends and receives, without protobuf tags.
   StreamShape Shape() const;
 
  private:
-  RemoteLearner(std::unique_ptr<procgen_client::Client> client, const RemoteCase& remote_case);
-  absl::Status MakePool();
+  // Memory of one response.
+  struct Answer {
+    std::vector<uint8_t> observations;  // [N, 64, 64, 3]
+    BatchNumbers numbers;               // [N]
+  };
+
+  explicit RemoteLearner(const RemoteCase& remote_case);
+  absl::Status SendStep();
+  absl::Status Receive();
 
   const RemoteCase case_;
-  // In the order of construction: each member uses the previous one.
-  std::unique_ptr<procgen_client::Client> client_;
-  std::string pool_;
-  std::unique_ptr<procgen_client::StepStream> stream_;
   ActionScript actions_;
-  procgen_client::Batch batch_;
+  std::vector<Answer> answers_;  // [requests in flight], used in turn
+  size_t step_ = 0;
+  std::unique_ptr<procgen_client::Pool> pool_;  // destroyed first: writes to answers_
 };
 
 }  // namespace procgen

@@ -17,8 +17,6 @@ constexpr double kMinTimeSeconds = 3;
 
 void RegisterAll() {
   RegisterTcpStreams();
-  RegisterSharedMemoryStreams();
-  RegisterChunks();
   RegisterLatencies();
   RegisterFairness();
   RegisterWatches();

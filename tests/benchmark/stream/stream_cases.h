@@ -15,17 +15,15 @@
 namespace procgen {
 
 // The benchmarks of procgen-benchmark-stream, one file each.
-void RegisterTcpStreams();           // stream/tcp/...
-void RegisterSharedMemoryStreams();  // stream/shm/...
-void RegisterChunks();               // step/...
-void RegisterLatencies();            // latency/...
-void RegisterFairness();             // fair/...
-void RegisterWatches();              // watch/...
+void RegisterTcpStreams();  // stream/tcp/...
+void RegisterLatencies();   // latency/...
+void RegisterFairness();    // fair/...
+void RegisterWatches();     // watch/...
 
 // Duration of one turn of a contestant.
 inline constexpr absl::Duration kContestantTime = absl::Milliseconds(50);
 
-// Requests in flight of a learner of stream/...: the default of the protocol.
+// Requests in flight of a learner of stream/...: as a learner that works while the pool is stepped.
 inline constexpr int kRequestsInFlight = 2;
 
 // Measures one turn of a contestant that sends requests ahead.
@@ -43,26 +41,20 @@ absl::Status MeasureAhead(Sender* sender, Cost* cost) {
 bool RunRounds(absl::Status status, absl::FunctionRef<absl::Status()> round,
                benchmark::State& state);
 
-// Registers `name`/environments:N. `start(N)` creates the contest, RunRound is repeated, and
-// Report(N, state) writes the counters.
-template <typename Start>
-void RegisterContest(absl::string_view name, int32_t env_count, Start start) {
-  benchmark::RegisterBenchmark(absl::StrCat(name, "/environments:", env_count).c_str(),
-                               [env_count, start](benchmark::State& state) {
-                                 const auto contest = start(env_count);
-                                 const auto round = [&] { return (*contest)->RunRound(); };
-                                 if (RunRounds(contest.status(), round, state)) {
-                                   (*contest)->Report(env_count, state);
-                                 }
-                               })
-      ->UseManualTime();
-}
-
-// Registers a contest for each size, created by Contest::Start.
+// Registers `name`/environments:N for each size N. Contest::Start(N) creates the contest, RunRound
+// is repeated, and Report(N, state) writes the counters.
 template <typename Contest>
 void RegisterContests(absl::string_view name, std::initializer_list<int32_t> sizes) {
   for (const int32_t env_count : sizes) {
-    RegisterContest(name, env_count, [](int32_t size) { return Contest::Start(size); });
+    benchmark::RegisterBenchmark(absl::StrCat(name, "/environments:", env_count).c_str(),
+                                 [env_count](benchmark::State& state) {
+                                   const auto contest = Contest::Start(env_count);
+                                   const auto round = [&] { return (*contest)->RunRound(); };
+                                   if (RunRounds(contest.status(), round, state)) {
+                                     (*contest)->Report(env_count, state);
+                                   }
+                                 })
+        ->UseManualTime();
   }
 }
 

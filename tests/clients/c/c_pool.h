@@ -67,7 +67,9 @@ inline ProcgenStep StepOf(const std::vector<int32_t>& actions, int32_t first_env
           .next_level_count = 0,
           .next_levels = nullptr,
           .resets = nullptr,
-          .reset_count = 0};
+          .reset_count = 0,
+          .annotations = nullptr,
+          .annotation_count = 0};
 }
 
 // Action of environment i at step t: any, but the same in each run.

@@ -1,12 +1,13 @@
 #include "procgen_client/client.h"
 
-#include <utility>
+#include <numeric>
+#include <string>
 #include <vector>
 
 #include "absl/time/clock.h"
 #include "gmock/gmock.h"
 #include "gtest/gtest.h"
-#include "tests/service/service_fixture.h"
+#include "tests/clients/cpp/server_fixture.h"
 
 namespace procgen {
 namespace {
@@ -15,7 +16,7 @@ using testing::Each;
 using testing::HasSubstr;
 using testing::SizeIs;
 
-class ClientTest : public ServiceTest {};
+class ClientTest : public ServerTest {};
 
 TEST_F(ClientTest, ConnectWithoutListenerFailsSoonAndSaysSo) {
   const absl::Time begin = absl::Now();
@@ -47,125 +48,64 @@ TEST_F(ClientTest, AddressWithoutPortIsRejectedAtOnce) {
   }
 }
 
-TEST_F(ClientTest, StreamErrorIsSticky) {
-  const auto stream = CreateAndAttach(MazeSpec(1));
-  procgen_client::Batch batch;
-  const absl::Status error = stream->Step({99}, &batch);
-  EXPECT_THAT(error, StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr("99")));
-  EXPECT_EQ(stream->Send(StepRequest({4})).status(), error);
-  EXPECT_EQ(stream->Receive(&batch), error);
-  EXPECT_EQ(stream->Close(), error);
+TEST_F(ClientTest, OneServerOfAListMustAnswer) {
+  procgen_client::ConnectOptions options;
+  options.timeout = absl::Milliseconds(300);
+  EXPECT_THAT(procgen_client::Servers::Connect("127.0.0.1:1,127.0.0.1:2", options),
+              StatusIs(absl::StatusCode::kUnavailable, testing::_));
+  const auto servers =
+      procgen_client::Servers::Connect("127.0.0.1:1," + server_->address(), options);
+  ASSERT_THAT(servers, IsOk());
+  EXPECT_THAT((*servers)->All(), SizeIs(2));
+  EXPECT_THAT((*servers)->first()->GetLoad(), IsOk());
 }
 
-TEST_F(ClientTest, ClosedStreamRejectsStepsAndFreesItsPool) {
-  const std::string name = CreatePool(MazeSpec(1));
-  auto stream = client_->Attach(name);
-  ASSERT_THAT(stream, IsOk());
-  EXPECT_THAT((*stream)->Close(), IsOk());
-  procgen_client::Batch batch;
-  EXPECT_THAT((*stream)->Step({4}, &batch),
-              StatusIs(absl::StatusCode::kFailedPrecondition, "the stream is closed"));
-  EXPECT_THAT(client_->Attach(name), IsOk());
+TEST_F(ClientTest, PoolLivesAsLongAsItsObject) {
+  const auto client = procgen_client::Client::Connect(server_->address());
+  ASSERT_THAT(client, IsOk());
+  procgen_client::RemotePoolOptions options;
+  options.pool_id = "mine";
+  const auto pool = CreatePool(MazeOptions(2), options);
+  EXPECT_EQ(pool->name(), "pools/mine");
+  ASSERT_THAT(*(*client)->ListPools(), SizeIs(1));
+  EXPECT_EQ((*client)->GetPool("pools/mine")->spec().env_count(), 2);
+  EXPECT_THAT(CreatePool(MazeOptions(1))->Step({.count = 1, .steps = false}, {}, {}), IsOk());
+  EXPECT_THAT(*(*client)->ListPools(), SizeIs(1)) << "the other one has ended";
 }
 
-TEST_F(ClientTest, StepNeedsAllResponsesReceived) {
-  const auto stream = CreateAndAttach(MazeSpec(1));
-  procgen_client::Batch batch;
-  ASSERT_THAT(stream->Send(StepRequest({4})), IsOk());
-  EXPECT_THAT(stream->Step({4}, &batch),
-              StatusIs(absl::StatusCode::kFailedPrecondition, HasSubstr("unanswered")));
-  EXPECT_THAT(stream->Receive(&batch), IsOk());
-  EXPECT_THAT(stream->Step({4}, &batch), IsOk());
-}
-
-TEST_F(ClientTest, ReceiveWithoutRequestIsAnError) {
-  const auto stream = CreateAndAttach(MazeSpec(1));
-  procgen_client::Batch batch;
-  EXPECT_THAT(stream->Receive(&batch),
-              StatusIs(absl::StatusCode::kFailedPrecondition, HasSubstr("no request")));
-}
-
-TEST_F(ClientTest, ChunkedResponsesAreJoined) {
-  const auto stream = CreateAndAttach(MazeSpec(400));
-  procgen_client::Batch batch;
-  ASSERT_THAT(stream->Step(std::vector<int32_t>(400, 4), &batch), IsOk());
-  EXPECT_EQ(batch.first_env(), 0);
-  EXPECT_EQ(batch.env_count(), 400);
-  EXPECT_THAT(batch.episode_lengths(), SizeIs(400));
-  EXPECT_THAT(batch.episode_lengths(), Each(1));
-  EXPECT_THAT(batch.observations(), SizeIs(400UL * 64 * 64 * 3));
-}
-
-TEST_F(ClientTest, FingerprintsAreThoseOfTheRowsThatEnded) {
-  const auto stream = CreateAndAttach(MazeSpec(400));
-  std::vector<int32_t> actions(400, 4);
-  actions[3] = -1;
-  actions[399] = -1;  // in the second response
-  procgen_client::Batch batch;
-  ASSERT_THAT(stream->Step(actions, &batch), IsOk());
-  EXPECT_THAT(batch.fingerprints(), SizeIs(2));
-  const std::vector<uint64_t> both(batch.fingerprints().begin(), batch.fingerprints().end());
-  ASSERT_THAT(stream->Observe(&batch), IsOk());
-  EXPECT_THAT(batch.fingerprints(), testing::ElementsAreArray(both));
-  ASSERT_THAT(stream->Step(std::vector<int32_t>(400, 4), &batch), IsOk());
-  EXPECT_THAT(batch.fingerprints(), SizeIs(0));
-}
-
-TEST_F(ClientTest, LargeRestoreIsSplitIntoRequests) {
-  const std::string name = CreatePool(MazeSpec(300));
-  const auto states = client_->SaveStates(name);
-  ASSERT_THAT(states, IsOk());
-  ASSERT_THAT(*states, SizeIs(300));
-  size_t bytes = 0;
-  for (const v1::State& state : *states) {
-    bytes += state.snapshot().size();
+TEST_F(ClientTest, LargeBatchesAndStatesAreSplitIntoRequests) {
+  constexpr int32_t kEnvCount = 150;
+  const std::vector<int32_t> actions(kEnvCount, 3);
+  const std::vector<int32_t> ends(kEnvCount, -1);
+  std::vector<int32_t> environments(kEnvCount);
+  std::iota(environments.begin(), environments.end(), 0);
+  std::vector<Memory> results;
+  for (const bool is_small : {false, true}) {
+    Limits limits;
+    if (is_small) {
+      limits.request_bytes_max = 65536;
+      limits.response_bytes_max = 1 << 20;
+    }
+    Start(limits);
+    const auto pool = CreatePool(MazeOptions(kEnvCount));
+    const auto states = pool->SaveStates(environments);
+    ASSERT_TRUE(states.ok()) << states.status();
+    std::vector<StateToRestore> restored;
+    size_t bytes = 0;
+    for (const int32_t environment : environments) {
+      const std::string& snapshot = (*states)[static_cast<size_t>(environment)];
+      restored.push_back({.environment = environment, .snapshot = snapshot});
+      bytes += snapshot.size();
+    }
+    ASSERT_GT(bytes, 2U * 65536);
+    Memory& memory = results.emplace_back(kEnvCount);
+    ASSERT_THAT(pool->Step({.count = kEnvCount, .actions = ends}, {}, memory.batch()), IsOk());
+    ASSERT_THAT(pool->RestoreStates(restored), IsOk());
+    ASSERT_THAT(pool->Step({.count = kEnvCount, .actions = actions}, {}, memory.batch()), IsOk());
+    EXPECT_THAT(memory.numbers.episode_lengths, Each(1)) << "of the first episode";
   }
-  ASSERT_GT(bytes, static_cast<size_t>(2 * TestLimits().request_bytes_max));
-  {
-    const auto stream = client_->Attach(name);
-    ASSERT_THAT(stream, IsOk());
-    procgen_client::Batch batch;
-    ASSERT_THAT((*stream)->Step(std::vector<int32_t>(300, -1), &batch), IsOk());
-  }
-  ASSERT_THAT(client_->RestoreStates(name, *states), IsOk());
-  const auto again = client_->SaveStates(name);
-  ASSERT_THAT(again, IsOk());
-  for (size_t i = 0; i < states->size(); ++i) {
-    EXPECT_EQ((*again)[i].snapshot(), (*states)[i].snapshot());
-  }
-}
-
-TEST_F(ClientTest, StatesComeInRequestOrder) {
-  const std::string name = CreatePool(MazeSpec(4));
-  const auto states = client_->SaveStates(name, {2, 0});
-  ASSERT_THAT(states, IsOk());
-  ASSERT_THAT(*states, SizeIs(2));
-  EXPECT_EQ(states->front().environment(), 2);
-  EXPECT_EQ(states->back().environment(), 0);
-}
-
-TEST_F(ClientTest, ClonesReadFromTheGivenSource) {
-  const std::string source = CreatePool(MazeSpec(2));
-  v1::PoolSpec spec = MazeSpec(2);
-  spec.mutable_options()->set_rand_seed(99);
-  const std::string target = CreatePool(spec);
-  const std::string read = client_->SaveStates(source, {1})->front().snapshot();
-  ASSERT_THAT(client_->CloneStates(target, {Pair(1, 0)}, {source, server_->address()}), IsOk());
-  EXPECT_EQ(client_->SaveStates(target, {0})->front().snapshot(), read);
-  ASSERT_THAT(client_->CloneStates(target, {Pair(0, 1)}), IsOk());
-  EXPECT_EQ(client_->SaveStates(target, {1})->front().snapshot(), read);
-}
-
-TEST_F(ClientTest, DroppedStreamWithUnreadResponsesFreesItsPool) {
-  const std::string name = CreatePool(MazeSpec(16));
-  {
-    const auto stream = client_->Attach(name);
-    ASSERT_THAT(stream, IsOk());
-    ASSERT_THAT((*stream)->Send(StepRequest(std::vector<int32_t>(16, 4))), IsOk());
-  }
-  const auto again = client_->Attach(name);
-  ASSERT_THAT(again, IsOk());
-  EXPECT_EQ((*again)->pool().next_sequence_number(), 2);
+  EXPECT_EQ(results[0].numbers, results[1].numbers);
+  EXPECT_EQ(results[0].observations, results[1].observations);
 }
 
 }  // namespace

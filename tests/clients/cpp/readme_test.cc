@@ -11,8 +11,8 @@
 #include "absl/strings/str_replace.h"
 #include "gmock/gmock.h"
 #include "gtest/gtest.h"
-#include "procgen_client/client.h"
-#include "tests/service/service_fixture.h"
+#include "procgen_client/servers.h"
+#include "tests/clients/cpp/server_fixture.h"
 
 namespace procgen {
 namespace {
@@ -40,13 +40,13 @@ std::string Words(const std::string& text) {
   return words;
 }
 
-class ReadmeTest : public ServiceTest {};
+class ReadmeTest : public ServerTest {};
 
 TEST_F(ReadmeTest, ExampleRuns) {
   int learned = 0;
   // NOLINTNEXTLINE(readability-identifier-naming): the name in the example
   const auto Learn = [&](absl::Span<const uint8_t> observations, absl::Span<const float> rewards,
-                         absl::Span<const bool> first) {
+                         absl::Span<const uint8_t> first) {
     EXPECT_EQ(observations.size(), 64U * 64 * 64 * 3);
     EXPECT_EQ(rewards.size(), 64U);
     EXPECT_EQ(first.size(), 64U);
@@ -54,14 +54,21 @@ TEST_F(ReadmeTest, ExampleRuns) {
   };
 #define SERVER_ADDRESS server_->address()
   // EXAMPLE
-  auto client = procgen_client::Client::Connect(SERVER_ADDRESS).value();
-  procgen::v1::PoolSpec spec;
-  spec.add_games("coinrun");
-  spec.set_env_count(64);
-  auto stream = client->Attach(client->CreatePool(spec)->name()).value();
-  procgen_client::Batch batch;
-  for (int i = 0; i < 100 && stream->Step(std::vector<int32_t>(64, 7), &batch).ok(); ++i) {
-    Learn(batch.observations(), batch.rewards(), batch.first());
+  auto servers = procgen_client::Servers::Connect(SERVER_ADDRESS).value();
+  procgen::PoolOptions options;
+  options.games = {"coinrun"};
+  options.env_count = 64;
+  auto pool = procgen_client::CreatePool(servers, options).value();
+  std::vector<uint8_t> observations(64 * 64 * 64 * 3);
+  std::vector<float> rewards(64);
+  std::vector<uint8_t> first(64);
+  procgen::Batch batch;
+  batch.observations = absl::MakeSpan(observations);
+  batch.rewards = absl::MakeSpan(rewards);
+  batch.first = absl::MakeSpan(first);
+  const std::vector<int32_t> actions(64, 7);
+  for (int i = 0; i < 100 && pool->Step({.count = 64, .actions = actions}, {}, batch).ok(); ++i) {
+    Learn(observations, rewards, first);
   }
   // END
 #undef SERVER_ADDRESS
@@ -71,23 +78,19 @@ TEST_F(ReadmeTest, ExampleRuns) {
 TEST_F(ReadmeTest, StatesExampleRuns) {
 #define SERVER_ADDRESS server_->address()
   // STATES EXAMPLE
-  auto client = procgen_client::Client::Connect(SERVER_ADDRESS).value();
-  procgen::v1::PoolSpec spec;
-  spec.add_games("maze");
-  spec.set_env_count(4);
-  const std::string pool = client->CreatePool(spec)->name();
-  auto stream = client->Attach(pool).value();
-  procgen_client::Batch batch;
-  const std::vector<procgen::v1::State> states = client->SaveStates(pool).value();
-  stream->Step(std::vector<int32_t>(4, 7), &batch).IgnoreError();
-  absl::Status restored = client->RestoreStates(pool, states);
-  if (restored.ok()) {
-    restored = stream->Observe(&batch);
-  }
+  auto servers = procgen_client::Servers::Connect(SERVER_ADDRESS).value();
+  procgen::PoolOptions options;
+  options.games = {"maze"};
+  options.env_count = 4;
+  auto pool = procgen_client::CreatePool(servers, options).value();
+  const std::vector<std::string> states = pool->SaveStates({0, 1, 2, 3}).value();
+  const std::vector<int32_t> actions(4, 7);
+  pool->Step({.count = 4, .actions = actions}, {}, {}).IgnoreError();
+  procgen::Status restored = pool->RestoreStates({{.environment = 0, .snapshot = states[0]}});
   // STATES END
 #undef SERVER_ADDRESS
   EXPECT_THAT(restored, IsOk());
-  EXPECT_THAT(batch.episode_lengths(), testing::Each(0));
+  EXPECT_EQ(pool->SaveStates({0, 1, 2, 3}).value()[0], states[0]);
 }
 
 TEST_F(ReadmeTest, ExamplesEqualTheReadme) {

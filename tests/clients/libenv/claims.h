@@ -46,8 +46,9 @@ void CloseIsAllowedAtAnyTime(void);
 void ProcessMayEndWithoutClose(void);
 void HandlesCanBeUsedByDifferentThreads(void);
 void ThousandHandlesLeakNothing(void);
-// These run without a server, or kill it.
+// These run without a server, with several, or kill it.
 void UnreachableServerErrorIsOneLine(void);
+void SeveralServersChangeNothing(void);
 void KilledHostFreesItsPools(void);
 void LostServerIsReportedOnce(void);
 

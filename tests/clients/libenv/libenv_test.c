@@ -48,6 +48,7 @@ static const struct {
     {"handles_can_be_used_by_different_threads", HandlesCanBeUsedByDifferentThreads},
     {"thousand_handles_leak_nothing", ThousandHandlesLeakNothing},
     {"unreachable_server_error_is_one_line", UnreachableServerErrorIsOneLine},
+    {"several_servers_change_nothing", SeveralServersChangeNothing},
     {"killed_host_frees_its_pools", KilledHostFreesItsPools},
     {"lost_server_is_reported_once", LostServerIsReportedOnce},
 };

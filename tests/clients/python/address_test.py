@@ -1,4 +1,4 @@
-"""Addresses: their form, and addresses at which no server listens."""
+"""Addresses: their form; addresses at which no server listens; a missing library."""
 
 from __future__ import annotations
 
@@ -9,8 +9,8 @@ import time
 
 import pytest
 
-from procgen_client import ProcgenVectorEnv, aio, connect, errors
-from procgen_client._transport.address import check_address
+from procgen_client import Pool, ProcgenVectorEnv, _library, aio, connect, errors
+from procgen_client._address import check_address
 
 
 @pytest.mark.parametrize(
@@ -40,8 +40,9 @@ def test_environments_name_the_wrong_address(monkeypatch: pytest.MonkeyPatch) ->
     with pytest.raises(errors.InvalidArgumentError, match="the address is 'localhost'"):
         ProcgenVectorEnv("maze", 1, server="localhost")
     monkeypatch.setenv("PROCGEN_SERVER", "http://localhost:50051")
-    with pytest.raises(errors.InvalidArgumentError, match="the address is 'http://localhost"):
-        ProcgenVectorEnv("maze", 1)
+    for make in (ProcgenVectorEnv, Pool):
+        with pytest.raises(errors.InvalidArgumentError, match="the address is 'http://localhost"):
+            make("maze", 1)
 
 
 def test_refused_connection_fails_soon_without_a_word_of_tls() -> None:
@@ -90,3 +91,12 @@ def test_peer_that_closes_connections_may_require_tls() -> None:
             connect(f"127.0.0.1:{listener.getsockname()[1]}", timeout=1)
         listener.shutdown(socket.SHUT_RDWR)
         thread.join()
+
+
+def test_missing_library_for_servers_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(_library, "_remote_library", None)
+    monkeypatch.setenv(_library.REMOTE_LIBRARY_VARIABLE, "/no/library")
+    expected = r"libprocgen_remote is not installed; tried: /no/library\. .*build_wheel.sh --remote"
+    for make in (connect, lambda address: Pool("maze", 1, server=address)):
+        with pytest.raises(OSError, match=expected):
+            make("localhost:50051")

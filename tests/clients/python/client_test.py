@@ -1,18 +1,18 @@
-"""Connections, the catalog, nodes, and creating and deleting pools."""
+"""Connecting; the catalog, nodes and pools of a server."""
 
 from __future__ import annotations
 
-import pickle
+import gc
 import socket
 import time
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
-import grpc
 import pytest
 from conftest import server_binary
 
-from procgen_client import Client, ServerProcess, connect, errors
+from procgen_client import Client, Pool, ServerProcess, catalog, connect, errors
+from procgen_client._proto import pools_pb2
 
 
 def test_catalog_lists_the_sixteen_games(client: Client) -> None:
@@ -22,6 +22,21 @@ def test_catalog_lists_the_sixteen_games(client: Client) -> None:
     climber = games["climber"].modes[0]
     assert (climber.return_range.min, climber.return_range.max) == (2, 12.6)
     assert [action.number for action in client.catalog().actions] == list(range(15))
+
+
+def test_engine_in_this_process_has_the_same_catalog(client: Client) -> None:
+    served, local = client.catalog(), catalog()
+    assert [action["name"] for action in local["actions"]] == [each.name for each in served.actions]
+    assert [game["name"] for game in local["games"]] == [game.name for game in served.games]
+    for game, of_server in zip(local["games"], served.games, strict=True):
+        limits = {
+            pools_pb2.DistributionMode.Name(mode.distribution_mode).lower(): mode.time_limit_steps
+            for mode in of_server.modes
+        }
+        assert {
+            f"distribution_mode_{name}": mode["time_limit_steps"]
+            for name, mode in game["modes"].items()
+        } == limits
 
 
 def test_load_counts_pools_and_environments(client: Client) -> None:
@@ -105,44 +120,36 @@ def test_closed_client_rejects_calls(server: ServerProcess) -> None:
         client.load()
 
 
-def test_pool_returns_its_spec(client: Client) -> None:
-    with client.create_pool(["maze", "coinrun"], 4, distribution_mode="easy", num_levels=7) as pool:
-        assert pool.name.startswith("pools/")
-        assert pool.env_count == 4
-        assert list(pool.spec.games) == ["maze", "coinrun"]
-        assert pool.spec.options.num_levels == 7
-        assert pool.spec.options.center_agent
-        assert pool.spec.options.HasField("rand_seed")
-        assert pool.observation_shape == (64, 64, 3)
+def test_server_has_the_pool_that_was_asked_for(client: Client) -> None:
+    with client.create_pool(
+        ["maze", "coinrun"], 4, num_levels=7, pool_id="mine", autoreset_mode="disabled"
+    ) as pool:
+        assert pool.name == "pools/mine"
+        (message,) = (each for each in client.list_pools() if each.name == pool.name)
+        assert message.spec == client.get_pool(pool.name).spec
+        spec = message.spec
+        assert (list(spec.games), spec.env_count) == (["maze", "coinrun"], 4)
+        assert spec.autoreset_mode == pools_pb2.AUTORESET_MODE_DISABLED
+        assert spec.options.num_levels == 7
+        assert spec.options.center_agent
+        assert spec.options.distribution_mode == pools_pb2.DISTRIBUTION_MODE_HARD
+        assert spec.options.rand_seed == pool.options["rand_seed"]
 
 
-def test_leaving_the_context_of_a_created_pool_deletes_it(client: Client) -> None:
+def test_leaving_the_context_of_a_pool_deletes_it(client: Client) -> None:
     with client.create_pool("maze", 1) as pool:
-        assert pool.name in [message.name for message in client.list_pools()]
-    assert pool.name not in [message.name for message in client.list_pools()]
-    pool.close()
+        assert client.get_pool(pool.name).spec.env_count == 1
     with pytest.raises(errors.NotFoundError):
         client.get_pool(pool.name)
-    with pytest.raises(errors.FailedPreconditionError, match="was closed by this client"):
-        pool.observe()
+    with pytest.raises(errors.InvalidArgumentError, match="pools/"):
+        client.get_pool("no name")
 
 
-def test_leaving_the_context_of_a_found_pool_keeps_it(client: Client) -> None:
-    with client.create_pool("maze", 2, pool_id="found") as pool:
-        with client.get_pool("pools/found") as same:
-            assert same.env_count == 2
-            same.observe()
-        pool.observe()  # The other stream has detached.
-
-
-def test_equal_specs_create_equal_pools(client: Client) -> None:
-    with (
-        client.create_pool("coinrun", 4) as pool,
-        client.create_pool_from_spec(pool.spec) as twin,
-    ):
-        first, second = pool.observe(), twin.observe()
-        assert first.level_seeds.tolist() == second.level_seeds.tolist()
-        assert first.observations.tobytes() == second.observations.tobytes()
+def test_forgotten_pool_is_deleted(client: Client) -> None:
+    name = client.create_pool("maze", 1).name
+    gc.collect()
+    with pytest.raises(errors.NotFoundError):
+        client.get_pool(name)
 
 
 @pytest.mark.parametrize(
@@ -150,6 +157,7 @@ def test_equal_specs_create_equal_pools(client: Client) -> None:
     [
         (("pong", 1), {}, errors.NotFoundError, "pong"),
         (("maze", 0), {}, errors.InvalidArgumentError, "env_count"),
+        ((["maze", "heist"], 3), {}, errors.InvalidArgumentError, "3"),
         (("maze", 2**40), {}, errors.InvalidArgumentError, "env_count is 1099511627776; it is in"),
         (("bigfish", 1), {"distribution_mode": "memory"}, errors.InvalidArgumentError, "bigfish"),
         (("maze", 1), {"distribution_mode": "hrad"}, errors.InvalidArgumentError, "'hrad'.*hard"),
@@ -162,7 +170,7 @@ def test_equal_specs_create_equal_pools(client: Client) -> None:
             "'never'.*next_step",
         ),
         (("maze", 1), {"pool_id": "No Good"}, errors.InvalidArgumentError, "pool_id"),
-        (("maze", 10**6), {}, errors.ResourceExhaustedError, "pool_env_count_max"),
+        (("maze", 10**6), {}, errors.ResourceExhaustedError, "env_count_max"),
     ],
 )
 def test_invalid_pool_is_rejected_with_a_reason(
@@ -182,18 +190,6 @@ def test_name_in_use_is_rejected(client: Client) -> None:
             client.create_pool("maze", 1, pool_id="taken")
 
 
-def test_errors_have_code_and_message_and_can_be_pickled() -> None:
-    error = errors.NotFoundError("no such pool")
-    copy = pickle.loads(pickle.dumps(error))
-    assert (type(copy), copy.code, copy.message) == (
-        errors.NotFoundError,
-        grpc.StatusCode.NOT_FOUND,
-        "no such pool",
-    )
-    assert str(copy) == "NOT_FOUND: no such pool"
-    assert issubclass(errors.InvalidArgumentError, ValueError)
-
-
 def test_failed_server_start_is_reported() -> None:
     with pytest.raises(errors.UnavailableError, match="ended with status"):
         ServerProcess(None, ["--no-such-flag"])
@@ -206,8 +202,16 @@ def test_missing_server_binary_is_not_found() -> None:
 
 def test_pool_may_be_closed_after_its_client(server: ServerProcess) -> None:
     client = connect(server.address)
-    pool = client.create_pool("maze", 2, lease_duration=1)
+    pool = client.create_pool("maze", 2)
     pool.observe()
     client.close()
     pool.close()
-    assert not pool.attached
+    assert pool.closed
+
+
+def test_server_without_room_says_so_and_leaves_no_connection(client: Client) -> None:
+    before = client.load()
+    for _ in range(3):
+        with pytest.raises(errors.ResourceExhaustedError, match="limit"):
+            Pool("maze", 10**6, server=client.address)
+    assert client.load().pool_count == before.pool_count

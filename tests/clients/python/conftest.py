@@ -1,22 +1,28 @@
-"""Fixtures: one server for all tests of a run, on a port that the system chooses."""
+"""Fixtures: pools in both places, and one server for all tests of a run."""
 
 from __future__ import annotations
 
+import contextlib
 import os
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
-from procgen_client import Client, ServerProcess
-from procgen_client._transport import is_native
+from procgen_client import Batch, Client, Pool, ServerProcess
+from procgen_client._library import BATCH_ARRAYS
+from procgen_client._place import SERVER_VARIABLE
 from procgen_client.tools.server_process import BINARY_VARIABLE
 
 _ROOT = Path(__file__).resolve().parents[3]
-# Marks tests that need the native module.
-native_only = pytest.mark.skipif(not is_native(), reason="the native module is missing")
-ENCODINGS = ["raw", pytest.param("delta_zstd", marks=native_only)]
+
+
+MakePool = Callable[..., Pool]
+# Arrays of a batch, of which each row is valid.
+_OTHERS = ("observations", "final_observations", "fingerprints")
+ROWS = tuple(name for name in BATCH_ARRAYS if name not in _OTHERS)
 
 
 def server_binary() -> Path:
@@ -29,9 +35,24 @@ def server_binary() -> Path:
     return max(built, key=lambda path: path.stat().st_mtime)
 
 
+def assert_same(one: Batch, other: Batch, rows: slice = slice(None)) -> None:
+    """Compares all valid values of two batches, the second restricted to these rows."""
+    for name in (*ROWS, "observations"):
+        expected = getattr(other, name)
+        expected = None if expected is None else expected[rows]
+        np.testing.assert_array_equal(getattr(one, name), expected, err_msg=name)
+    for name in ("fingerprints", "final_observations"):
+        values, others = getattr(one, name), getattr(other, name)
+        assert (values is None) == (others is None), name
+        if values is not None:
+            ended = one.ended
+            np.testing.assert_array_equal(values[ended], others[rows][ended], err_msg=name)
+
+
 def pytest_configure(config: pytest.Config) -> None:
     """Registers the mark of tests that run in a CTest test of their own, with the label slow."""
     config.addinivalue_line("markers", "slow: takes long, and a quicker test is similar")
+    os.environ.pop(SERVER_VARIABLE, None)
 
 
 @pytest.fixture(scope="session")
@@ -48,6 +69,22 @@ def client(server: ServerProcess) -> Iterator[Client]:
     """A client of this test."""
     with Client(server.address) as connected:
         yield connected
+
+
+@pytest.fixture(params=["process", "server"])
+def place(request: pytest.FixtureRequest) -> Client | None:
+    """Each place of pools, as their argument `server`."""
+    return None if request.param == "process" else request.getfixturevalue("client")
+
+
+@pytest.fixture
+def make_pool(place: Client | None) -> Iterator[MakePool]:
+    """Makes pools in each place, and closes them after the test."""
+    with contextlib.ExitStack() as stack:
+
+        yield lambda *arguments, **options: stack.enter_context(
+            Pool(*arguments, server=place, **options)
+        )
 
 
 @pytest.fixture

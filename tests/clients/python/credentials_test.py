@@ -11,7 +11,15 @@ from pathlib import Path
 import pytest
 from conftest import server_binary
 
-from procgen_client import Client, Credentials, ProcgenVectorEnv, ServerProcess, connect, errors
+from procgen_client import (
+    Client,
+    Credentials,
+    Pool,
+    ProcgenVectorEnv,
+    ServerProcess,
+    connect,
+    errors,
+)
 from procgen_client.credentials import is_this_machine
 
 _TOKEN = "alice-token-0123456789"
@@ -141,6 +149,9 @@ def test_token_is_read_from_the_environment_variable(
     monkeypatch.setenv("PROCGEN_SERVER_TOKEN", _TOKEN)
     with ProcgenVectorEnv("maze", 1, server=plain.address) as env:
         env.reset()
+    monkeypatch.setenv("PROCGEN_SERVER", plain.address)
+    with Pool("maze", 1) as pool:
+        assert pool.client.list_pools()[0].owner == "alice"
 
 
 def test_certificates_are_read_from_files_bytes_and_environment(

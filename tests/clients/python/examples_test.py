@@ -1,4 +1,4 @@
-"""The examples do what their first lines describe, with a real server."""
+"""The examples do what their first lines describe, in the process and on a server."""
 
 from __future__ import annotations
 
@@ -29,7 +29,8 @@ def _run(name: str, *arguments: str) -> str:
 
 
 def test_branching_improves_on_the_first_round(server: ServerProcess) -> None:
-    said = _run("branch_and_search.py", server.address, "--rounds", "8")
+    said = _run("branch_and_search.py", "--rounds", "8")
+    assert _run("branch_and_search.py", "--rounds", "8", "--server", server.address) == said
     returns = [float(number) for number in re.findall(r"round \d+: return ([\d.]+)", said)]
     assert len(returns) > 1
     assert returns == sorted(returns), "returns never decrease"
@@ -37,13 +38,13 @@ def test_branching_improves_on_the_first_round(server: ServerProcess) -> None:
     assert said.endswith(f"return {returns[-1]:.1f} in level 7 of bigfish\n")
 
 
-def test_torch_policy_is_evaluated_with_its_weights(server: ServerProcess, tmp_path: Path) -> None:
+def test_torch_policy_is_evaluated_with_its_weights(tmp_path: Path) -> None:
     torch = pytest.importorskip("torch")
     command = [
         *(sys.executable, "-W", "error", "-m", "procgen_client.tools.evaluate", "bigfish"),
         *("--policy", "torch_policy:make_policy", "--option", "grayscale_obs=true"),
         *("--mode", "easy", "--episodes", "4", "--environments", "2"),
-        *("--server", server.address, "--json", str(tmp_path / "scores.json")),
+        *("--json", str(tmp_path / "scores.json")),
     ]
     environment = os.environ | {"PYTHONPATH": f"{os.environ['PYTHONPATH']}:{_EXAMPLES}"}
 
@@ -65,7 +66,9 @@ def test_torch_policy_is_evaluated_with_its_weights(server: ServerProcess, tmp_p
 
 
 @pytest.mark.skipif(shutil.which("ffmpeg") is None, reason="ffmpeg is missing")
-def test_video_is_recorded(server: ServerProcess, tmp_path: Path) -> None:
+@pytest.mark.parametrize("on_server", [False, True])
+def test_video_is_recorded(server: ServerProcess, tmp_path: Path, on_server: bool) -> None:
     path = tmp_path / "coinrun.mp4"
-    assert _run("record_video.py", server.address, str(path)) == f"100 frames in {path}\n"
+    place = ["--server", server.address] if on_server else []
+    assert _run("record_video.py", str(path), *place) == f"100 frames in {path}\n"
     assert path.stat().st_size > 10_000

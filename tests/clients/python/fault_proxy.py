@@ -17,14 +17,12 @@ _PROXY_VARIABLE = "PROCGEN_FAULT_PROXY"
 class Proxy:
     """The program fault-proxy (tests/service/robustness/fault_proxy.h)."""
 
-    def __init__(
-        self, target: str, seed: int, bytes_between_faults: int, silence_max_ms: int = 0
-    ) -> None:
+    def __init__(self, target: str, seed: int, bytes_between_faults: int) -> None:
         program = os.environ.get(_PROXY_VARIABLE)
         if program is None:
             pytest.skip(f"set {_PROXY_VARIABLE}")
         self._process = subprocess.Popen(
-            [program, target, str(seed), str(bytes_between_faults), str(silence_max_ms)],
+            [program, target, str(seed), str(bytes_between_faults)],
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             text=True,

@@ -1,4 +1,4 @@
-"""A process that forks keeps its environments; its children can create their own."""
+"""A process that forks keeps its pools; its children can make their own."""
 
 from __future__ import annotations
 
@@ -10,10 +10,9 @@ import time
 from pathlib import Path
 
 import pytest
-from conftest import native_only, server_binary
+from conftest import server_binary
 
 from procgen_client import ServerProcess
-from procgen_client._transport import is_native
 
 _CHILDREN_MAKE_THEIR_OWN = """
 import multiprocessing
@@ -122,29 +121,44 @@ other.step(np.full(4, 7))
 _THE_PARENTS_OWN = """
 import os
 import sys
-from procgen_client import Client, ProcgenVectorEnv, errors
+from procgen_client import Pool, ProcgenVectorEnv, errors
 
 def is_rejected(call, *arguments):
     try:
         call(*arguments)
     except errors.FailedPreconditionError as error:
-        return f"process {os.getpid()} was forked from" in error.message
+        return f"process {os.getppid()}" in error.message or "unanswered" in error.message
     return False
 
-def in_child(env):
-    asked = [env.reset, env.save_states, env.pool._client.list_pools]
-    verdict = [*(is_rejected(each) for each in asked), is_rejected(env.step, [4, 4])]
+def in_child(env, client):
+    pool = env.pool
+    calls = [env.reset, env.save_states, pool.observe, pool.send_observe, pool.render]
+    if pool.in_flight:
+        calls += [pool.receive, pool.observe]
+    if client is not None:
+        calls += [client.list_pools, client.load, lambda: client.create_pool("maze", 2)]
+    wrong = [call for call in calls if not is_rejected(call)]
+    if not is_rejected(env.step, [4, 4]):
+        wrong.append(env.step)
     env.close()
-    return 0 if all(verdict) else 1
+    if client is not None:
+        client.close()
+    print(wrong)
+    return 1 if wrong else 0
 
-env = ProcgenVectorEnv("maze", 2, **eval(sys.argv[1]))
+def rewards(pool):
+    return [pool.step([t % 15, t % 7]).observations.sum() for t in range(50)]
+
+env = ProcgenVectorEnv("maze", 2, server=sys.argv[1] or None)
 env.reset()
 for is_under_way in (False, True):
     if is_under_way:
         env.step_async([3, 3])
     child = os.fork()
     if child == 0:
-        sys.exit(in_child(env))  # And what finalizers do.
+        code = in_child(env, env.pool.client)
+        sys.stdout.flush()
+        sys.exit(code)  # And what finalizers do.
     _, status = os.waitpid(child, 0)
     assert os.waitstatus_to_exitcode(status) == 0
     if is_under_way:
@@ -154,22 +168,51 @@ for is_under_way in (False, True):
 env.close()
 """
 
-_BY_GRPCIO = """
+_POOLS_OF_CHILDREN = """
+import os
+from procgen_client import Pool
+
+def digest(pool):
+    batches = [pool.step([t % 15] * 4, repeat_count=3) for t in range(9)]
+    return b"".join(batch.observations.tobytes() for batch in batches)
+
+def generation(number):
+    with Pool("ninja", 4, rand_seed=5, num_threads=2) as pool:
+        pool.step([4] * 4)
+        if number < 3:
+            near, far = os.pipe()
+            child = os.fork()
+            if child == 0:
+                os.write(far, str(hash(generation(number + 1))).encode())
+                os._exit(0)
+            _, status = os.waitpid(child, 0)
+            assert os.waitstatus_to_exitcode(status) == 0
+            own = digest(pool)
+            assert os.read(near, 100) == str(hash(own)).encode(), number
+            return own
+        return digest(pool)
+
+generation(0)
+"""
+
+_CONNECTS_IN_CHILD = """
 import os
 import sys
-from procgen_client import Client, errors
+from procgen_client import Client, Pool, errors
 
 client = Client(sys.argv[1])
 pool = client.create_pool("maze", 2)
 pool.step([4, 4])
 child = os.fork()
 if child == 0:
-    try:
-        Client(sys.argv[1])
-        os._exit(1)
-    except errors.FailedPreconditionError as error:
-        assert f"forked from process {os.getppid()}" in error.message
-        assert "spawn" in error.message
+    for connect in (Client, lambda address: Pool("maze", 2, server=address)):
+        try:
+            connect(sys.argv[1])
+            os._exit(1)
+        except errors.FailedPreconditionError as error:
+            assert f"forked from process {os.getppid()}" in error.message, error.message
+            assert "spawn" in error.message
+    Pool("maze", 2).step([4, 4])
     os._exit(0)
 _, status = os.waitpid(child, 0)
 assert os.waitstatus_to_exitcode(status) == 0
@@ -179,40 +222,15 @@ pool.close()
 client.close()
 """
 
-_GENERATIONS = """
-import os
-import sys
-from procgen_client import Client
-
-def generation(number):
-    client = Client(sys.argv[1])
-    pool = client.create_pool("maze", 2)
-    pool.step([4, 4])
-    if number < 3:
-        child = os.fork()
-        if child == 0:
-            generation(number + 1)
-        _, status = os.waitpid(child, 0)
-        assert os.waitstatus_to_exitcode(status) == 0
-    pool.step([4, 4])
-    pool.close()
-    client.close()
-    if number:
-        os._exit(0)
-
-generation(0)
-"""
-
 _CHILD_OUTLIVES_IT = """
 import os
 import sys
-from procgen_client import ProcgenVectorEnv
-env = ProcgenVectorEnv("maze", 2)
-env.reset()
+from procgen_client import ServerProcess
+server = ServerProcess(tied=True)
 if os.fork() == 0:
     sys.stdin.read()
     os._exit(0)
-print(env.pool._client.address.removeprefix("unix:"), flush=True)
+print(server.address, flush=True)
 sys.stdin.read()
 """
 
@@ -235,47 +253,40 @@ def _environment() -> dict[str, str]:
     return os.environ | {"PROCGEN_SERVER_BINARY": str(server_binary())}
 
 
-@native_only
-@pytest.mark.parametrize("how", ["fork", "spawn"])
-def test_children_create_environments_while_the_parent_has_some(how: str, tmp_path: Path) -> None:
+@pytest.mark.parametrize("how", ["fork", "spawn", "forkserver"])
+def test_children_make_environments_while_the_parent_has_some(how: str, tmp_path: Path) -> None:
     _run(_CHILDREN_MAKE_THEIR_OWN, how, "{}", folder=tmp_path)
 
 
-@native_only
-def test_children_create_environments_while_the_parent_has_a_stream(
+def test_children_make_environments_while_the_parent_has_some_on_a_server(
     server: ServerProcess, tmp_path: Path
 ) -> None:
-    where = repr({"server": server.address})
-    _run(_CHILDREN_MAKE_THEIR_OWN, "fork", where, folder=tmp_path)
+    _run(_CHILDREN_MAKE_THEIR_OWN, "fork", repr({"server": server.address}), folder=tmp_path)
 
 
-@native_only
 def test_worker_processes_run_environments_while_the_parent_steps(tmp_path: Path) -> None:
     _run(_ASYNC_VECTOR_ENV, folder=tmp_path)
 
 
-@native_only  # With grpcio, sys.exit in the child ends the parent's calls.
-@pytest.mark.parametrize("where", ["private", "stream"])
-def test_child_can_neither_use_nor_close_its_parents_environment(
-    where: str, server: ServerProcess, tmp_path: Path
+@pytest.mark.parametrize("place", ["process", "server"])
+def test_child_can_neither_use_nor_close_its_parents_pools(
+    place: str, request: pytest.FixtureRequest, tmp_path: Path
 ) -> None:
-    arguments = {} if where == "private" else {"server": server.address}
-    _run(_THE_PARENTS_OWN, repr(arguments), folder=tmp_path)
+    address = request.getfixturevalue("server").address if place == "server" else ""
+    _run(_THE_PARENTS_OWN, address, folder=tmp_path)
 
 
-@pytest.mark.skipif(is_native(), reason="tests grpcio")
-def test_grpcio_connections_are_rejected_in_children(
+def test_pools_of_children_and_grandchildren_equal_their_parents(tmp_path: Path) -> None:
+    _run(_POOLS_OF_CHILDREN, folder=tmp_path)
+
+
+def test_child_of_a_connected_process_cannot_connect_but_can_make_pools_of_its_own(
     server: ServerProcess, tmp_path: Path
 ) -> None:
-    _run(_BY_GRPCIO, server.address, folder=tmp_path)
+    _run(_CONNECTS_IN_CHILD, server.address, folder=tmp_path)
 
 
-@native_only
-def test_grandchildren_can_connect(server: ServerProcess, tmp_path: Path) -> None:
-    _run(_GENERATIONS, server.address, folder=tmp_path)
-
-
-def test_local_server_ends_with_its_program_despite_running_children() -> None:
+def test_tied_server_ends_with_its_program_despite_running_children() -> None:
     with subprocess.Popen(
         [sys.executable, "-c", _CHILD_OUTLIVES_IT],
         env=_environment(),
@@ -284,16 +295,14 @@ def test_local_server_ends_with_its_program_despite_running_children() -> None:
         text=True,
     ) as program:
         assert program.stdout is not None
-        folder = Path(program.stdout.readline().strip()).parent
+        _, _, port = program.stdout.readline().strip().rpartition(":")
+        listening = f":{int(port):04X} 00000000:0000 0A"
+        assert listening in Path("/proc/net/tcp").read_text()
         os.kill(program.pid, signal.SIGKILL)
         program.wait()
-        listening = str(folder / "socket")
         deadline = time.monotonic() + 60
-        while listening in Path("/proc/net/unix").read_text():
+        while listening in Path("/proc/net/tcp").read_text():
             assert time.monotonic() < deadline, "the server is still running"
         # The child is still running: its standard input is open.
         assert program.stdin is not None
         assert not program.stdin.closed
-    for file in folder.iterdir():
-        file.unlink(missing_ok=True)
-    folder.rmdir()

@@ -10,6 +10,8 @@ from typing import Any
 import numpy as np
 import pytest
 
+from conftest import MakePool, server_binary
+
 from procgen_client import AutoresetMode, Client, ProcgenVectorEnv, ServerProcess
 from procgen_client.errors import InvalidArgumentError, ResourceExhaustedError
 
@@ -21,62 +23,61 @@ def _grey(rgb: np.ndarray) -> np.ndarray:
     return ((luma + 128) // 256).astype(np.uint8)[..., np.newaxis]
 
 
-def test_colors_and_layouts_are_converted_from_the_default_observation(client: Client) -> None:
-    with (
-        client.create_pool("coinrun", 3, **_OPTIONS) as rgb,
-        client.create_pool("coinrun", 3, layout="chw", **_OPTIONS) as planes,
-        client.create_pool("coinrun", 3, grayscale_obs=True, **_OPTIONS) as grey,
-    ):
-        assert planes.observation_shape == (3, 64, 64)
-        assert grey.observation_shape == (64, 64, 1)
-        for action in (7, 7, 4, 2, -1, 8):
-            frames = rgb.step([action] * 3).observations
-            np.testing.assert_array_equal(
-                planes.step([action] * 3).observations, frames.transpose(0, 3, 1, 2)
-            )
-            np.testing.assert_array_equal(grey.step([action] * 3).observations, _grey(frames))
+def test_colors_and_layouts_are_converted_from_the_default_observation(
+    make_pool: MakePool,
+) -> None:
+    rgb = make_pool("coinrun", 3, **_OPTIONS)
+    planes = make_pool("coinrun", 3, layout="chw", **_OPTIONS)
+    grey = make_pool("coinrun", 3, grayscale_obs=True, **_OPTIONS)
+    assert planes.observation_shape == (3, 64, 64)
+    assert grey.observation_shape == (64, 64, 1)
+    for action in (7, 7, 4, 2, -1, 8):
+        frames = rgb.step([action] * 3).observations
+        np.testing.assert_array_equal(
+            planes.step([action] * 3).observations, frames.transpose(0, 3, 1, 2)
+        )
+        np.testing.assert_array_equal(grey.step([action] * 3).observations, _grey(frames))
 
 
 @pytest.mark.parametrize("screen_size", [16, 84, 512])
-def test_observations_have_the_requested_size(client: Client, screen_size: int) -> None:
-    with client.create_pool("maze", 2, screen_size=screen_size, **_OPTIONS) as pool:
-        observations = pool.observe().observations
-        assert observations.shape == (2, screen_size, screen_size, 3)
-        assert observations.std() > 10
+def test_observations_have_the_requested_size(make_pool: MakePool, screen_size: int) -> None:
+    observations = make_pool("maze", 2, screen_size=screen_size, **_OPTIONS).observe().observations
+    assert observations.shape == (2, screen_size, screen_size, 3)
+    assert observations.std() > 10
 
 
-def test_stacks_are_the_last_frames_of_the_episode(client: Client) -> None:
-    with (
-        client.create_pool("bigfish", 2, **_OPTIONS) as single,
-        client.create_pool("bigfish", 2, frame_stack=3, **_OPTIONS) as stacked,
-    ):
-        assert stacked.observation_shape == (3, 64, 64, 3)
-        frames = [single.observe().observations] * 3
-        np.testing.assert_array_equal(stacked.observe().observations, np.stack(frames, axis=1))
-        for action in (7, 7, 1, 5, -1, 8, 8):
-            batch = single.step([action] * 2, final_observations=True)
-            seen = stacked.step([action] * 2, final_observations=True)
-            if action == -1:
-                last = np.stack([*frames[1:], batch.final_observations], axis=1)
-                np.testing.assert_array_equal(seen.final_observations, last)
-                frames = [batch.observations] * 3
-            else:
-                frames = [*frames[1:], batch.observations]
-            np.testing.assert_array_equal(seen.observations, np.stack(frames, axis=1))
+def test_stacks_are_the_last_frames_of_the_episode(make_pool: MakePool) -> None:
+    single = make_pool("bigfish", 2, **_OPTIONS)
+    stacked = make_pool("bigfish", 2, frame_stack=3, **_OPTIONS)
+    assert stacked.observation_shape == (3, 64, 64, 3)
+    frames = [single.observe().observations] * 3
+    np.testing.assert_array_equal(stacked.observe().observations, np.stack(frames, axis=1))
+    for action in (7, 7, 1, 5, -1, 8, 8):
+        batch = single.step([action] * 2, final_observations=True)
+        seen = stacked.step([action] * 2, final_observations=True)
+        if action == -1:
+            last = np.stack([*frames[1:], batch.final_observations], axis=1)
+            np.testing.assert_array_equal(seen.final_observations, last)
+            frames = [batch.observations] * 3
+        else:
+            frames = [*frames[1:], batch.observations]
+        np.testing.assert_array_equal(seen.observations, np.stack(frames, axis=1))
 
 
-def test_observations_beyond_the_default_response_limit_are_received(client: Client) -> None:
-    with client.create_pool("maze", 2, screen_size=512, frame_stack=16, **_OPTIONS) as pool:
-        batch = pool.step([4, -1], final_observations=True)
-        assert batch.observations.shape == (2, 16, 512, 512, 3)
-        assert batch.final_observations.shape == (1, 16, 512, 512, 3)
+def test_observations_beyond_the_default_response_limit_are_received(make_pool: MakePool) -> None:
+    pool = make_pool("maze", 2, screen_size=512, frame_stack=16, **_OPTIONS)
+    batch = pool.step([4, -1], final_observations=True)
+    assert batch.observations.shape == (2, 16, 512, 512, 3)
+    assert batch.final_observations.shape == (2, 16, 512, 512, 3)
+    assert batch.observations[0, 15].any()
+    assert batch.final_observations[1, 15].any()
 
 
-def test_vector_environment_has_the_requested_shape(server: ServerProcess) -> None:
+def test_vector_environment_has_the_requested_shape(place: Client | None) -> None:
     with ProcgenVectorEnv(
         "starpilot",
         2,
-        server=server.address,
+        server=place,
         autoreset_mode=AutoresetMode.SAME_STEP,
         screen_size=84,
         grayscale_obs=True,
@@ -110,14 +111,15 @@ def test_vector_environment_has_the_requested_shape(server: ServerProcess) -> No
     ],
 )
 def test_formats_out_of_range_are_rejected(
-    client: Client, argument: dict[str, Any], message: str
+    make_pool: MakePool, argument: dict[str, Any], message: str
 ) -> None:
     with pytest.raises(InvalidArgumentError) as raised:
-        client.create_pool("maze", 1, **argument)
+        make_pool("maze", 1, **argument)
     assert message in raised.value.message
 
 
-def test_observations_beyond_the_servers_limit_are_rejected(client: Client) -> None:
-    with pytest.raises(ResourceExhaustedError) as raised:
-        client.create_pool("maze", 400, screen_size=512, frame_stack=16)
-    assert "limit observation_bytes_max is 4294967296" in raised.value.message
+def test_observations_beyond_the_servers_limit_are_rejected() -> None:
+    with ServerProcess(server_binary(), ["--owner_bytes_max=65536"]) as server:
+        with Client(server.address) as client, pytest.raises(ResourceExhaustedError) as raised:
+            client.create_pool("maze", 6)
+    assert "limit owner_bytes_max is 65536" in raised.value.message

@@ -51,7 +51,7 @@ def test_learner_connects_with_the_printed_lines(tmp_path: Path) -> None:
             learner = (
                 "from procgen_client import ProcgenVectorEnv;"
                 "env = ProcgenVectorEnv('maze', 2); env.reset(); env.step([4, 4]);"
-                "print(env.pool._client.list_pools()[0].owner)"
+                "print(env.pool.client.list_pools()[0].owner)"
             )
             script = "\n".join([*lines, f'exec {sys.executable} -c "{learner}"'])
             run = subprocess.run(
@@ -67,8 +67,6 @@ def test_certificate_is_for_the_given_names_only(tmp_path: Path) -> None:
         credentials = Credentials(ca=tmp_path / "ca.pem", token=token)
         with pytest.raises(errors.UnavailableError, match="is for other names"):
             Client(server.address, credentials=credentials)
-        named = [("grpc.ssl_target_name_override", "lab.example.com")]
-        Client(server.address, credentials=credentials, channel_options=named).close()
 
 
 def test_openssl_accepts_the_chain(tmp_path: Path) -> None:

@@ -1,35 +1,24 @@
-"""`out=` receives observations in arrays and tensors of the caller, also on shared memory."""
+"""`out=` receives observations in arrays and tensors of the caller."""
 
 from __future__ import annotations
 
 import warnings
-from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
 import pytest
-from conftest import native_only
+from conftest import MakePool
 
-from procgen_client import Client, Pool, ProcgenVectorEnv, ServerProcess, errors
+from procgen_client import Client, Pool, ProcgenVectorEnv, errors
 
 _N = 4
 _FRAME = (64, 64, 3)
-_TRANSPORTS = ["stream", pytest.param("shared_memory", marks=native_only)]
-
-
-@pytest.fixture(params=_TRANSPORTS)
-def transport(request: pytest.FixtureRequest) -> str:
-    """Each transport."""
-    return str(request.param)
 
 
 @pytest.fixture
-def pools(client: Client, transport: str) -> Iterator[tuple[Pool, Pool]]:
+def pools(make_pool: MakePool) -> tuple[Pool, Pool]:
     """A pool, and another with equal episodes."""
-    options = {"rand_seed": 3, "transport": transport}
-    with client.create_pool("bigfish", _N, **options) as pool:
-        with client.create_pool("bigfish", _N, **options) as twin:
-            yield pool, twin
+    return make_pool("bigfish", _N, rand_seed=3), make_pool("bigfish", _N, rand_seed=3)
 
 
 def _outs() -> dict[str, Any]:
@@ -50,7 +39,7 @@ def _outs() -> dict[str, Any]:
 
 
 @pytest.mark.parametrize("out", [pytest.param(out, id=name) for name, out in _outs().items()])
-def test_observations_are_copied_into_out(pools: tuple[Pool, Pool], out: object) -> None:
+def test_observations_are_written_into_out(pools: tuple[Pool, Pool], out: object) -> None:
     pool, twin = pools
     for call, arguments in (("observe", ()), ("step", ([7] * _N,)), ("reset", ())):
         batch = getattr(pool, call)(*arguments, out=out)
@@ -60,39 +49,52 @@ def test_observations_are_copied_into_out(pools: tuple[Pool, Pool], out: object)
         np.testing.assert_array_equal(batch.rewards, expected.rewards)
 
 
-def test_halves_are_received_in_rows_of_one_array(pools: tuple[Pool, Pool]) -> None:
+def test_halves_are_written_into_rows_of_one_array(pools: tuple[Pool, Pool]) -> None:
     pool, twin = pools
     observations = np.zeros((_N, *_FRAME), np.uint8)
     for first in (0, 2):
-        pool.send_observe(first_env=first, env_count=2)
-    for first in (0, 2):
-        pool.receive(out=observations[first : first + 2])
+        rows = observations[first : first + 2]
+        pool.send_observe(first_env=first, env_count=2, out=rows)
+    for _ in range(2):
+        assert pool.receive().observations.base is observations
     np.testing.assert_array_equal(observations, twin.observe().observations)
-    # Shared memory is free again: more steps than held batches.
-    for _ in range(10):
-        pool.step([1, 1], first_env=2, out=observations[2:])
 
 
-def test_env_copies_into_out(server: ServerProcess, transport: str) -> None:
-    options = {"rand_seed": 1, "server": server.address, "transport": transport}
-    with ProcgenVectorEnv("maze", _N, **options) as env:
-        with ProcgenVectorEnv("maze", _N, **options) as twin:
-            buffer = np.zeros((4, _N, *_FRAME), np.uint8)
-            first, _ = env.reset(out=buffer[0])
-            stepped = env.step([7] * _N, out=buffer[1])[0]
-            env.step_async([5] * _N)
-            waited = env.step_wait(out=buffer[2])[0]
-            restored, _ = env.reset(seed=4, out=buffer[3])
-            returned = (first, stepped, waited, restored)
-            expected = (
-                twin.reset()[0],
-                twin.step([7] * _N)[0],
-                twin.step([5] * _N)[0],
-                twin.reset(seed=4)[0],
-            )
-            for observations, row, others in zip(returned, buffer, expected, strict=True):
-                assert observations.base is buffer
-                np.testing.assert_array_equal(row, others)
+def test_batch_with_out_is_not_used_for_later_ones(pools: tuple[Pool, Pool]) -> None:
+    pool, twin = pools
+    out = np.zeros((_N, *_FRAME), np.uint8)
+    pool.step([7] * _N, out=out)
+    written = out.copy()
+    for arguments in ({}, {"observe": False}):
+        batch = pool.step([7] * _N, **arguments)
+        assert batch.observations is not out
+        np.testing.assert_array_equal(out, written)
+    twin.step([7] * _N, repeat_count=3)
+    np.testing.assert_array_equal(pool.observe().observations, twin.observe().observations)
+
+
+def test_env_writes_into_out(place: Client | None) -> None:
+    with (
+        ProcgenVectorEnv("maze", _N, rand_seed=1, server=place) as env,
+        ProcgenVectorEnv("maze", _N, rand_seed=1, server=place) as twin,
+    ):
+        buffer = np.zeros((4, _N, *_FRAME), np.uint8)
+        first, _ = env.reset(out=buffer[0])
+        stepped = env.step([7] * _N, out=buffer[1])[0]
+        env.step_async([5] * _N)
+        waited = env.step_wait(out=buffer[2])[0]
+        again, _ = env.reset(seed=4, out=buffer[3])
+        expected = (
+            twin.reset()[0],
+            twin.step([7] * _N)[0],
+            twin.step([5] * _N)[0],
+            twin.reset(seed=4)[0],
+        )
+        for observations, row, others in zip(
+            (first, stepped, waited, again), buffer, expected, strict=True
+        ):
+            assert observations.base is buffer
+            np.testing.assert_array_equal(row, others)
 
 
 _READ_ONLY = np.zeros((_N, *_FRAME), np.uint8)
@@ -115,17 +117,16 @@ _ALLOWED = r"it is a writable, C-contiguous uint8 array of shape \[4, 64, 64, 3\
     ],
 )
 def test_other_outs_are_rejected_before_anything_is_sent(
-    client: Client, out: Any, message: str  # noqa: ANN401
+    make_pool: MakePool, place: Client | None, out: Any, message: str  # noqa: ANN401
 ) -> None:
-    with client.create_pool("maze", _N) as pool:
-        before = pool.observe()
-        for call in (pool.observe, pool.reset, lambda out: pool.step([7] * _N, out=out)):
-            with pytest.raises(errors.InvalidArgumentError, match=message):
-                call(out=out)
-        assert pool.attached
-        after = pool.observe()
-        assert after.sequence_number == before.sequence_number + 1
-    with ProcgenVectorEnv("maze", _N, server=client) as env:
+    pool = make_pool("maze", _N)
+    calls = (pool.observe, pool.reset, lambda out: pool.step([7] * _N, out=out))
+    for call in (*calls, pool.send_observe, pool.send_reset):
+        with pytest.raises(errors.InvalidArgumentError, match=message):
+            call(out=out)
+    assert pool.in_flight == 0
+    assert pool.step([7] * _N).episode_lengths.tolist() == [1] * _N
+    with ProcgenVectorEnv("maze", _N, server=place) as env:
         env.reset()
         for call in (env.reset, lambda out: env.step([7] * _N, out=out)):
             with pytest.raises(errors.InvalidArgumentError, match=message):
@@ -137,9 +138,9 @@ def test_other_outs_are_rejected_before_anything_is_sent(
         assert env.step_wait()[0].shape == (_N, *_FRAME)
 
 
-def test_tensors_that_numpy_cannot_view_are_rejected(client: Client) -> None:
+def test_tensors_that_numpy_cannot_view_are_rejected() -> None:
     torch = pytest.importorskip("torch")
-    with client.create_pool("maze", 1) as pool:
+    with Pool("maze", 1) as pool:
         for tensor in (
             torch.zeros((1, *_FRAME), dtype=torch.uint8, device="meta"),
             torch.zeros((1, *_FRAME), requires_grad=True),
@@ -149,40 +150,27 @@ def test_tensors_that_numpy_cannot_view_are_rejected(client: Client) -> None:
                 pool.observe(out=tensor)
 
 
-def test_number_of_rows_is_that_of_the_answer(client: Client) -> None:
+def test_number_of_rows_is_that_of_the_slice(make_pool: MakePool) -> None:
     out = np.zeros((_N, *_FRAME), np.uint8)
-    with client.create_pool("maze", _N) as pool:
-        with pytest.raises(errors.InvalidArgumentError, match=r"of shape \[2, 64, 64, 3\]"):
-            pool.observe(env_count=2, out=out)
-        with pytest.raises(errors.InvalidArgumentError, match="observe is False"):
-            pool.step([7] * _N, observe=False, out=out)
-        pool.send_observe(env_count=2)
-        with pytest.raises(errors.InvalidArgumentError, match=r"of shape \[n, 64, 64, 3\]"):
-            pool.receive(out=out[..., :1])
-        assert pool.in_flight == 1, "found before the answer was received"
-        with pytest.raises(errors.InvalidArgumentError, match=r"of shape \[2, 64, 64, 3\]"):
-            pool.receive(out=out)
-        pool.send_observe(observe=False)
-        with pytest.raises(errors.InvalidArgumentError, match="observe is False"):
-            pool.receive(out=out)
+    pool = make_pool("maze", _N)
+    with pytest.raises(errors.InvalidArgumentError, match=r"of shape \[2, 64, 64, 3\]"):
+        pool.observe(env_count=2, out=out)
+    with pytest.raises(errors.InvalidArgumentError, match="observe is False"):
+        pool.step([7] * _N, observe=False, out=out)
+    assert pool.observe(first_env=1, out=out[1:]).env_count == 3
+    assert not out[0].any()
+    assert out[1:].any()
 
 
-@pytest.mark.parametrize("copy", [True, False])
-def test_documented_ways_to_torch_neither_copy_nor_warn(
-    server: ServerProcess, transport: str, copy: bool
-) -> None:
+def test_documented_ways_to_torch_neither_copy_nor_warn(place: Client | None) -> None:
     torch = pytest.importorskip("torch")
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        with ProcgenVectorEnv(
-            "maze", _N, server=server.address, transport=transport, copy=copy
-        ) as env:
+        with ProcgenVectorEnv("maze", _N, server=place) as env:
             env.reset()
             tensor = torch.zeros((_N, *_FRAME), dtype=torch.uint8)
             assert env.step([7] * _N, out=tensor)[0] is tensor
             observations = env.step([7] * _N)[0]
-            if not observations.flags.writeable:
-                return  # Views of shared memory go to torch by `out`.
             for made in (torch.from_numpy(observations), torch.from_dlpack(observations)):
                 assert made.data_ptr() == observations.ctypes.data
             assert np.shares_memory(np.from_dlpack(observations), observations)

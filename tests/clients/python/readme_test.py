@@ -11,10 +11,10 @@ import textwrap
 from pathlib import Path
 
 import pytest
-from conftest import native_only, server_binary
+from conftest import server_binary
 
 import procgen_client
-from procgen_client import Client, ServerProcess, errors
+from procgen_client import ServerProcess
 
 _PYTHON = Path(__file__).resolve().parents[3] / "clients/python"
 
@@ -46,7 +46,7 @@ def test_module_docstring_names_every_public_class_and_runs(server: ServerProces
         assert f"`{name}`" in manual, name
     blocks = re.findall(r"::\n\n((?:    .*\n|\n)+)", manual)
     assert len(blocks) == 2
-    names: dict[str, object] = {"__name__": "example", "connect": procgen_client.connect}
+    names: dict[str, object] = {"__name__": "example", "Pool": procgen_client.Pool}
     for block in blocks:
         source = textwrap.dedent(block).replace('"localhost:50051"', repr(server.address))
         exec(compile(source, "procgen_client", "exec"), names)
@@ -59,7 +59,7 @@ def test_example_runs(
     if "import torch" in example:
         pytest.importorskip("torch")
     monkeypatch.chdir(tmp_path)
-    # Examples without a server address start a server.
+    # Examples without a server address step in this process.
     source = example.replace("localhost:50051", server.address).replace(":8080", ":0")
     assert "localhost" not in source
     for _ in range(2 if "checkpoint" in example else 1):  # The second run resumes the first.
@@ -96,18 +96,18 @@ def test_replay_example_repeats_an_episode_after_an_incomplete_level(
     recorded = """
     for actions in ([-1] * 4, [4] * 4, [4] * 4, [-1] * 4):
         pool.step(actions)
-    episode = pool.get_episode(3)
+    episode = client.get_episode(pool, 3)
     assert (len(episode.actions), episode.prev_level_incomplete) == (3, True)
 """
-    pattern = r"\n    episode = pool.get_episode\(3\).*\n"
+    pattern = r"\n    episode = client.get_episode\(pool, 3\).*\n"
     source, count = re.subn(pattern, lambda _: recorded, source)
     assert count == 1
     exec(compile(source, "example", "exec"), {"__name__": "example"})
 
 
-@native_only
 def test_restart_example_survives_a_restart(tmp_path: Path) -> None:
-    (example,) = (each for each in _EXAMPLES if "NotFoundError" in each)
+    guide = _examples_in(_PYTHON / "guides/checkpoint-and-resume.md")
+    (example,) = (each for each in guide if "reopen" in each)
     address = f"unix:{tmp_path}/socket"
     source = example.replace("localhost:50051", address)
     with (
@@ -117,6 +117,7 @@ def test_restart_example_survives_a_restart(tmp_path: Path) -> None:
             stdout=subprocess.PIPE,
             stderr=subprocess.PIPE,
             text=True,
+            cwd=tmp_path,
         ) as learner,
     ):
         assert learner.stdout is not None
@@ -127,22 +128,3 @@ def test_restart_example_survives_a_restart(tmp_path: Path) -> None:
             output, error = learner.communicate()
         assert learner.returncode == 0, error
         assert output == "".join(f"{update} updates\n" for update in range(2, 21))
-
-
-@native_only
-@pytest.mark.parametrize("transport", ["shared_memory", "stream"])
-def test_error_of_a_restarted_server_says_what_to_do(tmp_path: Path, transport: str) -> None:
-    address = f"unix:{tmp_path}/socket"
-    with ServerProcess(server_binary(), address=address) as lost, Client(address) as client:
-        pool = client.create_pool("maze", 2, transport=transport)
-        pool.step([4, 4])
-        os.kill(lost.process_id, signal.SIGKILL)
-        (tmp_path / "socket").unlink(missing_ok=True)
-        with ServerProcess(server_binary(), address=address):
-            with pytest.raises(
-                errors.NotFoundError, match="no pool pools/1: the server was restarted .* restore"
-            ):
-                while True:
-                    pool.step([4, 4])
-            with pytest.raises(errors.NotFoundError, match="the server was restarted .* restore"):
-                pool.step([4, 4])

@@ -1,4 +1,4 @@
-"""Reconnecting streams, and leases of pools."""
+"""Broken connections: pools resume; lost and draining servers; pools of killed programs."""
 
 from __future__ import annotations
 
@@ -7,182 +7,135 @@ import signal
 import subprocess
 import sys
 import time
-import zlib
+from pathlib import Path
 
 import numpy as np
 import pytest
-from conftest import native_only, server_binary
+from conftest import assert_same, server_binary
 from fault_proxy import Proxy, connected
 
 from procgen_client import Batch, Client, Pool, ServerProcess, errors
 
 _ENV_COUNT = 12
 _HALF = _ENV_COUNT // 2
-_OPTIONS = {"distribution_mode": "easy", "rand_seed": 5, "transport": "stream"}
+_GAMES = ["maze", "bigfish"]
+_OPTIONS = {"distribution_mode": "easy", "rand_seed": 5}
 
 
-def _attach(pool: Pool) -> None:
-    """Repeats attach, which the client does not retry: it could end another learner's stream."""
-    while not pool.attached:
+def _made(client: Client, encoding: str) -> Pool:
+    """Repeats create_pool, which the client does not retry."""
+    while True:
         try:
-            pool.attach(take_over=True, response_bytes_max=65536)
+            return client.create_pool(_GAMES, _ENV_COUNT, encoding=encoding, **_OPTIONS)
         except errors.ProcgenError:
             pass
 
 
-def _fingerprint(batch: Batch) -> int:
-    crc = 0
-    for array in (
-        batch.observations,
-        batch.rewards,
-        batch.first,
-        batch.terminated,
-        batch.truncated,
-        batch.level_seeds,
-        batch.prev_level_seeds,
-        batch.prev_level_complete,
-        batch.episode_returns,
-        batch.episode_lengths,
-        batch.fingerprints,
-    ):
-        crc = zlib.crc32(np.ascontiguousarray(array).tobytes(), crc)
-    return crc
-
-
-def _trace(pool: Pool, count: int) -> list[int]:
-    """Steps the two halves of the pool in turn, with pipelined requests."""
-    rng = np.random.default_rng(3)
-    actions = rng.integers(-1, 15, (count, _HALF))
-    _attach(pool)
-    trace: list[int] = []
+def _trace(pool: Pool, count: int) -> list[Batch]:
+    """Steps the two halves of the pool in turn, with requests sent ahead."""
+    actions = np.random.default_rng(3).integers(-1, 15, (count, _HALF))
+    trace: list[Batch] = []
     sent = 0
     while len(trace) < count:
-        while sent < count and pool.in_flight < pool.requests_in_flight_max:
+        while sent < count and pool.in_flight < 3:
             pool.send_step(actions[sent], first_env=sent % 2 * _HALF, env_count=_HALF)
             sent += 1
-        trace.append(_fingerprint(pool.receive()))
+        trace.append(pool.receive())
     return trace
 
 
-@native_only
 @pytest.mark.parametrize(
-    "encoding,count,bytes_between_faults,least_break_count",
-    [
-        ("raw", 150, 120_000, 30),
-        ("delta_zstd", 300, 40_000, 5),
-    ],
+    ("encoding", "count", "bytes_between_faults", "least_break_count"),
+    [("raw", 150, 120_000, 30), ("delta_zstd", 300, 40_000, 5)],
 )
 def test_faulty_network_loses_nothing(
     server: ServerProcess,
-    client: Client,
     encoding: str,
     count: int,
     bytes_between_faults: int,
     least_break_count: int,
 ) -> None:
-    with client.create_pool(["maze", "bigfish"], _ENV_COUNT, **_OPTIONS) as pool:
+    with Pool(_GAMES, _ENV_COUNT, **_OPTIONS) as pool:
         expected = _trace(pool, count)
     proxy = Proxy(server.address, 11, bytes_between_faults)
-    with client.create_pool(
-        ["maze", "bigfish"], _ENV_COUNT, encoding=encoding, **_OPTIONS
-    ) as pool:
-        with connected(proxy.address) as learner:
-            actual = _trace(
-                learner.get_pool(pool.name, requests_in_flight_max=3), count
-            )
-        assert client.get_pool(pool.name) is not None
+    with connected(proxy.address) as learner, _made(learner, encoding) as pool:
+        actual = _trace(pool, count)
     assert proxy.stop() >= least_break_count
-    assert actual == expected
+    for left, right in zip(expected, actual, strict=True):
+        assert_same(left, right)
 
 
-@native_only
-def test_reconnecting_to_a_lost_server_times_out() -> None:
+@pytest.mark.parametrize(
+    ("reconnect_timeout", "words"),
+    [
+        (0.5, "made again within (500ms|0.5 s)"),
+        (0, "^(?!.*made again)"),
+    ],
+)
+def test_steps_on_a_lost_server_fail(reconnect_timeout: float, words: str) -> None:
     with ServerProcess(flags=["--workers=1"]) as server:
-        with Client(server.address, reconnect_timeout=0.5) as client:
+        with Client(server.address, reconnect_timeout=reconnect_timeout) as client:
             pool = client.create_pool("maze", 2)
             pool.step([4, 4])
             os.kill(server.process_id, signal.SIGKILL)
             begin = time.monotonic()
-            with pytest.raises(errors.UnavailableError, match="made again within (500ms|0.5 s)"):
+            with pytest.raises(errors.UnavailableError, match=words):
                 while True:
                     pool.step([4, 4])
             assert time.monotonic() - begin < 10
-            assert not pool.attached
+            with pytest.raises((errors.UnavailableError, errors.NotFoundError)):
+                pool.step([4, 4])
+            pool.close()
 
 
-def test_without_reconnect_timeout_the_first_loss_is_an_error() -> None:
+@pytest.mark.parametrize("stop", [signal.SIGKILL, signal.SIGTERM])
+def test_pools_survive_the_end_of_their_server(tmp_path: Path, stop: signal.Signals) -> None:
+    address = f"unix:{tmp_path}/socket"
+    actions = np.random.default_rng(3).integers(-1, 15, (60, _ENV_COUNT))
+    with Pool(_GAMES, _ENV_COUNT, **_OPTIONS) as pool:
+        expected = [pool.step(each) for each in actions]
+    server = ServerProcess(server_binary(), address=address)
+    with Client(address) as client, client.create_pool(_GAMES, _ENV_COUNT, **_OPTIONS) as pool:
+        for i, (action, batch) in enumerate(zip(actions, expected, strict=True)):
+            assert_same(batch, pool.step(action))
+            if i % 20 == 10:
+                os.kill(server.process_id, stop)
+                server.stop()
+                (tmp_path / "socket").unlink(missing_ok=True)
+                server = ServerProcess(server_binary(), address=address)
+    server.stop()
+
+
+def test_a_draining_server_is_named_if_none_takes_its_place() -> None:
     with ServerProcess(flags=["--workers=1"]) as server:
-        with Client(server.address, reconnect_timeout=0) as client:
-            pool = client.create_pool("maze", 2)
-            pool.step([4, 4])
-            os.kill(server.process_id, signal.SIGKILL)
-            with pytest.raises(errors.UnavailableError) as caught:
-                while True:
-                    pool.step([4, 4])
-            assert "made again" not in caught.value.message
-
-
-def test_draining_server_is_not_contacted_again() -> None:
-    with ServerProcess(flags=["--workers=1", "--drain_timeout=1s"]) as server:
-        with Client(server.address, reconnect_timeout=600) as client:
+        with Client(server.address, reconnect_timeout=1) as client:
             pool = client.create_pool("maze", 2)
             pool.step([4, 4])
             os.kill(server.process_id, signal.SIGTERM)
-            with pytest.raises(errors.UnavailableError, match="drains"):
+            with pytest.raises(errors.UnavailableError, match="made again within 1s"):
                 while True:
                     pool.step([4, 4])
 
 
-def test_step_after_a_takeover_is_aborted(client: Client) -> None:
-    with client.create_pool("maze", 2) as pool:
-        pool.step([4, 4])
-        with client.get_pool(pool.name) as other:
-            other.attach(take_over=True)
-            other.step([4, 4])
-        with pytest.raises(errors.AbortedError, match="took over"):
-            pool.step([4, 4])
-
-
-def test_lease_is_returned_and_renewed(client: Client) -> None:
-    with client.create_pool("maze", 1, lease_duration=90.5) as pool:
-        assert pool.spec.lease_duration.ToTimedelta().total_seconds() == 90.5
-        pool.renew()
-        pool.renew(3600)
-        message = next(message for message in client.list_pools() if message.name == pool.name)
-        assert message.spec.lease_duration.seconds == 3600
-        with pytest.raises(errors.InvalidArgumentError, match="lease_duration is 500ms"):
-            pool.renew(0.5)
-        with pytest.raises(errors.ResourceExhaustedError, match="lease_duration_max is 24h"):
-            pool.renew(25 * 3600)
-
-
-@pytest.mark.parametrize(
-    ("flag", "argument"),
-    [("--lease_duration_default=1s", ""), ("--lease_duration_default=0s", ", lease_duration=1")],
-    ids=["default", "given"],
-)
-def test_pool_of_a_killed_learner_is_deleted_when_its_lease_expires(
-    flag: str, argument: str
-) -> None:
-    learner = f"""
+def test_pool_of_a_killed_program_is_freed() -> None:
+    learner = """
 import sys, procgen_client
-client = procgen_client.connect(sys.argv[1])
-pool = client.create_pool("maze", 1, pool_id="of-the-killed"{argument})
+pool = procgen_client.Pool("maze", 1, server=sys.argv[1], pool_id="of-the-killed")
 pool.observe()
-print("attached", flush=True)
+print("made", flush=True)
 while True:
     pool.step([4])
 """
-    with ServerProcess(server_binary(), [flag]) as server, Client(server.address) as client:
+    with ServerProcess(server_binary()) as server, Client(server.address) as client:
         process = subprocess.Popen(
             [sys.executable, "-c", learner, server.address], stdout=subprocess.PIPE, text=True
         )
         assert process.stdout is not None
-        assert process.stdout.readline() == "attached\n"
-        assert client.get_pool("pools/of-the-killed") is not None
+        assert process.stdout.readline() == "made\n"
+        assert client.get_pool("pools/of-the-killed").spec.env_count == 1
         process.kill()
         process.wait()
         process.stdout.close()
         with pytest.raises(errors.NotFoundError):
-            while True:  # Until the lease of one second expires.
+            while True:  # Until the server notices.
                 client.get_pool("pools/of-the-killed")

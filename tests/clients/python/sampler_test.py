@@ -2,47 +2,42 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-
 import numpy as np
 import pytest
+from conftest import MakePool, assert_same
 
-from procgen_client import Client, DoubleBufferedSampler, Pool, errors
+from procgen_client import DoubleBufferedSampler, Pool, errors
 
 _N = 5  # Halves of two and three environments.
 _STEPS = 40
 
 
 @pytest.fixture
-def pool(client: Client) -> Iterator[Pool]:
+def pool(make_pool: MakePool) -> Pool:
     """A pool whose episodes depend on nothing but the actions."""
-    with client.create_pool("bigfish", _N, distribution_mode="easy", rand_seed=3) as made:
-        yield made
+    return make_pool("bigfish", _N, distribution_mode="easy", rand_seed=3)
 
 
 def _actions(t: int) -> np.ndarray:
     return np.where(np.arange(_N) == t % 11, -1, (t // 3 * 2 + np.arange(_N)) % 9)
 
 
-def test_rollouts_equal_whole_pool_steps(client: Client, pool: Pool) -> None:
+def test_rollouts_equal_whole_pool_steps(make_pool: MakePool, pool: Pool) -> None:
     sampler = DoubleBufferedSampler(pool)
     assert sampler.halves == (slice(0, 2), slice(2, 5))
-    with client.create_pool("bigfish", _N, distribution_mode="easy", rand_seed=3) as twin:
-        for _ in range(2):
-            whole = [twin.observe(), *(twin.step(_actions(t)) for t in range(_STEPS))]
-            seen = []
-            for t, rows, batch in sampler.rollout(_STEPS):
-                seen.append((t, rows))
-                np.testing.assert_array_equal(batch.observations, whole[t].observations[rows])
-                if t > 0:
-                    np.testing.assert_array_equal(batch.rewards, whole[t].rewards[rows])
-                    np.testing.assert_array_equal(batch.ended, whole[t].ended[rows])
-                if t < _STEPS:
-                    sampler.send(_actions(t)[rows])
-            assert seen == [(t, half) for t in range(_STEPS + 1) for half in sampler.halves]
-            assert any(batch.ended.any() for batch in whole)
-            assert pool.in_flight == 0
-            assert pool.save_states() == twin.save_states()
+    twin = make_pool("bigfish", _N, distribution_mode="easy", rand_seed=3)
+    for _ in range(2):
+        whole = [twin.observe(), *(twin.step(_actions(t)) for t in range(_STEPS))]
+        seen = []
+        for t, rows, batch in sampler.rollout(_STEPS):
+            seen.append((t, rows))
+            assert_same(batch, whole[t], rows)
+            if t < _STEPS:
+                sampler.send(_actions(t)[rows])
+        assert seen == [(t, half) for t in range(_STEPS + 1) for half in sampler.halves]
+        assert any(batch.ended.any() for batch in whole)
+        assert pool.in_flight == 0
+        assert pool.save_states() == twin.save_states()
 
 
 def test_a_half_may_be_received_before_the_other_is_sent(pool: Pool) -> None:
@@ -81,7 +76,7 @@ def test_halves_are_sent_in_order(pool: Pool) -> None:
     assert pool.in_flight == 0
 
 
-def test_server_steps_a_half_while_the_other_is_processed(pool: Pool) -> None:
+def test_pool_steps_a_half_while_the_other_is_processed(pool: Pool) -> None:
     sampler = DoubleBufferedSampler(pool)
     for t, rows, _ in sampler.rollout(3):
         if t < 3:
@@ -127,9 +122,9 @@ def test_every_half_is_sent_once(pool: Pool) -> None:
         sampler.send([1, 1])
     rollout = sampler.rollout(1)
     next(rollout)
-    with pytest.raises(errors.FailedPreconditionError, match="requests to .* are unanswered"):
+    with pytest.raises(errors.FailedPreconditionError, match="1 requests are unanswered"):
         next(sampler.rollout(1))
-    with pytest.raises(errors.InvalidArgumentError, match="actions has 3 entries; .* has 2 "):
+    with pytest.raises(errors.InvalidArgumentError, match=r"actions has shape \[3\] .* of 2 env"):
         sampler.send([1, 1, 1])
     sampler.send([1, 1])
     with pytest.raises(errors.FailedPreconditionError, match="no half waits for actions"):
@@ -143,13 +138,8 @@ def test_every_half_is_sent_once(pool: Pool) -> None:
     assert pool.in_flight == 0
 
 
-def test_pools_without_two_halves_are_rejected(client: Client) -> None:
-    with client.create_pool("maze", 1) as pool:
-        with pytest.raises(errors.InvalidArgumentError, match="1 environment; .* at least 2"):
-            DoubleBufferedSampler(pool)
-    with client.create_pool("maze", 2, requests_in_flight_max=1) as pool:
-        with pytest.raises(errors.InvalidArgumentError, match="requests_in_flight_max is 1"):
-            DoubleBufferedSampler(pool)
-    with client.create_pool("maze", 2) as pool:
-        with pytest.raises(errors.InvalidArgumentError, match="step_count is -1"):
-            DoubleBufferedSampler(pool).rollout(-1)
+def test_pools_without_two_halves_are_rejected(make_pool: MakePool) -> None:
+    with pytest.raises(errors.InvalidArgumentError, match="1 environment; .* at least 2"):
+        DoubleBufferedSampler(make_pool("maze", 1))
+    with pytest.raises(errors.InvalidArgumentError, match="step_count is -1"):
+        DoubleBufferedSampler(make_pool("maze", 2)).rollout(-1)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from conftest import native_only, server_binary
+from conftest import server_binary
 
 from procgen_client import Client, ProcgenVectorEnv, ServerProcess, connect
 from procgen_client._proto import render_pb2
@@ -18,20 +18,20 @@ from procgen_client.errors import (
 
 def test_pool_is_watched_while_it_is_stepped(client: Client) -> None:
     with client.create_pool("maze", 4, rand_seed=3, distribution_mode="easy") as pool:
-        frame_sets = pool.watch([3, 0], size_px=64, frames_per_second_max=60)
+        frame_sets = client.watch(pool.name, [3, 0], size_px=64, frames_per_second_max=60)
         assert [frame.shape for frame in next(frame_sets)] == [(64, 64, 3)] * 2
         batch = pool.step([7, 4, 5, 1])
         frames = next(frame_sets)
         assert np.array_equal(frames[0], batch.observations[3])
         assert np.array_equal(frames[1], batch.observations[0])
         frame_sets.close()
-        assert next(pool.watch())[0].shape == (256, 256, 3)
+        assert next(client.watch(pool))[0].shape == (256, 256, 3)
 
 
-@native_only
 def test_slow_watcher_skips_frame_sets(client: Client) -> None:
     with client.create_pool("bigfish", 1) as pool:
-        slow, quick = (pool.watch([0], size_px=64, frames_per_second_max=60) for _ in range(2))
+        options = {"size_px": 64, "frames_per_second_max": 60}
+        slow, quick = (client.watch(pool, [0], **options) for _ in range(2))
         next(slow)
         next(quick)
         for _ in range(20):
@@ -100,45 +100,45 @@ def test_frame_sizes_are_limited_by_the_server() -> None:
     with ServerProcess(server_binary(), flags) as server, connect(server.address) as client:
         with client.create_pool("maze", 7, rand_seed=1) as pool:
             assert len(pool.render(size_px=256)) == 7
-            assert len(next(pool.watch([0, 1, 2, 3]))) == 4
+            assert len(next(client.watch(pool, [0, 1, 2, 3]))) == 4
             with pytest.raises(ResourceExhaustedError, match="room for 5 frames of 256 x 256"):
-                next(pool.watch())
+                next(client.watch(pool))
 
 
 def test_frames_beyond_the_default_message_size_are_received(client: Client) -> None:
     with client.create_pool("maze", 16, rand_seed=1) as pool:
-        assert len(next(pool.watch(size_px=512))) == 16
+        assert len(next(client.watch(pool, size_px=512))) == 16
 
 
 def test_watch_ends_with_an_error(client: Client) -> None:
     with client.create_pool("maze", 1, rand_seed=1) as pool:
         with pytest.raises(InvalidArgumentError, match="environments"):
-            next(pool.watch([1]))
+            next(client.watch(pool, [1]))
         with pytest.raises(InvalidArgumentError, match="frames_per_second_max"):
-            next(pool.watch(frames_per_second_max=61))
+            next(client.watch(pool, frames_per_second_max=61))
     with pytest.raises(NotFoundError):
-        next(pool.watch())
+        next(client.watch(pool))
 
 
 def test_episode_is_found_and_replayed(client: Client) -> None:
     with client.create_pool("coinrun", 2, rand_seed=1) as pool:
         with pytest.raises(FailedPreconditionError, match="ended no episode"):
-            pool.get_episode(1)
+            client.get_episode(pool, 1)
         batches = [pool.step([4, action]) for action in (7, 8, 7, -1)]
         rewards = [batch.rewards[1] for batch in batches]
-        episode = pool.get_episode(1)
+        episode = client.get_episode(pool, 1)
         assert list(episode.actions) == [7, 8, 7, 255]
         assert list(episode.rewards) == rewards
-        assert list(pool.get_episode(0, "current").actions) == [4] * 4
+        assert list(client.get_episode(pool, 0, "current").actions) == [4] * 4
         with pytest.raises(InvalidArgumentError, match="current"):
-            pool.get_episode(0, "next")
+            client.get_episode(pool, 0, "next")
         pool.step([4, -1])
-        found = pool.find_episode(1, batches[-1].fingerprints[0])
+        found = client.find_episode(pool, 1, batches[-1].fingerprints[1])
         assert (found.actions, found.fingerprint) == (episode.actions, episode.fingerprint)
         with pytest.raises(NotFoundError):
-            pool.find_episode(0, batches[-1].fingerprints[0])
+            client.find_episode(pool, 0, batches[-1].fingerprints[1])
         with pytest.raises(InvalidArgumentError, match="fingerprint is 0"):
-            pool.find_episode(1, 0)
+            client.find_episode(pool, 1, 0)
     with client.create_pool(
         episode.game, 1, start_level=episode.level_seed, num_levels=1
     ) as again:

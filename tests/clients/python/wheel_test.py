@@ -1,8 +1,9 @@
-"""The wheel is built without a network, contains all modules, and works after installation."""
+"""The wheel is built without a network, has all that it needs, and steps after installation."""
 
 from __future__ import annotations
 
 import os
+import re
 import shutil
 import subprocess
 import sys
@@ -12,56 +13,74 @@ from pathlib import Path
 
 import pytest
 
-from procgen_client import ServerProcess
-
 _ROOT = Path(__file__).resolve().parents[3]
 _OFFLINE = ["--no-index", "--no-deps", "--disable-pip-version-check"]
-_PROGRAM = """
-import sys
-import procgen_client
-from procgen_client import ProcgenVectorEnv
-assert "site-packages" in procgen_client.__file__, procgen_client.__file__
-with ProcgenVectorEnv("maze", 2, server=sys.argv[1]) as env:
-    env.reset()
-    env.step([4, 4])
-"""
+_PROGRAM = (Path(__file__).parent / "wheel_program.py").resolve()
 
 
-def _run(*command: str | Path) -> str:
-    environment = {name: value for name, value in os.environ.items() if name != "PYTHONPATH"}
+def _run(*command: str | Path, **variables: str) -> str:
+    without = ("PYTHONPATH", "PROCGEN_LIBRARY")
+    inherited = {name: value for name, value in os.environ.items() if name not in without}
     run = subprocess.run(
-        command, env=environment, capture_output=True, text=True, check=False, cwd="/"
+        command, env=inherited | variables, capture_output=True, text=True, check=False, cwd="/"
     )
     assert run.returncode == 0, run.stdout + run.stderr
     return run.stdout
 
 
-@pytest.fixture(scope="module")
-def wheel(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Built from a copy, because the build leaves files in the tree."""
-    checkout = tmp_path_factory.mktemp("checkout")
+def _build(output: Path, checkout: Path) -> Path:
+    """Builds a wheel from a copy, because the build leaves files in the tree."""
     generated = shutil.ignore_patterns("_proto", "__pycache__", "build", "*.egg-info")
     for folder in ("proto", "clients/python"):
         shutil.copytree(_ROOT / folder, checkout / folder, ignore=generated)
     shutil.copy2(_ROOT / "LICENSE", checkout)
-    output = tmp_path_factory.mktemp("wheel")
+    built = Path(os.environ["PROCGEN_LIBRARY"]).parent
     pip = [sys.executable, "-m", "pip", "wheel", "--no-build-isolation", *_OFFLINE]
-    _run(*pip, "--wheel-dir", output, checkout / "clients/python")
+    _run(*pip, "--wheel-dir", output, checkout / "clients/python",
+         PROCGEN_WHEEL_LIBRARIES=str(built), SOURCE_DATE_EPOCH="1577836800")  # fmt: skip
     (file,) = output.iterdir()
     return file
 
 
-def test_wheel_contains_exactly_the_modules(wheel: Path) -> None:
-    names = set(zipfile.ZipFile(wheel).namelist())
+@pytest.fixture(scope="module")
+def wheel(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return _build(tmp_path_factory.mktemp("wheel"), tmp_path_factory.mktemp("checkout"))
+
+
+def test_one_wheel_is_for_every_python(wheel: Path) -> None:
+    name = r"procgen_server-[\d.]+-py3-none-manylinux_2_\d+_(x86_64|aarch64)\.whl"
+    assert re.fullmatch(name, wheel.name), wheel.name
+
+
+def test_the_wheel_contains_the_modules_the_library_and_licenses(wheel: Path) -> None:
+    names = {name for name in zipfile.ZipFile(wheel).namelist() if ".dist-info/" not in name}
     sources = {
         str(path.relative_to(_ROOT / "clients/python"))
         for path in (_ROOT / "clients/python/procgen_client").rglob("*.py*")
         if "__pycache__" not in path.parts
     }
-    assert {name for name in names if ".dist-info/" not in name} == sources | {
+    others = ("procgen_client/_vendor/", "procgen_client/licenses/", "procgen_client/libs/")
+    own = {name for name in names if not name.startswith(others)}
+    assert own - {"procgen_client/libprocgen_remote.so.1"} == sources | {
         "procgen_client/py.typed",
-        "procgen_client/licenses/procgen-server",
+        "procgen_client/libprocgen.so.1",
     }
+    assert {"procgen_client/licenses/procgen-server", "procgen_client/licenses/zlib1g-dev"} < names
+    assert "procgen_client/_vendor/google/protobuf/message.py" in names
+
+
+def test_the_metadata_needs_numpy_alone(wheel: Path) -> None:
+    archive = zipfile.ZipFile(wheel)
+    (name,) = (name for name in archive.namelist() if name.endswith(".dist-info/METADATA"))
+    metadata = archive.read(name).decode()
+    needed = re.findall(r"^Requires-Dist: (.*)$", metadata, re.MULTILINE)
+    assert [line.split()[0] for line in needed if "extra ==" not in line] == ["numpy"]
+
+
+def test_two_builds_are_equal(wheel: Path, tmp_path: Path) -> None:
+    again = _build(tmp_path / "wheel", tmp_path / "checkout")
+    assert again.name == wheel.name
+    assert again.read_bytes() == wheel.read_bytes()
 
 
 def test_missing_tools_are_named(tmp_path: Path) -> None:
@@ -75,12 +94,11 @@ def test_missing_tools_are_named(tmp_path: Path) -> None:
     )  # fmt: skip
     assert run.returncode != 0
     output = run.stdout + run.stderr
-    assert "error: building the wheel needs protoc, grpc_python_plugin; on Debian: apt" in output
-    assert "PROCGEN_WHEEL" not in output  # The pure wheel needs them, too.
+    assert "error: building the wheel needs protoc; on Debian: apt" in output
 
 
 def test_missing_protobuf_is_named() -> None:
-    program = "import sys; sys.path[:0] = sys.argv[1:]; import bundle; bundle._protobuf_folder()"
+    program = "import sys; sys.path += sys.argv[1:]; import bundle; bundle._protobuf_folder()"
     run = subprocess.run(
         # Without installed packages, as in pip's build environment.
         [sys.executable, "-S", "-B", "-c", program, _ROOT / "clients/python"],
@@ -93,13 +111,9 @@ def test_missing_protobuf_is_named() -> None:
     assert run.stderr.startswith("error: the wheel needs protobuf"), run.stderr
 
 
-def test_installed_wheel_works(
-    server: ServerProcess, wheel: Path, tmp_path: Path
-) -> None:
-    # Uses the system's grpcio, protobuf and numpy.
-    venv.create(tmp_path, with_pip=False, system_site_packages=True)
+def test_an_installed_wheel_steps_in_the_process(wheel: Path, tmp_path: Path) -> None:
+    venv.create(tmp_path, with_pip=False, system_site_packages=True)  # with the system's numpy
     python = tmp_path / "bin/python"
     _run(python, "-m", "pip", "install", *_OFFLINE, wheel)
-    _run(python, "-c", _PROGRAM, server.address)
-    arguments = ["maze", "--server", server.address, "--episodes", "2", "--environments", "2"]
-    assert "| mean |" in _run(tmp_path / "bin/procgen-evaluate", "--mode", "easy", *arguments)
+    assert "(64, 64, 64, 3)" in _run(python, _PROGRAM)
+    _run(tmp_path / "bin/procgen-evaluate", "--help")

@@ -28,8 +28,6 @@ TEST(ClusterOptionsTest, ValidOptionsPass) {
   EXPECT_THAT(CheckClusterOptions(options), IsOk());
   options.domain_id = kClusterDomainMax;
   options.peers = {"10.0.0.1", "node-1.nodes.default.svc"};
-  const std::string file = PROCGEN_SOURCE_DIR "/README.md";
-  options.security = {file, file, file, file, file, file};
   EXPECT_THAT(CheckClusterOptions(options), IsOk());
 }
 
@@ -61,17 +59,6 @@ TEST(ClusterOptionsTest, PeersAreHosts) {
     options.peers = {"10.0.0.1", peer};
     EXPECT_THAT(MessageOf(options), HasSubstr("--cluster_peers has '")) << peer;
   }
-}
-
-TEST(ClusterOptionsTest, SecurityFilesAreAllOrNone) {
-  ClusterOptions options = GoodOptions();
-  options.security.permissions = "permissions.p7s";
-  EXPECT_THAT(MessageOf(options), HasSubstr("--cluster_identity_ca is missing"));
-  const std::string file = PROCGEN_SOURCE_DIR "/README.md";
-  options.security = {file, file, file, file, "", file};
-  EXPECT_THAT(MessageOf(options), HasSubstr("--cluster_governance is missing"));
-  options.security.governance = "/no/such/file";
-  EXPECT_THAT(MessageOf(options), HasSubstr("--cluster_governance: cannot read /no/such/file"));
 }
 
 }  // namespace

@@ -16,6 +16,7 @@
 #include "gtest/gtest.h"
 #include "server/concurrency/steady_time.h"
 #include "tests/server/cluster/cluster_watch.h"
+#include "tests/server/cluster/publisher.h"
 #include "tests/server/cluster/test_options.h"
 #include "tests/status_matchers.h"
 #include "tests/wall_clock/wall_clock.h"
@@ -24,6 +25,7 @@ namespace procgen {
 namespace {
 
 using ::testing::ElementsAre;
+using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 
 std::unique_ptr<Cluster> Join(const ClusterOptions& options) {
@@ -36,11 +38,9 @@ NodeStatus SomeStatus(const std::string& address) {
   NodeStatus status;
   status.address = address;
   status.server_version = "1.2.3";
-  status.role = NodeRole::kFleet;
   status.environment_capacity = 64;
   status.env_count = 32;
   status.pool_count = 3;
-  status.stream_count = 2;
   status.worker_count = 4;
   status.steps_per_second = 1234.5;
   status.healthy = true;
@@ -79,7 +79,6 @@ TEST(ClusterTest, NodesReceiveEachOthersStatus) {
   b->Publish(SomeStatus("127.0.0.1:2"));
   EXPECT_TRUE(AwaitIds(a.get(), {"a", "b"}));
   EXPECT_TRUE(AwaitIds(b.get(), {"a", "b"}));
-  b->Publish(SomeStatus("127.0.0.1:2"));  // rates are sent only to current nodes
   NodeStatus expected = SomeStatus("127.0.0.1:2");
   expected.node_id = "b";
   EXPECT_TRUE(ClusterWatch(a.get()).Await([&] { return a->Nodes().back() == expected; }));
@@ -110,18 +109,67 @@ TEST(ClusterTest, LeavingNodeDisappearsAtOnce) {
   b->Publish(SomeStatus("127.0.0.1:2"));
   EXPECT_TRUE(AwaitIds(a.get(), {"b"}));
   b = nullptr;
-  // Well within the lease and the lifespan of the status.
+  // Well within the lease.
   EXPECT_TRUE(AwaitIds(a.get(), {}, kNodeLease / 2));
 }
 
 TEST(ClusterTest, SilentNodeDisappearsThoughItRuns) {
   const auto a = Join(TestOptions("a"));
   const auto b = Join(TestOptions("b"));
+  const Publisher publisher(a.get(), SomeStatus("127.0.0.1:1"));
   b->Publish(SomeStatus("127.0.0.1:2"));
-  EXPECT_TRUE(AwaitIds(a.get(), {"b"}));
-  EXPECT_TRUE(AwaitIds(a.get(), {}));
+  EXPECT_TRUE(AwaitIds(a.get(), {"a", "b"}));
+  EXPECT_TRUE(AwaitIds(a.get(), {"a"}));
   b->Publish(SomeStatus("127.0.0.1:2"));
-  EXPECT_TRUE(AwaitIds(a.get(), {"b"}));
+  EXPECT_TRUE(AwaitIds(a.get(), {"a", "b"}));
+}
+
+TEST(ClusterTest, NodesThatPublishNothingNewStay) {
+  const auto a = Join(TestOptions("a"));
+  const auto b = Join(TestOptions("b"));
+  const Publisher publisher_a(a.get(), SomeStatus("127.0.0.1:1"));
+  const Publisher publisher_b(b.get(), SomeStatus("127.0.0.1:2"));
+  EXPECT_TRUE(AwaitIds(a.get(), {"a", "b"}));
+  EXPECT_FALSE(ClusterWatch(a.get()).Await(
+      [&] {
+        return IdsOf(a->Nodes()) != Ids{"a", "b"};
+      },
+      kPublishTimeout + 2 * kNodeLease));
+}
+
+TEST(ClusterTest, SmallChangesOfTheRateAreNotSent) {
+  const auto a = Join(TestOptions("a"));
+  const auto b = Join(TestOptions("b"));
+  ClusterWatch watch(a.get());
+  const auto await_rate_after = [&](double published, double expected) {
+    NodeStatus status = SomeStatus("127.0.0.1:2");
+    status.steps_per_second = published;
+    b->Publish(status);
+    return watch.Await(
+        [&] { return !a->Nodes().empty() && a->Nodes()[0].steps_per_second == expected; });
+  };
+  EXPECT_TRUE(await_rate_after(1000, 1000));
+  EXPECT_TRUE(await_rate_after(1099, 1000));
+  EXPECT_TRUE(await_rate_after(1101, 1101));
+  EXPECT_TRUE(await_rate_after(0, 0));
+  EXPECT_TRUE(await_rate_after(0.1, 0.1));
+}
+
+TEST(ClusterTest, PeersFindAsManyNodesOfAMachineAsAreAllowed) {
+  std::vector<std::unique_ptr<Cluster>> nodes;
+  ClusterOptions options = TestOptions("");
+  options.peers = {"127.0.0.1"};
+  Ids ids;
+  for (int i = 0; i < kNodesOfPeerMax; ++i) {
+    options.node_id = ids.emplace_back(absl::StrCat("node-", i));
+    nodes.push_back(Join(options));
+    nodes.back()->Publish(SomeStatus("127.0.0.1:1"));
+  }
+  for (const auto& node : nodes) {
+    EXPECT_TRUE(AwaitIds(node.get(), ids));
+  }
+  EXPECT_THAT(Cluster::Join(options).status(),
+              StatusIs(absl::StatusCode::kFailedPrecondition, HasSubstr("participant index")));
 }
 
 TEST(ClusterTest, ClustersWithDifferentNamesAreSeparate) {

@@ -1,5 +1,10 @@
 #include "server/cluster/domain_config.h"
 
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "absl/strings/str_cat.h"
 #include "gmock/gmock.h"
 #include "gtest/gtest.h"
 #include "server/cluster/cluster.h"
@@ -34,6 +39,18 @@ TEST(DomainConfigTest, NodesWithPeersSendNoMulticast) {
   EXPECT_THAT(DomainConfig(options, {}), HasSubstr("<AllowMulticast>false<"));
   EXPECT_THAT(DomainConfig(options, {"10.0.0.1"}), HasSubstr("<Peer address=\"10.0.0.1\"/>"));
   EXPECT_THAT(DomainConfig(options, {"10.0.0.1"}), Not(HasSubstr("NetworkInterface")));
+}
+
+TEST(DomainConfigTest, ManyPeersAreProbedLessOften) {
+  ClusterOptions options;
+  EXPECT_THAT(DomainConfig(options, {}), HasSubstr("<SPDPInterval>15000ms<"));
+  options.peers = {"nodes"};
+  for (const auto& [count, interval] :
+       {std::pair<size_t, const char*>{1, "15000"}, {64, "85333"}, {10'000, "900000"}}) {
+    const std::vector<std::string> addresses(count, "10.0.0.1");
+    EXPECT_THAT(DomainConfig(options, addresses),
+                HasSubstr(absl::StrCat("<SPDPInterval>", interval, "ms<")));
+  }
 }
 
 }  // namespace

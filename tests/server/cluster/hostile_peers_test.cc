@@ -1,5 +1,5 @@
 // Hostile peers: a participant that forges nodes with well-formed samples, and invalid packets.
-// Without DDS Security, every process that reaches the ports of a domain can write to it.
+// Every process that reaches the ports of a domain can write to it.
 
 #include <arpa/inet.h>
 #include <netinet/in.h>
@@ -19,7 +19,9 @@
 #include "gtest/gtest.h"
 #include "server/cluster/cluster.h"
 #include "server/cluster/participant.h"
+#include "server/concurrency/steady_time.h"
 #include "tests/server/cluster/cluster_watch.h"
+#include "tests/server/cluster/publisher.h"
 #include "tests/server/cluster/test_options.h"
 #include "tests/status_matchers.h"
 
@@ -28,6 +30,11 @@ namespace {
 
 using ::testing::Contains;
 using ::testing::Field;
+
+// Publishes this status, as a participant may do of any node.
+absl::Status Forge(const Participant& forger, const NodeStatus& status) {
+  return forger.Write({.status = status, .incarnation = 1, .losses = {}});
+}
 
 NodeStatus Node(const std::string& node_id) {
   NodeStatus status;
@@ -46,6 +53,20 @@ std::vector<std::string> IdsOf(const Cluster& cluster) {
     ids.push_back(node.node_id);
   }
   return ids;
+}
+
+bool Lists(const Cluster& cluster, const std::string& node_id) {
+  const std::vector<std::string> ids = IdsOf(cluster);
+  return std::find(ids.begin(), ids.end(), node_id) != ids.end();
+}
+
+// Returns the incarnation that a participant reads; 0: it reads no such node.
+int64_t IncarnationOf(const std::string& node_id, Participant& participant) {
+  const std::vector<NodeReport> reports = participant.ReadNodes();
+  const auto report = std::find_if(reports.begin(), reports.end(), [&](const NodeReport& each) {
+    return each.status.node_id == node_id;
+  });
+  return report == reports.end() ? 0 : report->incarnation;
 }
 
 std::unique_ptr<Cluster> Join(const std::string& node_id) {
@@ -70,9 +91,10 @@ std::vector<NodeStatus> StatusesThatMakeNoSense() {
   statuses.back().server_version = "\xff";
   statuses.push_back(Node("workers-that-overflow"));
   statuses.back().worker_count = kMax;
-  for (int32_t NodeStatus::*count :
-       {&NodeStatus::environment_capacity, &NodeStatus::env_count, &NodeStatus::pool_count,
-        &NodeStatus::stream_count, &NodeStatus::worker_count}) {
+  statuses.push_back(Node("rate-that-is-no-number"));
+  statuses.back().steps_per_second = std::numeric_limits<double>::quiet_NaN();
+  for (int32_t NodeStatus::*count : {&NodeStatus::environment_capacity, &NodeStatus::env_count,
+                                     &NodeStatus::pool_count, &NodeStatus::worker_count}) {
     statuses.push_back(Node(absl::StrCat("negative-", statuses.size())));
     statuses.back().*count = -1;
   }
@@ -84,17 +106,18 @@ TEST(HostilePeersTest, InvalidSamplesAreDropped) {
   const auto forger = Participant::Create(TestOptions("forger"), {});
   ASSERT_THAT(forger.status(), IsOk());
   for (const NodeStatus& status : StatusesThatMakeNoSense()) {
-    ASSERT_THAT((*forger)->Write(status), IsOk());
+    ASSERT_THAT(Forge(**forger, status), IsOk());
   }
-  NodeStatus last = Node("z");
-  last.steps_per_second = std::numeric_limits<double>::quiet_NaN();
-  ASSERT_THAT((*forger)->Write(last), IsOk());
+  for (const NodeLoss& loss :
+       {NodeLoss{"two words", 1}, NodeLoss{"a", -1}, NodeLoss{"a", kIncarnationMax + 1}}) {
+    ASSERT_THAT((*forger)->Write({Node("losses-that-make-no-sense"), 1, {loss}}), IsOk());
+  }
+  ASSERT_THAT(Forge(**forger, Node("z")), IsOk());
   EXPECT_TRUE(ClusterWatch(cluster.get()).Await([&] {
     const auto nodes = cluster->Nodes();
     return !nodes.empty() && nodes.back().node_id == "z";
   }));
   EXPECT_THAT(IdsOf(*cluster), testing::ElementsAre("a", "z"));
-  EXPECT_EQ(cluster->Nodes().back().steps_per_second, 0);
 }
 
 TEST(HostilePeersTest, ForgedNodesAreBoundedAndLeaveWithTheForger) {
@@ -105,7 +128,7 @@ TEST(HostilePeersTest, ForgedNodesAreBoundedAndLeaveWithTheForger) {
     const auto forger = Participant::Create(TestOptions("forger"), {});
     ASSERT_THAT(forger.status(), IsOk());
     for (int i = 0; i < 6000; ++i) {
-      (*forger)->Write(Node(absl::StrCat("forged-", i))).IgnoreError();
+      Forge(**forger, Node(absl::StrCat("forged-", i))).IgnoreError();
       if (i % 1000 == 0) {
         a->Publish(Node("a"));
         b->Publish(Node("b"));
@@ -120,14 +143,44 @@ TEST(HostilePeersTest, ForgedNodesAreBoundedAndLeaveWithTheForger) {
   EXPECT_THAT(IdsOf(*a), testing::ElementsAre("a", "b"));
 }
 
+TEST(HostilePeersTest, ForgedNodeWithoutHeartbeatsDisappears) {
+  const auto cluster = Join("a");
+  const Publisher publisher(cluster.get(), Node("a"));
+  const auto forger = Participant::Create(TestOptions("forger"), {});
+  ASSERT_THAT(forger.status(), IsOk());
+  ASSERT_THAT(Forge(**forger, Node("z")), IsOk());
+  ASSERT_TRUE(ClusterWatch(cluster.get()).Await([&] { return cluster->Nodes().size() == 2; }));
+  EXPECT_TRUE(ClusterWatch(cluster.get()).Await([&] { return cluster->Nodes().size() == 1; }));
+}
+
+TEST(HostilePeersTest, ForgedLossIsRefuted) {
+  const auto a = Join("a");
+  const auto b = Join("b");
+  const Publisher publisher_a(a.get(), Node("a"));
+  const Publisher publisher_b(b.get(), Node("b"));
+  ClusterWatch watch(a.get());
+  ASSERT_TRUE(watch.Await([&] { return a->Nodes().size() == 2; }));
+  const auto forger = Participant::Create(TestOptions("forger"), {});
+  ASSERT_THAT(forger.status(), IsOk());
+  for (const int64_t incarnation : {int64_t{1}, int64_t{100}, kIncarnationMax}) {
+    ASSERT_THAT((*forger)->Write({Node("z"), 1, {{"b", incarnation}}}), IsOk());
+    const absl::Time end = SteadyNow() + absl::Seconds(20);
+    while (IncarnationOf("b", **forger) <= incarnation && SteadyNow() < end) {
+      (*forger)->Wait(kRefreshInterval);
+    }
+    EXPECT_EQ(IncarnationOf("b", **forger), incarnation + 1);
+    EXPECT_TRUE(watch.Await([&] { return Lists(*a, "b"); }));
+  }
+}
+
 TEST(HostilePeersTest, DuplicateNodeIdDoesNotReplaceTheLocalNode) {
   const auto cluster = Join("a");
   const auto forger = Participant::Create(TestOptions("forger"), {});
   ASSERT_THAT(forger.status(), IsOk());
   NodeStatus copy = Node("a");
   copy.address = "192.0.2.1:50051";
-  ASSERT_THAT((*forger)->Write(copy), IsOk());
-  ASSERT_THAT((*forger)->Write(Node("z")), IsOk());
+  ASSERT_THAT(Forge(**forger, copy), IsOk());
+  ASSERT_THAT(Forge(**forger, Node("z")), IsOk());
   ASSERT_TRUE(ClusterWatch(cluster.get()).Await([&] { return cluster->Nodes().size() == 2; }));
   EXPECT_THAT(cluster->Nodes(), Contains(Field(&NodeStatus::address, "127.0.0.1:1")).Times(2));
 }
@@ -189,10 +242,13 @@ std::string Mutated(std::string packet, std::minstd_rand* random) {
 }
 
 TEST(HostilePeersTest, InvalidPacketsDoNotChangeTheCluster) {
-  constexpr int kParticipantOfTheSocket = 25;
-  const ClusterOptions options = TestOptions("a");
+  constexpr int kParticipantOfTheSocket = kNodesOfPeerMax - 1;
+  ClusterOptions options = TestOptions("a");
+  options.peers = {"127.0.0.1"};
   const int first_port = 7400 + 250 * options.domain_id + 10;
-  const auto a = Join("a");
+  auto joined = Cluster::Join(options);
+  ASSERT_THAT(joined, IsOk());
+  const auto a = *std::move(joined);
   const Socket socket(static_cast<uint16_t>(first_port + 2 * kParticipantOfTheSocket));
   const std::string packet = socket.Receive();  // a discovery packet of a node
   ASSERT_GT(packet.size(), 100U);

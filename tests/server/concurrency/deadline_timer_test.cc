@@ -2,24 +2,25 @@
 
 #include "absl/synchronization/notification.h"
 #include "gtest/gtest.h"
-#include "tests/server/session/test_pool_context.h"
 
 namespace procgen {
 namespace {
 
+// The time of a clock that stands still.
+constexpr absl::Time kNow = absl::UnixEpoch();
+
 TEST(DeadlineTimerTest, FiresAtItsDeadline) {
-  TestClock clock;
   absl::Notification fired;
   absl::Time time;
-  DeadlineTimer timer([&] { return clock.Now(); },
+  DeadlineTimer timer([] { return kNow; },
                       [&](absl::Time now) {
                         time = now;
                         fired.Notify();
                         return absl::InfiniteFuture();
                       });
-  timer.ArmBy(clock.Now());
+  timer.ArmBy(kNow);
   fired.WaitForNotification();
-  EXPECT_EQ(time, clock.Now());
+  EXPECT_EQ(time, kNow);
 }
 
 TEST(DeadlineTimerTest, CallbackCanRearm) {
@@ -36,16 +37,15 @@ TEST(DeadlineTimerTest, CallbackCanRearm) {
 }
 
 TEST(DeadlineTimerTest, EarlierDeadlineReplacesALaterOne) {
-  TestClock clock;
   absl::Notification fired;
-  DeadlineTimer timer([&] { return clock.Now(); },
+  DeadlineTimer timer([] { return kNow; },
                       [&](absl::Time) {
                         fired.Notify();
                         return absl::InfiniteFuture();
                       });
-  timer.ArmBy(clock.Now() + absl::Hours(1));
-  timer.ArmBy(clock.Now());
-  timer.ArmBy(clock.Now() + absl::Hours(2));
+  timer.ArmBy(kNow + absl::Hours(1));
+  timer.ArmBy(kNow);
+  timer.ArmBy(kNow + absl::Hours(2));
   fired.WaitForNotification();
 }
 

@@ -1,209 +1,207 @@
 #include "server/encoding/observation_encoder.h"
 
+#include <algorithm>
 #include <cstdint>
+#include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "absl/types/span.h"
+#include "envcore/pool/pool.h"
 #include "envcore/random/random_stream.h"
 #include "gmock/gmock.h"
 #include "gtest/gtest.h"
 #include "procgen_client/observation_decoder.h"
-#include "tests/server/encoding/encoded_play.h"
 #include "tests/status_matchers.h"
+#include "zstd.h"
 
 namespace procgen {
 namespace {
 
 using procgen_client::ObservationDecoder;
 using testing::HasSubstr;
-using Picture = std::vector<uint8_t>;
+using Bytes = std::vector<uint8_t>;
 
-constexpr PictureShape kShape = {.rows = 64, .columns = 64, .pixel_bytes = 3};
+constexpr size_t kObservation = 40;  // bytes of one, where the content is no picture
 
-ObservationEncoder NewEncoder(int32_t env_count = 1) { return {kShape, env_count}; }
-
-ObservationDecoder NewDecoder(int32_t env_count = 1) {
-  procgen::v1::Pool pool;
-  pool.mutable_spec()->set_env_count(env_count);
-  pool.mutable_spec()->set_encoding(procgen::v1::ENCODING_DELTA_ZSTD);
-  return ObservationDecoder::Make(pool).value();
-}
-
-// `count` frames of random bytes.
-Picture Noise(int64_t seed, size_t count = 1) {
+Bytes Noise(int64_t seed, size_t size) {
   RandomStream random(seed);
-  Picture picture(kShape.bytes() * count);
-  for (uint8_t& byte : picture) {
+  Bytes bytes(size);
+  for (uint8_t& byte : bytes) {
     byte = static_cast<uint8_t>(random.Int(256));
   }
-  return picture;
+  return bytes;
 }
 
-// A frame that shows a part of `world`, shifted by `rows` down and `columns` right.
-Picture ViewOf(const Picture& world, int32_t rows, int32_t columns) {
-  constexpr int32_t kWorldColumns = 128;
-  Picture view;
-  for (int32_t row = 0; row < kShape.rows; ++row) {
-    const auto begin = world.begin() + ((row + rows) * kWorldColumns + columns) * 3;
-    view.insert(view.end(), begin, begin + kShape.columns * 3);
-  }
-  return view;
+// The content of `encoded`, which must be exactly one zstd frame with content size.
+Bytes ContentOf(const std::string& encoded) {
+  const uint64_t size = ZSTD_getFrameContentSize(encoded.data(), encoded.size());
+  EXPECT_LT(size, uint64_t{1} << 20) << "no zstd frame with content size";
+  EXPECT_EQ(ZSTD_findFrameCompressedSize(encoded.data(), encoded.size()), encoded.size());
+  Bytes content(size);
+  EXPECT_EQ(ZSTD_decompress(content.data(), size, encoded.data(), encoded.size()), size);
+  return content;
 }
 
-std::string Encode(ObservationEncoder& encoder, const Picture& picture, int32_t first = 0) {
-  return encoder.Encode(first, static_cast<int32_t>(picture.size() / kShape.bytes()), picture);
+std::string FrameOf(const Bytes& content) {
+  std::string frame(ZSTD_compressBound(content.size()), '\0');
+  frame.resize(
+      ZSTD_compress(frame.data(), frame.size(), content.data(), content.size(), /*level=*/1));
+  return frame;
 }
 
-absl::StatusOr<Picture> Decode(ObservationDecoder& decoder, const std::string& encoded,
-                               int32_t first = 0, int32_t count = 1) {
-  Picture picture(kShape.bytes() * static_cast<size_t>(count));
-  absl::Status status = decoder.Decode(first, count, encoded, absl::MakeSpan(picture));
-  if (!status.ok()) {
-    return status;
-  }
-  return picture;
+TEST(ObservationEncoderTest, FirstObservationsAreSentAsTheyAre) {
+  ObservationEncoder encoder(3, kObservation);
+  const Bytes observations = Noise(1, 3 * kObservation);
+  EXPECT_EQ(ContentOf(encoder.Encode(0, 3, observations)), observations);
 }
 
-MATCHER_P(Shows, picture, "is OK and shows the picture") {
-  *result_listener << "whose status is " << arg.status();
-  return arg.ok() && *arg == picture;
+TEST(ObservationEncoderTest, LaterOnesAreDifferencesModulo256ToThoseOfTheirEnvironment) {
+  ObservationEncoder encoder(3, kObservation);
+  encoder.Encode(0, 3, Bytes(3 * kObservation, 200));
+  encoder.Encode(2, 1, Bytes(kObservation, 7));
+  const Bytes content = ContentOf(encoder.Encode(1, 2, Bytes(2 * kObservation, 10)));
+  Bytes expected(kObservation, 66);  // environment 1: 10 - 200 + 256
+  expected.resize(2 * kObservation, 3);
+  EXPECT_EQ(content, expected);
 }
 
 TEST(ObservationEncoderTest, UnchangedObservationsTakeFewBytes) {
-  ObservationEncoder encoder = NewEncoder(64);
-  const Picture pictures = Noise(1, 64);
-  Encode(encoder, pictures);
-  EXPECT_LT(Encode(encoder, pictures).size(), 64);
-}
-
-TEST(ObservationEncoderTest, MovedViewIsEncodedAsMotionAndNewEdge) {
-  const Picture world = Noise(2, 4);
-  ObservationEncoder encoder = NewEncoder();
-  ObservationDecoder decoder = NewDecoder();
-  ASSERT_THAT(Decode(decoder, Encode(encoder, ViewOf(world, 8, 8))), IsOk());
-  for (const auto& [rows, columns] : {std::pair(8, 11), {10, 11}, {5, 7}, {5, 8}}) {
-    const Picture view = ViewOf(world, rows, columns);
-    const std::string encoded = Encode(encoder, view);
-    // Noise is incompressible, so this bounds the new pixels: at most four rows and four columns.
-    EXPECT_LT(encoded.size(), 8 * kShape.row_bytes() + 512) << rows << ", " << columns;
-    const auto decoded = Decode(decoder, encoded);
-    ASSERT_THAT(decoded, IsOk());
-    EXPECT_EQ(*decoded, view);
-  }
+  ObservationEncoder encoder(64, kObservationBytes);
+  const Bytes observations = Noise(1, 64 * kObservationBytes);
+  encoder.Encode(0, 64, observations);
+  EXPECT_LT(encoder.Encode(0, 64, observations).size(), 128);
 }
 
 TEST(ObservationEncoderTest, IncompressibleObservationsStayWithinTheBound) {
-  ObservationEncoder encoder = NewEncoder(3);
-  ObservationDecoder decoder = NewDecoder(3);
-  for (int64_t seed = 0; seed < 4; ++seed) {
-    const Picture noise = Noise(seed, 3);
-    const std::string encoded = Encode(encoder, noise);
-    EXPECT_LE(encoded.size(), 3 * ObservationEncoder::EncodedBytesMax(kShape));
-    const auto decoded = Decode(decoder, encoded, 0, 3);
-    ASSERT_THAT(decoded, IsOk());
-    EXPECT_EQ(*decoded, noise);
+  for (const size_t size : {1, 256, 1000, 12288, 100000}) {
+    for (const int32_t count : {1, 3, 16}) {
+      ObservationEncoder encoder(count, size);
+      const Bytes noise = Noise(3, static_cast<size_t>(count) * size);
+      const int64_t bytes_max =
+          count * EncodedBytesMax(Encoding::kDeltaZstd, static_cast<int64_t>(size));
+      EXPECT_LE(encoder.Encode(0, count, noise).size(), bytes_max) << size << " times " << count;
+      EXPECT_LE(ZSTD_compressBound(noise.size()), bytes_max) << size << " times " << count;
+    }
   }
+  EXPECT_EQ(EncodedBytesMax(Encoding::kRaw, 12288), 12288);
 }
 
-TEST(ObservationEncoderTest, BatchTakesAtMostTheSumOfItsObservations) {
-  for (const PictureShape& shape : {PictureShape{.rows = 16, .columns = 16, .pixel_bytes = 1},
-                                    kShape, PictureShape{512 * 3 * 16, 512, 1, 16}}) {
-    const size_t content = shape.bytes() + static_cast<size_t>(shape.block_count());
-    const size_t one = Compressor::FrameBytesMax(content);
-    for (const size_t count : {2, 3, 10, 341, 4096}) {
-      EXPECT_LE(Compressor::FrameBytesMax(count * content), count * one) << count;
+struct PlayedFormat {
+  std::string name;
+  std::string game;
+  ObservationFormat format;
+};
+
+class ObservationCodecTest : public testing::TestWithParam<PlayedFormat> {};
+
+// Steps of random actions with ends of episodes and resets. A learner receives changing slices,
+// some of them twice (Observe), and of some steps none (OBSERVATION_NONE).
+TEST_P(ObservationCodecTest, ClientDecodesWhatWasDrawn) {
+  constexpr int32_t kEnvCount = 4;
+  constexpr int kSteps = 120;
+  PoolOptions options;
+  options.games = {GetParam().game};
+  options.env_count = kEnvCount;
+  options.environment.rand_seed = 11;
+  options.observation_format = GetParam().format;
+  const auto pool = Pool::Create(options, std::make_shared<WorkerPool>(0)).value();
+  const size_t size = GetParam().format.bytes();
+  ObservationEncoder encoder(kEnvCount, size);
+  ObservationDecoder decoder(kEnvCount, size);
+  Bytes observations(kEnvCount * size);
+  RandomStream random(5);
+  for (int step = 0; step < kSteps; ++step) {
+    std::vector<int32_t> actions(kEnvCount);
+    for (int32_t& action : actions) {
+      action = random.Int(40) == 0 ? kEndEpisodeAction : random.Int(kActionCount);
+    }
+    Batch batch;
+    batch.observations = absl::MakeSpan(observations);
+    ASSERT_THAT(pool->Step({.count = kEnvCount, .actions = actions}, batch), IsOk());
+    for (int32_t times = random.Int(3); times > 0; --times) {
+      const int32_t first = random.Int(kEnvCount);
+      const int32_t count = 1 + random.Int(kEnvCount - first);
+      const auto begin = observations.begin() + static_cast<std::ptrdiff_t>(first * size);
+      const Bytes drawn(begin, begin + static_cast<std::ptrdiff_t>(count * size));
+      Bytes decoded(drawn.size(), 0xee);
+      ASSERT_THAT(decoder.Decode(first, count, encoder.Encode(first, count, drawn),
+                                 absl::MakeSpan(decoded)),
+                  IsOk());
+      ASSERT_EQ(decoded, drawn) << "step " << step;
     }
   }
 }
 
-TEST(ObservationEncoderTest, UsedDecoderReadsANewEncoder) {
-  ObservationEncoder encoder = NewEncoder(2);
-  ObservationDecoder decoder = NewDecoder(2);
-  ASSERT_THAT(Decode(decoder, Encode(encoder, Noise(1, 2)), 0, 2), IsOk());
-  ASSERT_THAT(Decode(decoder, Encode(encoder, Noise(2, 2)), 0, 2), IsOk());
-  ObservationEncoder other = NewEncoder(2);
-  EXPECT_THAT(Decode(decoder, Encode(other, Noise(3, 1), 1), 1), Shows(Noise(3, 1)));
-  EXPECT_THAT(Decode(decoder, Encode(other, Noise(4, 2)), 0, 2), Shows(Noise(4, 2)));
+INSTANTIATE_TEST_SUITE_P(All, ObservationCodecTest,
+                         testing::ValuesIn(std::vector<PlayedFormat>{
+                             {"Default", "starpilot", {}},
+                             {"Planes", "coinrun", {.frame = {64, Color::kRgb, Layout::kChw}}},
+                             {"Grey", "fruitbot", {.frame = {84, Color::kGrayscale, Layout::kHwc}}},
+                             {"OddSide", "maze", {.frame = {43, Color::kRgb, Layout::kHwc}}},
+                             {"StackOfGreys",
+                              "bigfish",
+                              {.frame = {44, Color::kGrayscale, Layout::kChw}, .frame_stack = 4}},
+                         }),
+                         [](const auto& info) { return info.param.name; });
+
+// Decodes into memory between guards: what the decoder returned and whether they are intact.
+struct Decoded {
+  absl::Status status;
+  Bytes observations;
+  bool guards_are_intact = false;
+};
+
+Decoded DecodeGuarded(const std::string& encoded, int32_t count = 2) {
+  constexpr size_t kGuard = 4096;
+  ObservationDecoder decoder(count, kObservation);
+  const size_t size = static_cast<size_t>(count) * kObservation;
+  Bytes memory(size + 2 * kGuard, 0xa5);
+  Decoded decoded;
+  decoded.status = decoder.Decode(0, count, encoded, absl::MakeSpan(memory).subspan(kGuard, size));
+  const auto begin = memory.begin() + kGuard;
+  const auto end = begin + static_cast<std::ptrdiff_t>(size);
+  const auto is_guard = [](uint8_t byte) { return byte == 0xa5; };
+  decoded.guards_are_intact =
+      std::all_of(memory.begin(), begin, is_guard) && std::all_of(end, memory.end(), is_guard);
+  decoded.observations.assign(begin, end);
+  return decoded;
 }
 
-TEST(ObservationEncoderTest, MissingOrDuplicateResponsesAreDetected) {
-  ObservationEncoder encoder = NewEncoder();
-  ObservationDecoder decoder = NewDecoder();
-  const std::string first = Encode(encoder, Noise(1));
-  const std::string second = Encode(encoder, Noise(2));
-  const std::string third = Encode(encoder, Noise(3));
-  EXPECT_THAT(Decode(decoder, second),
-              StatusIs(absl::StatusCode::kFailedPrecondition, HasSubstr("came twice")));
-  ASSERT_THAT(Decode(decoder, first), IsOk());
-  EXPECT_THAT(Decode(decoder, third),
-              StatusIs(absl::StatusCode::kFailedPrecondition, HasSubstr("came twice")));
-  ASSERT_THAT(Decode(decoder, second), Shows(Noise(2)));
-  EXPECT_THAT(Decode(decoder, second),
-              StatusIs(absl::StatusCode::kFailedPrecondition, HasSubstr("came twice")));
-  EXPECT_THAT(Decode(decoder, third), Shows(Noise(3)));
+TEST(ObservationDecoderTest, FramesOfOtherEncodersAreDecoded) {
+  const Bytes content = Noise(4, 2 * kObservation);
+  const Decoded decoded = DecodeGuarded(FrameOf(content));
+  EXPECT_THAT(decoded.status, IsOk());
+  EXPECT_EQ(decoded.observations, content);
+  EXPECT_TRUE(decoded.guards_are_intact);
 }
 
-TEST(ObservationEncoderTest, AgesWrapWithoutAKeyFrame) {
-  ObservationEncoder encoder = NewEncoder();
-  ObservationDecoder decoder = NewDecoder();
-  Picture picture = Noise(1);
-  for (int i = 0; i < 600; ++i) {
-    picture[static_cast<size_t>(i) * 20] ^= 1;
-    const std::string encoded = Encode(encoder, picture);
-    ASSERT_THAT(Decode(decoder, encoded), Shows(picture)) << i;
-    if (i > 0) {
-      ASSERT_LT(encoded.size(), 100) << i;
-    }
+TEST(ObservationDecoderTest, OtherBytesAreDataLossAndNothingBeyondIsWritten) {
+  const std::string frame = FrameOf(Noise(4, 2 * kObservation));
+  const std::string magic = "\x28\xb5\x2f\xfd";
+  std::vector<std::pair<std::string, std::string>> cases = {
+      {"too long", FrameOf(Noise(4, 2 * kObservation + 1))},
+      {"much too long", FrameOf(Bytes(100000, 0))},
+      {"too short", FrameOf(Noise(4, 2 * kObservation - 1))},
+      {"two frames", frame + frame},
+      {"bytes follow", frame + "x"},
+      {"raw", std::string(2 * kObservation, 'o')},
+      {"garbage", magic + std::string(40, '\xff')},
+      {"claims 1 TiB", magic + std::string("\xe0\0\0\0\0\0\1\0\0\1", 10)},
+      // One byte, repeated 128 Ki times.
+      {"claims 128 KiB", magic + std::string("\xa0\0\0\2\0\3\0\x10\0", 9)},
+  };
+  for (size_t size = 0; size < frame.size(); ++size) {
+    cases.emplace_back("cut off", frame.substr(0, size));
   }
-}
-
-TEST(ObservationEncoderTest, DamagedBytesAreRejectedOrChangeNothing) {
-  EncodedPlay play({.game = "coinrun", .env_count = 2});
-  ObservationDecoder decoder = ObservationDecoder::Make(play.pool()).value();
-  for (int step = 0; step < 12; ++step) {
-    const EncodedAnswer answer = play.Next();
-    for (size_t i = 0; i < answer.encoded.size(); i += 1 + answer.encoded.size() / 300) {
-      std::string flipped = answer.encoded;
-      flipped[i] = static_cast<char>(flipped[i] ^ (1 << (i % 8)));
-      ObservationDecoder copy = decoder;
-      const auto decoded = Decode(copy, flipped, answer.first, answer.count);
-      // Some header bits have no effect.
-      EXPECT_TRUE(!decoded.ok() || *decoded == answer.observations) << "byte " << i;
-      const std::string cut = answer.encoded.substr(0, i);
-      EXPECT_THAT(Decode(decoder, cut, answer.first, answer.count),
-                  StatusIs(absl::StatusCode::kDataLoss, HasSubstr("encoded observations")))
-          << "cut at " << i;
-    }
-    EXPECT_THAT(Decode(decoder, answer.encoded + "x", answer.first, answer.count),
-                StatusIs(absl::StatusCode::kDataLoss, HasSubstr("encoded observations")));
-    // Rejected responses have not changed the decoder.
-    ASSERT_THAT(Decode(decoder, answer.encoded, answer.first, answer.count),
-                Shows(answer.observations));
+  for (const auto& [name, encoded] : cases) {
+    const Decoded decoded = DecodeGuarded(encoded);
+    EXPECT_THAT(decoded.status, StatusIs(absl::StatusCode::kDataLoss,
+                                         HasSubstr("observations of 2 environments cannot be")))
+        << name;
+    EXPECT_TRUE(decoded.guards_are_intact) << name;
   }
-}
-
-TEST(ObservationEncoderTest, EnvironmentsOutOfRangeAreRejected) {
-  ObservationEncoder encoder = NewEncoder(2);
-  ObservationDecoder decoder = NewDecoder(2);
-  const std::string encoded = Encode(encoder, Noise(1, 2));
-  EXPECT_THAT(Decode(decoder, encoded, 1, 2),
-              StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr("the pool has 2")));
-  EXPECT_THAT(Decode(decoder, encoded, -1, 2),
-              StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr("the pool has 2")));
-  EXPECT_THAT(Decode(decoder, encoded, 0, 0),
-              StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr("the pool has 2")));
-  Picture small(7);
-  EXPECT_THAT(decoder.Decode(0, 2, encoded, absl::MakeSpan(small)),
-              StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr("observations has 7 bytes")));
-}
-
-TEST(ObservationDecoderTest, OtherEncodingsAreRejected) {
-  procgen::v1::Pool pool;
-  pool.mutable_spec()->set_env_count(1);
-  pool.mutable_spec()->set_encoding(procgen::v1::ENCODING_RAW);
-  EXPECT_THAT(ObservationDecoder::Make(pool),
-              StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr("encoding is 1")));
 }
 
 }  // namespace

@@ -39,26 +39,20 @@ TEST(MetricsTest, GaugesAreEvaluatedOnRead) {
   Metrics metrics("1");
   int pool_count = 0;
   metrics.ReadGaugesFrom([&pool_count] {
-    return ServerGauges{.pool_count = ++pool_count,
-                        .worker_count = 2,
-                        .resume_buffer_bytes = 4096,
-                        .draining = true};
+    return ServerGauges{
+        .pool_count = ++pool_count, .env_count = 9, .worker_count = 2, .draining = true};
   });
-  EXPECT_THAT(
-      metrics.Text(),
-      AllOf(HasSubstr("procgen_pools 1\n"), HasSubstr("procgen_workers 2\n"),
-            HasSubstr("procgen_resume_buffer_bytes 4096\n"), HasSubstr("procgen_draining 1\n")));
+  EXPECT_THAT(metrics.Text(),
+              AllOf(HasSubstr("procgen_pools 1\n"), HasSubstr("procgen_workers 2\n"),
+                    HasSubstr("procgen_environments 9\n"), HasSubstr("procgen_draining 1\n")));
   EXPECT_THAT(metrics.Text(), HasSubstr("procgen_pools 2\n"));
 }
 
-TEST(MetricsTest, CountsRequestsBytesStreamsAndErrors) {
+TEST(MetricsTest, CountsRequestsBytesAndErrors) {
   Metrics metrics("1.2.3");
   metrics.AddRequest(absl::Microseconds(5), absl::Milliseconds(3));
   metrics.AddReceivedBytes(100);
   metrics.AddSentBytes(12288);
-  metrics.AddStream(/*resumed=*/false);
-  metrics.AddStream(/*resumed=*/true);
-  metrics.AddExpiredPool();
   metrics.AddError("PoolService/GetPool", absl::StatusCode::kNotFound);
   EXPECT_THAT(
       metrics.Text(),
@@ -66,24 +60,8 @@ TEST(MetricsTest, CountsRequestsBytesStreamsAndErrors) {
             HasSubstr("procgen_request_run_seconds_sum 0.003"),
             HasSubstr("procgen_stream_received_bytes_total 100"),
             HasSubstr("procgen_stream_sent_bytes_total 12288"),
-            HasSubstr("procgen_streams_attached_total{resumed=\"true\"} 1"),
-            HasSubstr("procgen_pools_expired_total 1"),
             HasSubstr("procgen_errors_total{code=\"NOT_FOUND\",method=\"PoolService/GetPool\"} 1"),
             HasSubstr("procgen_build_info{version=\"1.2.3\"} 1")));
-}
-
-TEST(MetricsTest, CountsFleetEvents) {
-  Metrics metrics("1");
-  metrics.AddFleetShardMigration();
-  metrics.AddFleetFailover(absl::Milliseconds(250));
-  metrics.AddFleetWaits(1);
-  metrics.AddFleetWaits(1);
-  metrics.AddFleetWaits(-1);
-  metrics.AddFleetNotDurable(1);
-  EXPECT_THAT(metrics.Text(), AllOf(HasSubstr("procgen_fleet_shard_migrations_total 1"),
-                                    HasSubstr("procgen_fleet_pools_not_durable 1"),
-                                    HasSubstr("procgen_fleet_failover_seconds_sum 0.25"),
-                                    HasSubstr("procgen_fleet_shards_waiting 1\n")));
 }
 
 TEST(MetricsTest, StreamTotalsEqualTheMetricsPage) {

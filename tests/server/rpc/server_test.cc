@@ -12,7 +12,7 @@
 #include "absl/time/clock.h"
 #include "absl/time/time.h"
 #include "gtest/gtest.h"
-#include "procgen/v1/step.pb.h"
+#include "tests/service/pool_stream.h"
 #include "tests/service/raw_call.h"
 #include "tests/service/robustness/process_resources.h"
 #include "tests/status_matchers.h"
@@ -28,14 +28,15 @@ TEST(ServerTest, InProcessStreamsLeakNothing) {
   const auto server = Server::Start(options);
   ASSERT_THAT(server, IsOk());
   const std::shared_ptr<grpc::Channel> channel = (*server)->MakeChannel();
-  v1::StepPoolRequest attach;
-  attach.mutable_attach()->set_pool("pools/none");
+  v1::PoolSpec spec;
+  spec.add_games("none");
+  spec.set_env_count(1);
   // Rejected at the first request, while more arrive.
-  const std::vector<std::string> requests(4, attach.SerializeAsString());
+  const std::vector<std::string> requests(4, StartRequest(spec).SerializeAsString());
   int64_t before = 0;
   for (int i = 0; i < 2 * kStreamCount; ++i) {
     before = i == kStreamCount ? AllocatedBytes() : before;
-    const RawResult rejected = CallRaw(channel, "/procgen.v1.StepService/StepPool", requests);
+    const RawResult rejected = CallRaw(channel, kRunPoolPath, requests);
     ASSERT_EQ(rejected.status.code(), absl::StatusCode::kNotFound) << rejected.status;
   }
   // The server's threads free a stream some time after its end, later on a busy machine.

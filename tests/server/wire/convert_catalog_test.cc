@@ -64,28 +64,23 @@ TEST(ConvertCatalogTest, ArtIsReportedWithoutItsFolder) {
   EXPECT_EQ(CatalogMessageOf({.has_own_art = true}, Limits()).art(), "folder");
 }
 
-TEST(ConvertCatalogTest, FeaturesAreThoseOfTheServer) {
-  const v1::Catalog catalog = CatalogMessageOf({}, Limits());
-  const v1::Features& features = catalog.features();
-  EXPECT_TRUE(features.states());
-  EXPECT_TRUE(features.render());
-  EXPECT_TRUE(features.fingerprints());
-  EXPECT_TRUE(features.cluster());
-  EXPECT_TRUE(features.watch());
-  EXPECT_TRUE(features.leases());
-  EXPECT_TRUE(features.level_sampler());
-  EXPECT_TRUE(features.resume());
-}
-
-TEST(ConvertCatalogTest, ResumeAndLeaseLimitsAreReported) {
+TEST(ConvertCatalogTest, LimitsAreReported) {
   Limits limits;
-  limits.resume_buffer_bytes_max = 123456;
-  limits.lease_duration_max = absl::Milliseconds(90500);
+  limits.env_count_max = 1;
+  limits.owner_env_count_max = 2;
+  limits.owner_bytes_max = 3;
+  limits.owner_call_count_max = 4;
+  limits.request_bytes_max = 5;
+  limits.response_bytes_max = 6;
+  limits.episode_history_bytes_max = 7;
   const v1::Catalog catalog = CatalogMessageOf({}, limits);
-  EXPECT_EQ(catalog.limits().resume_buffer_bytes_max(), 123456);
-  EXPECT_EQ(catalog.limits().lease_duration_max().seconds(), 90);
-  EXPECT_EQ(catalog.limits().lease_duration_max().nanos(), 500'000'000);
-  EXPECT_EQ(catalog.limits().lease_duration_default().seconds(), 600);
+  EXPECT_EQ(catalog.limits().env_count_max(), 1);
+  EXPECT_EQ(catalog.limits().owner_env_count_max(), 2);
+  EXPECT_EQ(catalog.limits().owner_bytes_max(), 3);
+  EXPECT_EQ(catalog.limits().owner_call_count_max(), 4);
+  EXPECT_EQ(catalog.limits().request_bytes_max(), 5);
+  EXPECT_EQ(catalog.limits().response_bytes_max(), 6);
+  EXPECT_EQ(catalog.limits().episode_history_bytes_max(), 7);
 }
 
 TEST(ConvertCatalogTest, ObservationFormatsAreReported) {
@@ -95,7 +90,6 @@ TEST(ConvertCatalogTest, ObservationFormatsAreReported) {
   EXPECT_EQ(catalog.limits().observation_size_px_min(), 16);
   EXPECT_EQ(catalog.limits().observation_size_px_max(), 512);
   EXPECT_EQ(catalog.limits().frame_stack_max(), 16);
-  EXPECT_EQ(catalog.limits().observation_bytes_max(), int64_t{4} << 30);
 }
 
 TEST(ConvertCatalogTest, ActionsNameTheirKeys) {

@@ -33,16 +33,5 @@ TEST(ConvertObservationTest, UnknownEncodingsAreRejected) {
   }
 }
 
-TEST(ConvertObservationTest, SharedMemoryIsNotEncoded) {
-  v1::PoolSpec spec = SpecWith(v1::ENCODING_DELTA_ZSTD);
-  spec.set_transport(v1::TRANSPORT_SHARED_MEMORY);
-  EXPECT_THAT(EncodingOf(spec),
-              StatusIs(absl::StatusCode::kInvalidArgument,
-                       "spec.encoding is ENCODING_DELTA_ZSTD, allowed with "
-                       "TRANSPORT_SHARED_MEMORY: ENCODING_RAW, because observations are not sent"));
-  spec.set_encoding(v1::ENCODING_RAW);
-  EXPECT_THAT(EncodingOf(spec), IsOk());
-}
-
 }  // namespace
 }  // namespace procgen

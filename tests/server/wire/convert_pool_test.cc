@@ -129,20 +129,6 @@ TEST(ConvertPoolTest, ObservationFormatsOutOfRangeAreRejected) {
             "spec.observation_format.layout is number 9, allowed: LAYOUT_HWC, LAYOUT_CHW");
 }
 
-TEST(ConvertPoolTest, SharedMemoryNeedsRequestAndOffer) {
-  v1::PoolSpec spec = MazeSpec();
-  EXPECT_THAT(SharesMemory(spec, true), IsOkAndHolds(false));
-  spec.set_transport(v1::TRANSPORT_STREAM);
-  EXPECT_THAT(SharesMemory(spec, false), IsOkAndHolds(false));
-  spec.set_transport(v1::TRANSPORT_SHARED_MEMORY);
-  EXPECT_THAT(SharesMemory(spec, true), IsOkAndHolds(true));
-  EXPECT_THAT(SharesMemory(spec, false),
-              StatusIs(absl::StatusCode::kUnimplemented, HasSubstr("offered: TRANSPORT_STREAM")));
-  spec.set_transport(static_cast<v1::Transport>(9));
-  EXPECT_THAT(SharesMemory(spec, true),
-              StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr("number 9")));
-}
-
 TEST(ConvertPoolTest, LevelSamplersAreConvertedAndErrorsNameFields) {
   v1::PoolSpec spec = MazeSpec();
   EXPECT_EQ(PoolOptionsOf(spec)->level_sampler, nullptr);
@@ -158,40 +144,6 @@ TEST(ConvertPoolTest, LevelSamplersAreConvertedAndErrorsNameFields) {
   ASSERT_THAT(options, IsOk());
   RandomStream stream(1);
   EXPECT_EQ(options->level_sampler->Draw(stream), -9);
-}
-
-TEST(ConvertPoolTest, LeaseIsADuration) {
-  google::protobuf::Duration message;
-  message.set_seconds(90);
-  message.set_nanos(500'000'000);
-  const auto lease = LeaseDurationOf("lease", message, Limits());
-  ASSERT_THAT(lease, IsOk());
-  EXPECT_EQ(*lease, absl::Milliseconds(90500));
-  EXPECT_EQ(DurationMessageOf(*lease).seconds(), 90);
-  EXPECT_EQ(DurationMessageOf(*lease).nanos(), 500'000'000);
-}
-
-TEST(ConvertPoolTest, ZeroIsNoLease) {
-  EXPECT_EQ(*LeaseDurationOf("lease", google::protobuf::Duration(), Limits()),
-            absl::InfiniteDuration());
-  EXPECT_EQ(LeaseDurationMessageOf(absl::InfiniteDuration()).seconds(), 0);
-}
-
-TEST(ConvertPoolTest, InvalidLeaseDurationIsRejected) {
-  google::protobuf::Duration message;
-  message.set_seconds(-1);
-  EXPECT_THAT(LeaseDurationOf("lease", message, Limits()),
-              StatusIs(absl::StatusCode::kInvalidArgument,
-                       "lease is -1s, allowed: 0 (no lease), or 1s to 24h"));
-  message.set_seconds(INT64_MAX);
-  EXPECT_THAT(LeaseDurationOf("lease", message, Limits()),
-              StatusIs(absl::StatusCode::kResourceExhausted, HasSubstr("lease_duration_max")));
-  message.set_seconds(5);
-  for (const int32_t nanos : {-1, 1'000'000'000}) {
-    message.set_nanos(nanos);
-    EXPECT_THAT(LeaseDurationOf("lease", message, Limits()),
-                StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr("nanos, allowed")));
-  }
 }
 
 }  // namespace

@@ -1,127 +1,110 @@
 #include "server/wire/convert_step.h"
 
-#include <algorithm>
-#include <string>
-
-#include "absl/strings/str_cat.h"
 #include "gmock/gmock.h"
 #include "gtest/gtest.h"
-#include "server/rpc/step/frame_buffer_pool.h"
-#include "server/rpc/step/response.h"
-#include "server/session/quota/limits.h"
 #include "tests/status_matchers.h"
 
 namespace procgen {
 namespace {
 
+using testing::ElementsAre;
 using testing::HasSubstr;
 
-StreamRequest WholeStep(int32_t env_count) {
-  StreamRequest request;
-  request.message.set_sequence_number(7);
-  request.message.mutable_step()->mutable_actions()->Resize(env_count, 4);
-  EXPECT_THAT(ReadStreamRequest(&request), IsOk());
-  request.request.count = env_count;
-  return request;
+constexpr int64_t kObservation = 64 * 64 * 3;  // bytes
+
+TEST(ConvertStepTest, StepIsConverted) {
+  v1::RunPoolRequest message;
+  v1::Step* step = message.mutable_step();
+  step->mutable_slice()->set_first_env(3);
+  step->mutable_slice()->set_env_count(2);
+  step->add_actions(-1);
+  step->add_actions(14);
+  v1::NextLevel* next_level = step->add_next_levels();
+  next_level->set_environment(4);
+  next_level->set_level_seed(-5);
+  v1::Reset* reset = step->add_resets();
+  reset->set_environment(3);
+  reset->set_level_seed(0);
+  v1::Annotation* annotation = step->add_annotations();
+  annotation->set_name("value");
+  annotation->add_values(1.5F);
+  step->set_with_final_observations(true);
+  step->set_acknowledge_only(true);
+  RequestMemory memory;
+  ASSERT_THAT(ReadRequest(message, &memory), IsOk());
+  const Request& request = memory.request;
+  EXPECT_EQ(request.kind, Request::Kind::kStep);
+  EXPECT_EQ(request.first, 3);
+  EXPECT_EQ(request.count, 2);
+  EXPECT_THAT(request.actions, ElementsAre(-1, 14));
+  EXPECT_EQ(request.repeat, 1) << "0 is the default";
+  ASSERT_EQ(request.next_levels.size(), 1U);
+  EXPECT_EQ(request.next_levels[0].environment, 4);
+  EXPECT_EQ(request.next_levels[0].level_seed, -5);
+  ASSERT_EQ(request.resets.size(), 1U);
+  EXPECT_EQ(request.resets[0].environment, 3);
+  EXPECT_EQ(request.resets[0].level_seed, 0) << "0 differs from unset";
+  EXPECT_FALSE(request.resets[0].rand_seed.has_value());
+  ASSERT_EQ(request.annotations.size(), 1U);
+  EXPECT_EQ(request.annotations[0].name, "value");
+  EXPECT_THAT(request.annotations[0].values, ElementsAre(1.5F));
+  EXPECT_TRUE(request.with_observations);
+  EXPECT_TRUE(request.with_final_observations);
+  EXPECT_TRUE(request.acknowledge_only);
 }
 
-// The coding of frames of `size_px` pixels.
-ObservationCoding CodingOf(int32_t size_px, Encoding encoding = Encoding::kRaw) {
-  ObservationFormat format;
-  format.frame.size_px = size_px;
-  return ObservationCoding(format, encoding);
+TEST(ConvertStepTest, NothingOfTheLastRequestIsKept) {
+  v1::RunPoolRequest message;
+  message.mutable_step()->add_resets();
+  message.mutable_step()->add_next_levels();
+  message.mutable_step()->add_annotations();
+  message.mutable_step()->set_acknowledge_only(true);
+  RequestMemory memory;
+  ASSERT_THAT(ReadRequest(message, &memory), IsOk());
+  v1::RunPoolRequest observe;
+  observe.mutable_observe();
+  ASSERT_THAT(ReadRequest(observe, &memory), IsOk());
+  EXPECT_EQ(memory.request.kind, Request::Kind::kObserve);
+  EXPECT_TRUE(memory.request.resets.empty());
+  EXPECT_TRUE(memory.request.next_levels.empty());
+  EXPECT_TRUE(memory.request.annotations.empty());
+  EXPECT_FALSE(memory.request.acknowledge_only);
+  ASSERT_THAT(ReadRequest(message, &memory), IsOk());
+  EXPECT_EQ(memory.request.resets.size(), 1U);
 }
 
 TEST(ConvertStepTest, EmptyRequestIsRejected) {
-  StreamRequest request;
-  EXPECT_THAT(ReadStreamRequest(&request),
+  RequestMemory memory;
+  EXPECT_THAT(ReadRequest({}, &memory),
               StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr("is empty, allowed")));
 }
 
-TEST(ConvertStepTest, SecondAttachIsRejected) {
-  StreamRequest request;
-  request.message.mutable_attach();
-  EXPECT_THAT(ReadStreamRequest(&request),
-              StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr("attach was sent again")));
-}
-
 TEST(ConvertStepTest, UnknownObservationIsRejected) {
-  StreamRequest request;
-  request.message.mutable_observe()->set_observation(static_cast<v1::Observation>(9));
-  EXPECT_THAT(ReadStreamRequest(&request),
+  v1::RunPoolRequest message;
+  message.mutable_observe()->set_observation(static_cast<v1::Observation>(9));
+  RequestMemory memory;
+  EXPECT_THAT(ReadRequest(message, &memory),
               StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr("observation is number 9")));
 }
 
-TEST(ConvertStepTest, ChunkCountsOutOfRangeAreRejected) {
-  for (const int32_t count : {-1, 65}) {
-    StreamRequest request;
-    request.message.mutable_step()->set_chunk_count(count);
-    EXPECT_THAT(ReadStreamRequest(&request),
-                StatusIs(absl::StatusCode::kInvalidArgument,
-                         absl::StrCat("chunk_count is ", count, ", allowed: 0 to 64")));
-  }
-}
-
-TEST(ConvertStepTest, FullResponsesFitTheirLimitAndOneMoreRowWouldNot) {
-  const int64_t limit = kResponseBytesDefault;
-  StreamRequest request = WholeStep(1000);
-  for (const bool with_final : {false, true}) {
-    request.request.with_final_observations = with_final;
-    const int32_t rows = *ResponseRowsMax("limit", request.request, CodingOf(64), limit);
-    FrameBufferPool frames;
-    Response response;
-    const Batch batch =
-        PrepareResponse(request.request, {600, rows}, kObservationBytes, &frames, &response);
-    std::fill(batch.first.begin(), batch.first.end(), 1);
-    std::fill(batch.terminated.begin(), batch.terminated.end(), 1);
-    CompleteResponse(kObservationBytes, batch, &response.message);
-    EXPECT_LE(Serialized(response).Length(), static_cast<size_t>(limit));
-    PrepareResponse(request.request, {600, rows + 1}, kObservationBytes, &frames, &response);
-    EXPECT_GT(Serialized(response).Length() + 256, static_cast<size_t>(limit));
-    EXPECT_EQ(rows, with_final ? 170 : 340);
-  }
-}
-
-TEST(ConvertStepTest, RowLimitFollowsTheObservationSize) {
-  const StreamRequest request = WholeStep(1000);
-  constexpr int64_t kLarge = 512 * 512 * 3;
-  EXPECT_EQ(*ResponseRowsMax("limit", request.request, CodingOf(97), kResponseBytesDefault), 148);
-  EXPECT_EQ(*ResponseRowsMax("limit", request.request, CodingOf(512), kResponseBytesDefault), 5);
-  FrameBufferPool frames;
-  Response response;
-  const Batch batch = PrepareResponse(request.request, {0, 5}, kLarge, &frames, &response);
-  EXPECT_EQ(batch.observations.size(), 5U * kLarge);
-  EXPECT_LE(Serialized(response).Length(), static_cast<size_t>(kResponseBytesDefault));
-}
-
-TEST(ConvertStepTest, RowBeyondAResponseIsRejected) {
-  StreamRequest request = WholeStep(1);
-  const ObservationCoding large = CodingOf(512);
-  EXPECT_EQ(*ResponseRowsMax("limit", request.request, large, 786720), 1);
-  EXPECT_THAT(ResponseRowsMax("attach.response_bytes_max", request.request, large, 786719),
+TEST(ConvertStepTest, ResponseBeyondItsLimitIsRejected) {
+  Request request;
+  request.kind = Request::Kind::kStep;
+  request.count = 340;
+  const int64_t limit = 4 << 20;
+  EXPECT_THAT(CheckResponseFits(request, Encoding::kRaw, kObservation, limit), IsOk());
+  request.count = 341;
+  EXPECT_THAT(CheckResponseFits(request, Encoding::kRaw, kObservation, limit),
               StatusIs(absl::StatusCode::kResourceExhausted,
-                       "the answer for one environment has 1 x 786432 bytes of observations and "
-                       "needs 786720, limit attach.response_bytes_max is 786719"));
-  request.request.with_final_observations = true;
-  EXPECT_THAT(ResponseRowsMax("limit", request.request, large, 786720),
-              StatusIs(absl::StatusCode::kResourceExhausted, HasSubstr("2 x 786432")));
-  request.request.with_observations = false;
-  request.request.with_final_observations = false;
-  EXPECT_THAT(ResponseRowsMax("limit", request.request, large, 65536), IsOk());
-}
-
-TEST(ConvertStepTest, RowsLeaveRoomForIncompressibleObservations) {
-  StreamRequest request = WholeStep(1000);
-  constexpr int64_t kLimit = kResponseBytesDefault;
-  const ObservationCoding coding = CodingOf(64, Encoding::kDeltaZstd);
-  request.request.with_final_observations = false;
-  const int64_t rows = *ResponseRowsMax("limit", request.request, coding, kLimit);
-  EXPECT_LE(rows * coding.sent_bytes_max(), kLimit);
-  EXPECT_THAT(rows, testing::AllOf(testing::Gt(300), testing::Lt(340)));
-  request.request.with_final_observations = true;
-  const int64_t with_final = *ResponseRowsMax("limit", request.request, coding, kLimit);
-  EXPECT_LE(with_final * (coding.sent_bytes_max() + kObservationBytes), kLimit);
-  EXPECT_GT(with_final, 150) << "final observations are never encoded";
+                       "slice.env_count is 341, limit response_bytes_max is 4194304, which has "
+                       "room for 340 environments of 12288 bytes"));
+  request.acknowledge_only = true;
+  EXPECT_THAT(CheckResponseFits(request, Encoding::kRaw, kObservation, limit), IsOk());
+  request.acknowledge_only = false;
+  request.with_observations = false;
+  EXPECT_THAT(CheckResponseFits(request, Encoding::kRaw, kObservation, limit), IsOk());
+  request.with_final_observations = true;
+  EXPECT_FALSE(CheckResponseFits(request, Encoding::kRaw, kObservation, limit).ok());
 }
 
 }  // namespace

@@ -3,6 +3,7 @@
 #include "tests/service/robustness/broken_connection.h"
 
 #include "gtest/gtest.h"
+#include "tests/service/server_process.h"
 #include "tests/service/service_fixture.h"
 
 namespace procgen {
@@ -15,8 +16,15 @@ TEST_F(BrokenConnectionTest, FiftyBreaksLoseNothing) {
 }
 
 TEST_F(BrokenConnectionTest, BreaksLoseNoDeltas) {
-  ExpectNothingIsLost(server_->address(), /*seed=*/8, /*break_count=*/40,
-                      {.encoding = v1::ENCODING_DELTA_ZSTD});
+  ExpectNothingIsLost(server_->address(), /*seed=*/8, /*break_count=*/40, v1::ENCODING_DELTA_ZSTD);
+}
+
+TEST(BrokenConnectionSlowTest, TwoThousandBreaksLoseNothing) {
+  ServerProcess server({"--address=127.0.0.1:0", "--workers=2", "--log_level=error"});
+  const std::string address = server.Address();
+  for (const v1::Encoding encoding : {v1::ENCODING_RAW, v1::ENCODING_DELTA_ZSTD}) {
+    ExpectNothingIsLost(address, /*seed=*/1000, /*break_count=*/1000, encoding);
+  }
 }
 
 }  // namespace

@@ -2,9 +2,12 @@
 
 #include <memory>
 
+#include "grpcpp/create_channel.h"
+#include "grpcpp/security/credentials.h"
 #include "gtest/gtest.h"
 #include "procgen_client/client.h"
 #include "server/rpc/server.h"
+#include "tests/service/robustness/broken_connection.h"
 #include "tests/service/robustness/fault_proxy.h"
 #include "tests/service/service_fixture.h"
 #include "tests/status_matchers.h"
@@ -24,47 +27,47 @@ class KeepaliveTest : public testing::Test {
     server_ = *Server::Start(options);
     client_ = *procgen_client::Client::Connect(server_->address());
     proxy_ = std::make_unique<FaultProxy>(FaultProxy::Options{.target = server_->address()});
-    pool_ = client_->CreatePool(MazeSpec(1))->name();
   }
 
   std::unique_ptr<Server> server_;
   std::unique_ptr<procgen_client::Client> client_;
   std::unique_ptr<FaultProxy> proxy_;
-  std::string pool_;
 };
 
-TEST_F(KeepaliveTest, ServerDetachesAVanishedLearner) {
-  const auto learner = *procgen_client::Client::Connect(proxy_->address());
-  const auto stream = learner->Attach(pool_);
-  ASSERT_THAT(stream, IsOk());
-  ASSERT_TRUE(client_->GetPool(pool_)->attached());
+TEST_F(KeepaliveTest, ServerFreesThePoolOfAVanishedLearner) {
+  PoolStream run(ChannelTo(proxy_->address()));
+  ASSERT_THAT(run.Start(MazeSpec(1)), IsOk());
+  ASSERT_THAT(client_->GetPool(run.name()), IsOk());
   proxy_->Freeze();
-  while (client_->GetPool(pool_)->attached()) {
+  while (client_->GetPool(run.name()).ok()) {
   }
   proxy_ = nullptr;
 }
 
 TEST_F(KeepaliveTest, ClientDetectsAVanishedServer) {
-  const auto learner = *procgen_client::Client::Connect(
-      proxy_->address(), {.keepalive_time = kSoon, .keepalive_timeout = kSoon});
-  const auto stream = learner->Attach(pool_, {.reconnect_timeout = absl::ZeroDuration()});
-  ASSERT_THAT(stream, IsOk());
+  procgen_client::RemotePoolOptions options;
+  options.recovery.reconnect_timeout = absl::ZeroDuration();
+  const auto pool = CreateRemotePool(proxy_->address(), {"maze"}, 1, options,
+                                     {.keepalive_time = kSoon, .keepalive_timeout = kSoon});
   proxy_->Freeze();
-  procgen_client::Batch batch;
-  EXPECT_THAT((*stream)->Step({4}, &batch), StatusIs(absl::StatusCode::kUnavailable, testing::_));
+  const int32_t action = 4;
+  EXPECT_THAT(pool->Step({.count = 1, .actions = {&action, 1}}, {}, {}),
+              StatusIs(absl::StatusCode::kUnavailable, testing::_));
 }
 
 TEST_F(KeepaliveTest, IdleLearnerStaysConnected) {
   // Client and server send frequent pings; gRPC's default would close such a connection.
-  const auto learner = *procgen_client::Client::Connect(
-      server_->address(),
-      {.keepalive_time = absl::Milliseconds(100), .keepalive_timeout = absl::Seconds(5)});
-  const auto stream = learner->Attach(pool_, {.reconnect_timeout = absl::ZeroDuration()});
-  ASSERT_THAT(stream, IsOk());
-  procgen_client::Batch batch;
-  ASSERT_THAT((*stream)->Step({4}, &batch), IsOk());
+  grpc::ChannelArguments arguments;
+  arguments.SetInt(GRPC_ARG_KEEPALIVE_TIME_MS, 100);
+  arguments.SetInt(GRPC_ARG_KEEPALIVE_TIMEOUT_MS, 5000);
+  arguments.SetInt(GRPC_ARG_HTTP2_MAX_PINGS_WITHOUT_DATA, 0);
+  PoolStream run(
+      grpc::CreateCustomChannel(server_->address(), grpc::InsecureChannelCredentials(), arguments));
+  ASSERT_THAT(run.Start(MazeSpec(1)), IsOk());
+  v1::Batch batch;
+  ASSERT_THAT(run.Step({4}, &batch), IsOk());
   absl::SleepFor(absl::Seconds(1));  // an idle learner
-  EXPECT_THAT((*stream)->Step({4}, &batch), IsOk());
+  EXPECT_THAT(run.Step({4}, &batch), IsOk());
 }
 
 }  // namespace

@@ -1,4 +1,4 @@
-// Two dozen learners that connect and disconnect abruptly, with every transport, for half an hour
+// Two dozen learners that connect and disconnect abruptly, with every encoding, for half an hour
 // or PROCGEN_SOAK_SECONDS. Each receives an uninterrupted trace, and the server's memory does not
 // grow.
 
@@ -17,21 +17,17 @@
 #include "gtest/gtest.h"
 #include "procgen_client/client.h"
 #include "tests/service/robustness/broken_connection.h"
+#include "tests/service/robustness/churn.h"
 #include "tests/service/robustness/fault_proxy.h"
 #include "tests/service/robustness/process_resources.h"
 #include "tests/service/server_process.h"
-#include "tests/service/service_fixture.h"
 #include "tests/status_matchers.h"
 
 namespace procgen {
 namespace {
 
-using procgen_client::Client;
-
 constexpr int kLearnerCount = 24;
 constexpr size_t kTraceMax = 120;  // responses per learner
-// For pools that no learner deletes. Longer than a slow learner's reconnect.
-constexpr int64_t kLeaseSeconds = 30;
 // Growth without a leak: the number of pools varies, and each takes several times as much memory
 // under a sanitizer.
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
@@ -45,12 +41,6 @@ absl::Duration SoakLength() {
   return seconds == nullptr ? absl::Minutes(30) : absl::Seconds(std::atoi(seconds));
 }
 
-v1::PoolSpec Spec(const TransportCase& transport_case = {}) {
-  v1::PoolSpec spec = TracedSpec(transport_case);
-  spec.mutable_lease_duration()->set_seconds(kLeaseSeconds);
-  return spec;
-}
-
 // Runs one learner after another until `end`.
 class Learners {
  public:
@@ -59,13 +49,8 @@ class Learners {
 
   void RunUntil(absl::Time end) {
     for (; absl::Now() < end && !testing::Test::HasFailure(); ++count_) {
-      const auto client = Client::Connect(address_);
-      ASSERT_THAT(client, IsOk());
-      const TransportCase& transport_case = kTransportCases[random_() % kTransportCases.size()];
-      const auto pool = (*client)->CreatePool(Spec(transport_case));
-      ASSERT_THAT(pool, IsOk());
-      PlayOverAFaultyNetwork(pool->name(), transport_case);
-      Leave(client->get(), pool->name());
+      PlayOverAFaultyNetwork();
+      DropPool(address_, random_());
     }
   }
 
@@ -73,45 +58,18 @@ class Learners {
   int break_count() const { return break_count_; }
 
  private:
-  void PlayOverAFaultyNetwork(const std::string& pool, const TransportCase& transport_case) {
-    FaultProxy::Options options = FaultyNetwork(address_, uint32_t(random_()), transport_case);
+  void PlayOverAFaultyNetwork() {
+    const v1::Encoding encoding = random_() % 2 == 0 ? v1::ENCODING_RAW : v1::ENCODING_DELTA_ZSTD;
+    FaultProxy::Options options = FaultyNetwork(address_, uint32_t(random_()), encoding);
     options.bytes_between_faults *= 2;
     FaultProxy proxy(options);
     const size_t length = 1 + random_() % kTraceMax;
     const std::vector<size_t> trace = TraceAt(
-        proxy.address(), pool, transport_case, [&](size_t answers) { return answers < length; },
+        proxy.address(), encoding, [&](size_t responses) { return responses < length; },
         [&] { proxy.SetFaults(true); });
     EXPECT_THAT(trace, testing::ElementsAreArray(expected_.begin(),
                                                  expected_.begin() + static_cast<int>(length)));
     break_count_ += proxy.break_count();
-  }
-
-  void Leave(Client* client, const std::string& pool) {
-    switch (random_() % 4) {
-      case 0:  // regular
-        EXPECT_THAT(client->DeletePool(pool), IsOk());
-        return;
-      case 1: {  // deletes the pool during a request
-        const auto stream = client->Attach(pool, {.take_over = true});
-        ASSERT_THAT(stream, IsOk());
-        (*stream)->Send(SliceStepRequest(0, 1, 4)).IgnoreError();
-        EXPECT_THAT(client->DeletePool(pool), IsOk());
-        return;
-      }
-      case 2: {  // loses the network
-        auto proxy = std::make_unique<FaultProxy>(FaultProxy::Options{.target = address_});
-        const auto lost = Client::Connect(proxy->address());
-        ASSERT_THAT(lost, IsOk());
-        const auto stream =
-            (*lost)->Attach(pool, {.reconnect_timeout = absl::ZeroDuration(), .take_over = true});
-        ASSERT_THAT(stream, IsOk());
-        (*stream)->Send(SliceStepRequest(0, 1, 4)).IgnoreError();
-        proxy = nullptr;
-        return;
-      }
-      default:  // the lease expires
-        return;
-    }
   }
 
   const std::string address_;
@@ -120,15 +78,6 @@ class Learners {
   int count_ = 0;
   int break_count_ = 0;
 };
-
-std::vector<size_t> ExpectedTrace(const std::string& address, Client* client) {
-  const auto pool = client->CreatePool(Spec());
-  EXPECT_THAT(pool, IsOk());
-  std::vector<size_t> trace = TraceAt(
-      address, pool->name(), {}, [](size_t answers) { return answers < kTraceMax; }, [] {});
-  EXPECT_THAT(client->DeletePool(pool->name()), IsOk());
-  return trace;
-}
 
 // Peak memory of the process until `end`.
 int64_t PeakUntil(absl::Time end, pid_t process) {
@@ -142,14 +91,13 @@ int64_t PeakUntil(absl::Time end, pid_t process) {
 
 TEST(SoakTest, AbruptLearnersReceiveTheirTracesWithoutLeaks) {
   ReturnFreedMemoryAtOnce();
-  // Few log lines, because nothing reads the pipe. On a fast machine, hundreds of pools await the
-  // end of their lease.
-  ServerProcess server(
-      {"--address=127.0.0.1:0", "--workers=2", "--log_level=error", "--pool_count_max=4096"});
+  // Few log lines, because nothing reads the pipe.
+  ServerProcess server({"--address=127.0.0.1:0", "--workers=2", "--log_level=error"});
   const std::string address = server.Address();
-  const auto client = Client::Connect(address);
+  const auto client = procgen_client::Client::Connect(address);
   ASSERT_THAT(client, IsOk());
-  const std::vector<size_t> expected = ExpectedTrace(address, client->get());
+  const std::vector<size_t> expected = TraceAt(
+      address, v1::ENCODING_RAW, [](size_t responses) { return responses < kTraceMax; }, [] {});
   const int64_t files = ProcessResources::Of(server.process_id()).file_count;
 
   const absl::Time begin = absl::Now();
@@ -167,7 +115,7 @@ TEST(SoakTest, AbruptLearnersReceiveTheirTracesWithoutLeaks) {
     thread.join();
   }
   EXPECT_LT(last_peak, first_peak + kGrowthBytes);
-  // Leases expire, and connections end a little later than their clients.
+  // Pools and connections end a little later than their clients.
   while ((*client)->GetLoad()->pool_count() > 0 ||
          ProcessResources::Of(server.process_id()).file_count > files) {
     absl::SleepFor(absl::Milliseconds(20));

@@ -3,6 +3,7 @@
 #include <csignal>
 
 #include "absl/strings/str_cat.h"
+#include "grpcpp/create_channel.h"
 #include "tests/status_matchers.h"
 
 namespace procgen {
@@ -13,9 +14,7 @@ void AccessTest::SetUp() {
 }
 
 void AccessTest::Start(const std::vector<std::string>& flags) {
-  // Stopping does not wait for the test's open connections.
-  std::vector<std::string> all = {"--address=127.0.0.1:0", "--workers=1", "--log_level=debug",
-                                  "--drain_timeout=0s"};
+  std::vector<std::string> all = {"--address=127.0.0.1:0", "--workers=1", "--log_level=debug"};
   all.insert(all.end(), flags.begin(), flags.end());
   server_ = std::make_unique<ServerProcess>(all);
   address_ = server_->Address();
@@ -47,6 +46,19 @@ std::unique_ptr<procgen_client::Client> AccessTest::ConnectAs(const std::string&
   auto client = Connect(Token(token));
   EXPECT_THAT(client, IsOk());
   return client.ok() ? *std::move(client) : nullptr;
+}
+
+std::shared_ptr<grpc::Channel> AccessTest::ChannelWith(
+    const procgen_client::Credentials& credentials) const {
+  grpc::ChannelArguments arguments;
+  arguments.SetInt(GRPC_ARG_USE_LOCAL_SUBCHANNEL_POOL, 1);
+  return grpc::CreateCustomChannel(
+      address_, *procgen_client::ChannelCredentialsOf(credentials, address_), arguments);
+}
+
+std::unique_ptr<PoolStream> AccessTest::OpenStream(
+    const procgen_client::Credentials& credentials) const {
+  return std::make_unique<PoolStream>(ChannelWith(credentials), credentials.token);
 }
 
 std::string AccessTest::StopAndReadLog() {

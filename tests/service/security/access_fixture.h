@@ -7,6 +7,7 @@
 
 #include "gtest/gtest.h"
 #include "procgen_client/client.h"
+#include "tests/service/pool_stream.h"
 #include "tests/service/security/certificates.h"
 #include "tests/service/server_process.h"
 
@@ -31,6 +32,13 @@ class AccessTest : public testing::Test {
   absl::StatusOr<std::unique_ptr<procgen_client::Client>> Connect(
       const procgen_client::Credentials& credentials);
   std::unique_ptr<procgen_client::Client> ConnectAs(const std::string& token);
+  // A connection of its own, without retries.
+  std::shared_ptr<grpc::Channel> ChannelWith(const procgen_client::Credentials& credentials) const;
+  // Opens a stream.
+  std::unique_ptr<PoolStream> OpenStream(const procgen_client::Credentials& credentials) const;
+  std::unique_ptr<PoolStream> OpenStream(const std::string& token) const {
+    return OpenStream(Token(token));
+  }
 
   // Kills the server and returns its output since it listened. Call it once.
   std::string StopAndReadLog();

@@ -37,12 +37,6 @@ void Certificates::MakeServer(const std::string& authority, const std::string& n
   Make(authority, name, "/CN=server", "DNS:localhost,IP:127.0.0.1");
 }
 
-void Certificates::Sign(const std::string& authority, const std::string& file,
-                        const std::string& signed_file) const {
-  Run(absl::StrCat("openssl smime -sign -text -in ", file, " -out ", signed_file, " -signer ",
-                   authority, ".pem -inkey ", authority, ".key"));
-}
-
 std::string Certificates::Read(const std::string& file) const {
   std::ifstream stream(Path(file), std::ios::binary);
   return {std::istreambuf_iterator<char>(stream), {}};

@@ -20,10 +20,6 @@ class Certificates {
   // Makes a server certificate for localhost and 127.0.0.1.
   void MakeServer(const std::string& authority, const std::string& name) const;
 
-  // Makes `signed_file`: `file` signed by `authority` (S/MIME).
-  void Sign(const std::string& authority, const std::string& file,
-            const std::string& signed_file) const;
-
   std::string Path(const std::string& file) const { return folder_.At(file); }
   std::string Read(const std::string& file) const;
   // Writes a file that only its owner can read, in place.

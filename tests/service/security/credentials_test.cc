@@ -6,7 +6,6 @@
 
 #include "absl/strings/str_cat.h"
 #include "gmock/gmock.h"
-#include "grpcpp/create_channel.h"
 #include "gtest/gtest.h"
 #include "tests/service/security/access_fixture.h"
 #include "tests/service/service_fixture.h"
@@ -41,16 +40,11 @@ class CredentialsTest : public AccessTest {
     return server.rest();
   }
 
-  // Uses its own connection without retries, so a rejection is immediate.
   bool Serves(const Credentials& credentials) const {
-    grpc::ChannelArguments arguments;
-    arguments.SetInt(GRPC_ARG_USE_LOCAL_SUBCHANNEL_POOL, 1);
-    const auto channel = grpc::CreateCustomChannel(
-        address_, *procgen_client::ChannelCredentialsOf(credentials, address_), arguments);
     grpc::ClientContext context;
     procgen_client::ShowToken(credentials.token, &context);
     v1::Catalog catalog;
-    return v1::CatalogService::NewStub(channel)
+    return v1::CatalogService::NewStub(ChannelWith(credentials))
         ->GetCatalog(&context, v1::GetCatalogRequest(), &catalog)
         .ok();
   }
@@ -94,13 +88,13 @@ TEST_F(CredentialsTest, CertificatesIdentifyOwnersWithoutTokens) {
   certificates_.Make("authority", "uri", "/CN=someone", "DNS:x,URI:spiffe://lab/bob");
   certificates_.Make("authority", "nobody", "/O=lab", "DNS:x");
   Start(flags);
-  const auto common = Connect(Tls("authority", "common"));
-  const auto uri = Connect(Tls("authority", "uri"));
-  ASSERT_THAT(common, IsOk());
-  ASSERT_THAT(uri, IsOk());
-  EXPECT_EQ((*common)->CreatePool(MazeSpec(1), "a")->owner(), "Alice A");
-  EXPECT_EQ((*uri)->CreatePool(MazeSpec(1), "b")->owner(), "spiffe://lab/bob");
-  EXPECT_THAT((*uri)->GetPool("pools/a"), StatusIs(absl::StatusCode::kNotFound, testing::_));
+  const auto common = OpenStream(Tls("authority", "common"));
+  const auto uri = OpenStream(Tls("authority", "uri"));
+  EXPECT_EQ(common->Start(MazeSpec(1), {}, "a")->pool().owner(), "Alice A");
+  EXPECT_EQ(uri->Start(MazeSpec(1), {}, "b")->pool().owner(), "spiffe://lab/bob");
+  const auto client = Connect(Tls("authority", "uri"));
+  ASSERT_THAT(client, IsOk());
+  EXPECT_THAT((*client)->GetPool("pools/a"), StatusIs(absl::StatusCode::kNotFound, testing::_));
   const auto nobody = Connect(Tls("authority", "nobody"));
   ASSERT_THAT(nobody, IsOk());
   EXPECT_THAT((*nobody)->GetCatalog(),
@@ -114,18 +108,14 @@ TEST_F(CredentialsTest, TokenIdentifiesTheOwnerBeforeTheCertificate) {
   certificates_.Make("authority", "carol", "/CN=carol", "DNS:x");
   Start(flags);
   EXPECT_FALSE(Serves(Tls("authority", "carol")));
-  const auto client = Connect(Tls("authority", "carol", kAliceToken));
-  ASSERT_THAT(client, IsOk());
-  EXPECT_EQ((*client)->CreatePool(MazeSpec(1))->owner(), "alice");
+  const auto run = OpenStream(Tls("authority", "carol", kAliceToken));
+  EXPECT_EQ(run->Start(MazeSpec(1))->pool().owner(), "alice");
 }
 
 TEST_F(CredentialsTest, CertificatesAreReplacedWhileAStreamRuns) {
   Start(TlsFlags());
-  const auto client = Connect(Tls("authority"));
-  ASSERT_THAT(client, IsOk());
-  const auto pool = (*client)->CreatePool(MazeSpec(1));
-  const auto stream = (*client)->Attach(pool->name());
-  ASSERT_THAT(stream, IsOk());
+  const auto run = OpenStream(Tls("authority"));
+  ASSERT_THAT(run->Start(MazeSpec(1)), IsOk());
   const std::string key = certificates_.Read("server.key");
   certificates_.MakeAuthority("next");
   certificates_.MakeServer("next", "next-server");
@@ -137,8 +127,8 @@ TEST_F(CredentialsTest, CertificatesAreReplacedWhileAStreamRuns) {
   certificates_.Replace("server.key", certificates_.Read("next-server.key"));
   EXPECT_TRUE(Serves(Tls("next")));
   EXPECT_FALSE(Serves(Tls("authority")));
-  procgen_client::Batch batch;
-  EXPECT_THAT((*stream)->Step({4}, &batch), IsOk());
+  v1::Batch batch;
+  EXPECT_THAT(run->Step({4}, &batch), IsOk());
   EXPECT_THAT(StopAndReadLog(),
               AllOf(HasSubstr("server.pem: has no certificate in PEM"),
                     HasSubstr("is not the key of"), HasSubstr("event=certificates_reloaded")));
@@ -227,9 +217,11 @@ TEST_F(CredentialsTest, ClientsReadTheirEnvironment) {
   for (const auto& [name, value] : variables) {
     setenv(name, value.c_str(), 1);
   }
+  const auto run = OpenStream(Tls("authority", "carol", kBobToken));
+  ASSERT_THAT(run->Start(MazeSpec(1)), IsOk());
   const auto client = procgen_client::Client::Connect(address_);
   ASSERT_THAT(client, IsOk());
-  EXPECT_EQ((*client)->CreatePool(MazeSpec(1))->owner(), "bob");
+  EXPECT_THAT((*client)->GetPool(run->name()), IsOk()) << "the client is bob";
   setenv("PROCGEN_SERVER_CA", "/nowhere.pem", 1);
   EXPECT_THAT(procgen_client::Client::Connect(address_),
               StatusIs(absl::StatusCode::kNotFound, HasSubstr("/nowhere.pem")));

@@ -1,6 +1,7 @@
 // Every limit of the server, exceeded.
 
 #include <string>
+#include <vector>
 
 #include "gmock/gmock.h"
 #include "gtest/gtest.h"
@@ -13,69 +14,57 @@ using testing::HasSubstr;
 
 class LimitsTest : public ServiceTest {};
 
-TEST_F(LimitsTest, TooManyPoolsAreRejected) {
-  for (int i = 0; i < 3; ++i) {
-    CreatePool(MazeSpec(1));
+TEST_F(LimitsTest, TooManyEnvironmentsAreRejected) {
+  const auto run = StartPool(MazeSpec(400));
+  EXPECT_THAT(StartError(MazeSpec(99)),
+              StatusIs(absl::StatusCode::kResourceExhausted,
+                       "every caller together has 402 environments and asks for 99 more, limit "
+                       "owner_env_count_max is 500"));
+  EXPECT_THAT(run->Close(), IsOk());
+  EXPECT_THAT(StartError(MazeSpec(99)), IsOk());
+}
+
+TEST_F(LimitsTest, TooManyCallsAreRejected) {
+  Limits limits = TestLimits();
+  limits.owner_call_count_max = 2;
+  const auto server = StartServer(/*worker_count=*/1, limits);
+  ASSERT_NE(server, nullptr);
+  const auto channel = ChannelTo(server->address());
+  const std::string message =
+      "every caller together has 2 calls under way and asks for 1 more, limit "
+      "owner_call_count_max is 2";
+  PoolStream run(channel);
+  ASSERT_THAT(run.Start(MazeSpec(1)), IsOk());
+  const auto client = procgen_client::Client::Connect(server->address());
+  ASSERT_THAT(client, IsOk());
+  v1::WatchPoolRequest request;
+  request.set_pool(run.name());
+  request.add_environments(0);
+  auto watch = (*client)->Watch(request);
+  ASSERT_THAT(watch->Next(), IsOk());
+  EXPECT_THAT(PoolStream(channel).Start(MazeSpec(1)),
+              StatusIs(absl::StatusCode::kResourceExhausted, message));
+  EXPECT_THAT((*client)->GetLoad(), StatusIs(absl::StatusCode::kResourceExhausted, message));
+  v1::Batch batch;
+  EXPECT_THAT(run.Step({4}, &batch), IsOk());
+  watch = nullptr;
+  // The server detects the end of the watch a little later.
+  while (absl::IsResourceExhausted((*client)->GetLoad().status())) {
   }
-  EXPECT_THAT(
-      client_->CreatePool(MazeSpec(1)),
-      StatusIs(absl::StatusCode::kResourceExhausted,
-               HasSubstr("there are 4 pools, limit pool_count_max is 4; 3 of 4 own pools without "
-                         "an attached learner")));
-}
-
-TEST_F(LimitsTest, TooManyEnvironmentsInOnePoolAreRejected) {
-  EXPECT_THAT(client_->CreatePool(MazeSpec(501)),
-              StatusIs(absl::StatusCode::kResourceExhausted,
-                       "spec.env_count is 501, limit pool_env_count_max is 500"));
-}
-
-TEST_F(LimitsTest, TooManyEnvironmentsInAllPoolsAreRejected) {
-  const std::string name = CreatePool(MazeSpec(400));
-  EXPECT_THAT(client_->CreatePool(MazeSpec(199)),
-              StatusIs(absl::StatusCode::kResourceExhausted,
-                       HasSubstr("spec.env_count is 199 and there are 402 environments, limit "
-                                 "env_count_max is 600; 1 of 2 own pools without")));
-  ASSERT_THAT(client_->DeletePool(name), IsOk());
-  EXPECT_THAT(client_->CreatePool(MazeSpec(199)), IsOk());
-}
-
-TEST_F(LimitsTest, AttachWithTooManyRequestsInFlightIsRejected) {
-  procgen_client::StreamOptions options;
-  options.requests_in_flight_max = 9;
-  EXPECT_THAT(client_->Attach(CreatePool(MazeSpec(1)), options),
-              StatusIs(absl::StatusCode::kResourceExhausted,
-                       "attach.requests_in_flight_max is 9, limit requests_in_flight_max is 8"));
-  options.requests_in_flight_max = -1;
-  EXPECT_THAT(client_->Attach(CreatePool(MazeSpec(1)), options),
-              StatusIs(absl::StatusCode::kInvalidArgument,
-                       "attach.requests_in_flight_max is -1, allowed: 0 to 8"));
-}
-
-TEST_F(LimitsTest, AttachWithResponseLimitsOutOfRangeIsRejected) {
-  procgen_client::StreamOptions options;
-  options.response_bytes_max = (16 << 20) + 1;
-  EXPECT_THAT(client_->Attach(CreatePool(MazeSpec(1)), options),
-              StatusIs(absl::StatusCode::kResourceExhausted,
-                       "attach.response_bytes_max is 16777217, limit response_bytes_max is "
-                       "16777216"));
-  options.response_bytes_max = 65535;
-  EXPECT_THAT(client_->Attach(CreatePool(MazeSpec(1)), options),
-              StatusIs(absl::StatusCode::kInvalidArgument,
-                       "attach.response_bytes_max is 65535, allowed: 0, or 65536 to 16777216"));
+  EXPECT_THAT((*client)->GetLoad(), IsOk());
 }
 
 TEST_F(LimitsTest, TooLargeRequestIsRejected) {
-  const auto stream = CreateAndAttach(MazeSpec(1));
-  EXPECT_THAT(CallStatus(stream.get(), StepRequest(std::vector<int32_t>(70000, 4))),
+  EXPECT_THAT(StartPool(MazeSpec(1))->Call(StepRequest(std::vector<int32_t>(70000, 4))),
               StatusIs(absl::StatusCode::kResourceExhausted, HasSubstr("65536")));
 }
 
 TEST_F(LimitsTest, FramesBeyondAResponseAreRejected) {
-  EXPECT_THAT(client_->RenderEnvironments(CreatePool(MazeSpec(6)), {0, 1, 2, 3, 4, 5}),
+  const std::vector<int32_t> environments(22, 0);
+  EXPECT_THAT(StartPool(MazeSpec(1))->Render(environments),
               StatusIs(absl::StatusCode::kResourceExhausted,
-                       "environments has 6 entries, limit response_bytes_max = 4194304 has room "
-                       "for 5 frames of 512 x 512 pixels"));
+                       "environments has 22 entries, limit response_bytes_max = 16777216 has room "
+                       "for 21 frames of 512 x 512 pixels"));
 }
 
 }  // namespace

@@ -18,7 +18,6 @@
 #include "absl/strings/strip.h"
 #include "absl/synchronization/notification.h"
 #include "gmock/gmock.h"
-#include "grpcpp/create_channel.h"
 #include "gtest/gtest.h"
 #include "tests/service/raw_call.h"
 #include "tests/service/security/access_fixture.h"
@@ -64,9 +63,7 @@ class UntrustedClientTest : public AccessTest {
     return peak_kb;
   }
 
-  std::shared_ptr<grpc::Channel> Channel() const {
-    return grpc::CreateChannel(address_, grpc::InsecureChannelCredentials());
-  }
+  std::shared_ptr<grpc::Channel> Channel() const { return ChannelTo(address_); }
 };
 
 TEST_F(UntrustedClientTest, ServerRecoversFromExhaustedFileDescriptors) {
@@ -123,52 +120,36 @@ TEST_F(UntrustedClientTest, CompressedRequestsAreRejected) {
   EXPECT_LT(after_kb - before_kb, 80 << 10);
 }
 
-TEST_F(UntrustedClientTest, StreamWithoutAttachTimesOut) {
-  Start({"--attach_timeout=1s"});
-  grpc::ClientContext context;
-  const auto stream = v1::StepService::NewStub(Channel())->StepPool(&context);
-  v1::StepPoolResponse response;
-  EXPECT_FALSE(stream->Read(&response));
-  const grpc::Status status = stream->Finish();
-  EXPECT_EQ(status.error_code(), grpc::StatusCode::DEADLINE_EXCEEDED);
-  EXPECT_EQ(status.error_message(),
-            "the stream has sent no attach within 1s, limit attach_timeout");
-}
-
-TEST_F(UntrustedClientTest, UnattachedStreamsCountAsCalls) {
+TEST_F(UntrustedClientTest, StreamsWithoutAStartCountAsCalls) {
   Start({"--owner_call_count_max=3"});
-  const auto client = ConnectAs("");
-  const auto pool = client->CreatePool(MazeSpec(1));
-  ASSERT_THAT(pool, IsOk());
-  const auto attached = client->Attach(pool->name());
-  ASSERT_THAT(attached, IsOk());
-  const auto stub = v1::StepService::NewStub(Channel());
-  std::vector<grpc::ClientContext> contexts(4);
+  PoolStream learner(Channel());
+  ASSERT_THAT(learner.Start(MazeSpec(1)), IsOk());
   // At least one of the four exceeds the limit, and any of them: the server starts calls on several
   // threads. A second one may, too, because a call counts until its response is sent.
-  std::vector<std::string> messages(contexts.size());
+  std::vector<std::unique_ptr<PoolStream>> runs;
+  for (int i = 0; i < 4; ++i) {
+    runs.push_back(std::make_unique<PoolStream>(Channel()));
+  }
+  std::vector<std::string> messages(runs.size());
   absl::Notification first_end;
   std::atomic<int> ends = 0;
-  std::vector<std::thread> streams;
-  for (size_t i = 0; i < contexts.size(); ++i) {
-    streams.emplace_back([&, i] {
-      const auto stream = stub->StepPool(&contexts[i]);
-      v1::StepPoolResponse response;
-      EXPECT_FALSE(stream->Read(&response));
-      messages[i] = stream->Finish().error_message();
+  std::vector<std::thread> threads;
+  for (size_t i = 0; i < runs.size(); ++i) {
+    threads.emplace_back([&, i] {
+      messages[i] = std::string(runs[i]->Finish().message());
       if (ends++ == 0) {
         first_end.Notify();
       }
     });
   }
   first_end.WaitForNotification();
-  procgen_client::Batch batch;
-  EXPECT_THAT((*attached)->Step({4}, &batch), IsOk());
-  for (grpc::ClientContext& context : contexts) {
-    context.TryCancel();
+  v1::Batch batch;
+  EXPECT_THAT(learner.Step({4}, &batch), IsOk());
+  for (const std::unique_ptr<PoolStream>& run : runs) {
+    run->Cancel();
   }
-  for (std::thread& stream : streams) {
-    stream.join();
+  for (std::thread& thread : threads) {
+    thread.join();
   }
   EXPECT_THAT(messages, testing::Contains("every caller together has 3 calls under way and asks "
                                           "for 1 more, limit owner_call_count_max is 3"));
@@ -176,40 +157,18 @@ TEST_F(UntrustedClientTest, UnattachedStreamsCountAsCalls) {
 
 TEST_F(UntrustedClientTest, LongTextIsNotEchoed) {
   Start();
-  const auto client = ConnectAs("");
   v1::PoolSpec spec = MazeSpec(1);
   spec.add_games(std::string(1 << 20, 'x'));
-  EXPECT_THAT(client->CreatePool(spec),
+  EXPECT_THAT(PoolStream(Channel()).Start(spec),
               StatusIs(absl::StatusCode::kInvalidArgument,
                        "spec.games[1] has 1048576 characters, allowed: the name of a game, at "
                        "most 64"));
   for (const absl::Status& status :
-       {client->CreatePool(MazeSpec(1), std::string(1 << 20, 'x')).status(),
-        client->DeletePool(std::string(1 << 20, 'x'))}) {
+       {PoolStream(Channel()).Start(MazeSpec(1), {}, std::string(1 << 20, 'x')).status(),
+        ConnectAs("")->GetPool(std::string(1 << 20, 'x')).status()}) {
     EXPECT_EQ(status.code(), absl::StatusCode::kInvalidArgument);
     EXPECT_LT(status.message().size(), 500U);
   }
-}
-
-TEST_F(UntrustedClientTest, SourcesOutsideTheAllowlistAreNotCalled) {
-  Start({"--clone_source_allowlist=allowed.invalid:7"});
-  const auto client = ConnectAs("");
-  const auto pool = client->CreatePool(MazeSpec(1));
-  ASSERT_THAT(pool, IsOk());
-  for (const std::string& source : {address_, std::string("169.254.169.254:80"),
-                                    std::string("unix:/run/x.sock"), std::string("localhost:1")}) {
-    EXPECT_THAT(client->CloneStates(pool->name(), {Pair(0, 0)}, {"", source}),
-                StatusIs(absl::StatusCode::kPermissionDenied,
-                         "source_server is " + source +
-                             ", which this server may not connect to; its operator allows sources "
-                             "with --clone_source_allowlist"));
-  }
-  for (const char* source : {"dns:///allowed.invalid:7", "xds:///x", "ipv4:127.0.0.1:1", "x"}) {
-    EXPECT_THAT(client->CloneStates(pool->name(), {Pair(0, 0)}, {"", source}),
-                StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr("source_server is '")));
-  }
-  EXPECT_THAT(client->CloneStates(pool->name(), {Pair(0, 0)}, {"", "allowed.invalid:7"}),
-              StatusIs(absl::StatusCode::kUnavailable, HasSubstr("cannot be reached")));
 }
 
 }  // namespace

@@ -1,7 +1,7 @@
 #ifndef TESTS_SERVICE_STATES_EPISODE_REPLAY_H_
 #define TESTS_SERVICE_STATES_EPISODE_REPLAY_H_
 
-#include "procgen/v1/states.pb.h"
+#include "procgen/v1/episodes.pb.h"
 
 namespace procgen {
 

@@ -23,8 +23,8 @@ using testing::SizeIs;
 
 constexpr int32_t kEnvCount = 3;
 
-v1::StepPoolRequest Unobserved(const std::vector<int32_t>& actions) {
-  v1::StepPoolRequest request = StepRequest(actions);
+v1::RunPoolRequest Unobserved(const std::vector<int32_t>& actions) {
+  v1::RunPoolRequest request = StepRequest(actions);
   request.mutable_step()->set_observation(v1::OBSERVATION_NONE);
   return request;
 }
@@ -59,9 +59,9 @@ TEST_P(EveryGameEpisodesTest, EpisodesAreReplayedInEachMode) {
     spec.set_env_count(kEnvCount);
     spec.mutable_options()->set_rand_seed(5);
     spec.mutable_options()->set_distribution_mode(DistributionModeMessageOf(mode));
-    const auto stream = CreateAndAttach(spec);
+    const auto stream = StartPool(spec);
     std::minstd_rand random(7);
-    procgen_client::Batch batch;
+    v1::Batch batch;
     for (int32_t step = 0; step < 150; ++step) {
       std::vector<int32_t> actions;
       actions.reserve(kEnvCount);
@@ -70,7 +70,7 @@ TEST_P(EveryGameEpisodesTest, EpisodesAreReplayedInEachMode) {
       }
       ASSERT_THAT(stream->Call(Unobserved(actions), &batch), IsOk());
       for (int32_t i = 0; i < kEnvCount && step % 10 == 9; ++i) {
-        const auto episode = client_->GetEpisode(stream->pool().name(), i);
+        const auto episode = client_->GetEpisode(stream->name(), i);
         if (!absl::IsFailedPrecondition(episode.status())) {
           ASSERT_THAT(episode, IsOk());
           ExpectReplayIsEqual(*episode);
@@ -78,10 +78,10 @@ TEST_P(EveryGameEpisodesTest, EpisodesAreReplayedInEachMode) {
       }
     }
     for (int32_t i = 0; i < kEnvCount; ++i) {
-      ExpectReplayIsEqual(Last(stream->pool().name(), i));
-      ExpectReplayIsEqual(Current(stream->pool().name(), i));
+      ExpectReplayIsEqual(Last(stream->name(), i));
+      ExpectReplayIsEqual(Current(stream->name(), i));
     }
-    ASSERT_THAT(client_->DeletePool(stream->pool().name()), IsOk());
+    ASSERT_THAT(stream->Close(), IsOk());
   }
 }
 
@@ -97,9 +97,9 @@ INSTANTIATE_TEST_SUITE_P(Games, EveryGameEpisodesTest, testing::ValuesIn(AllGame
                          [](const auto& info) { return info.param; });
 
 TEST_F(EpisodesTest, EpisodeHasActionsAndRewards) {
-  const auto stream = CreateAndAttach(MazeSpec(2));
-  const std::string pool = stream->pool().name();
-  procgen_client::Batch batch;
+  const auto stream = StartPool(MazeSpec(2));
+  const std::string pool = stream->name();
+  v1::Batch batch;
   ASSERT_THAT(stream->Observe(&batch), IsOk());
   const int32_t level_seed = batch.level_seeds()[1];
   EXPECT_EQ(Current(pool, 1).level_seed(), level_seed);
@@ -111,7 +111,6 @@ TEST_F(EpisodesTest, EpisodeHasActionsAndRewards) {
   ASSERT_THAT(stream->Step({7, 1}, &batch), IsOk());
   const v1::Episode last = Last(pool, 1);
   EXPECT_EQ(last.environment(), 1);
-  EXPECT_EQ(last.sequence_number(), 5);
   EXPECT_EQ(last.game(), "maze");
   EXPECT_EQ(last.level_seed(), level_seed);
   EXPECT_EQ(last.options().start_level(), level_seed);
@@ -127,9 +126,9 @@ TEST_F(EpisodesTest, EpisodeHasActionsAndRewards) {
 }
 
 TEST_F(EpisodesTest, EarlierEpisodesAreFoundByFingerprint) {
-  const auto stream = CreateAndAttach(MazeSpec(2));
-  const std::string pool = stream->pool().name();
-  procgen_client::Batch batch;
+  const auto stream = StartPool(MazeSpec(2));
+  const std::string pool = stream->name();
+  v1::Batch batch;
   std::vector<v1::Episode> ended;
   for (int32_t length = 1; length <= 5; ++length) {
     for (int32_t step = 1; step < length; ++step) {
@@ -153,18 +152,18 @@ TEST_F(EpisodesTest, EarlierEpisodesAreFoundByFingerprint) {
 TEST_F(EpisodesTest, RepeatedActionsAreRecordedOneByOne) {
   v1::PoolSpec spec = MazeSpec(1);
   spec.set_games(0, "bigfish");
-  const auto stream = CreateAndAttach(spec);
+  const auto stream = StartPool(spec);
   std::minstd_rand random(3);
-  procgen_client::Batch batch;
+  v1::Batch batch;
   for (int32_t step = 0; step < 300; ++step) {
-    v1::StepPoolRequest request = Unobserved({static_cast<int32_t>(random() % 9)});
+    v1::RunPoolRequest request = Unobserved({static_cast<int32_t>(random() % 9)});
     request.mutable_step()->set_repeat_count(1 + static_cast<int32_t>(random() % 6));
     ASSERT_THAT(stream->Call(request, &batch), IsOk());
   }
-  const v1::Episode last = Last(stream->pool().name());
+  const v1::Episode last = Last(stream->name());
   EXPECT_EQ(last.action_counts_size(), last.rewards_size());
   ExpectReplayIsEqual(last);
-  ExpectReplayIsEqual(Current(stream->pool().name()));
+  ExpectReplayIsEqual(Current(stream->name()));
 }
 
 TEST_F(EpisodesTest, LevelsOfASequenceAreReported) {
@@ -174,8 +173,8 @@ TEST_F(EpisodesTest, LevelsOfASequenceAreReported) {
   for (int32_t seed = 10; seed < 30; ++seed) {
     spec.mutable_level_sampler()->add_level_seeds(seed);
   }
-  const auto stream = CreateAndAttach(spec);
-  procgen_client::Batch batch;
+  const auto stream = StartPool(spec);
+  v1::Batch batch;
   int levels = 0;
   std::minstd_rand random(11);
   for (int32_t step = 0; step < 1500; ++step) {
@@ -186,8 +185,8 @@ TEST_F(EpisodesTest, LevelsOfASequenceAreReported) {
     }
     ASSERT_THAT(stream->Call(Unobserved(actions), &batch), IsOk());
     for (int32_t i = 0; i < 4; ++i) {
-      if (batch.prev_level_complete()[static_cast<size_t>(i)]) {
-        const v1::Episode current = Current(stream->pool().name(), i);
+      if (batch.prev_level_complete(i)) {
+        const v1::Episode current = Current(stream->name(), i);
         ExpectReplayIsEqual(current);
         levels += current.level_changes_size();
       }
@@ -197,8 +196,8 @@ TEST_F(EpisodesTest, LevelsOfASequenceAreReported) {
 }
 
 TEST_F(EpisodesTest, SlicesMayBeSteppedInTurn) {
-  const auto stream = CreateAndAttach(MazeSpec(4));
-  procgen_client::Batch batch;
+  const auto stream = StartPool(MazeSpec(4));
+  v1::Batch batch;
   for (int32_t step = 0; step < 100; ++step) {
     ASSERT_THAT(stream->Call(SliceStepRequest(0, 2, step % 15), &batch), IsOk());
     if (step % 3 == 0) {
@@ -206,11 +205,11 @@ TEST_F(EpisodesTest, SlicesMayBeSteppedInTurn) {
     }
   }
   for (int32_t i = 0; i < 4; ++i) {
-    ExpectReplayIsEqual(Current(stream->pool().name(), i));
+    ExpectReplayIsEqual(Current(stream->name(), i));
   }
-  EXPECT_THAT(Current(stream->pool().name(), 0).actions(), SizeIs(100));
-  EXPECT_THAT(Last(stream->pool().name(), 3).actions(), SizeIs(21));
-  ExpectReplayIsEqual(Last(stream->pool().name(), 1));
+  EXPECT_THAT(Current(stream->name(), 0).actions(), SizeIs(100));
+  EXPECT_THAT(Last(stream->name(), 3).actions(), SizeIs(21));
+  ExpectReplayIsEqual(Last(stream->name(), 1));
 }
 
 // A server whose pools have little memory for episodes.
@@ -218,15 +217,12 @@ class LittleMemoryEpisodesTest : public EpisodesTest {
  protected:
   void SetUp() override {
     EpisodesTest::SetUp();
-    ServerOptions options;
-    options.address = "127.0.0.1:0";
-    options.worker_count = 2;
-    options.limits = TestLimits();
-    options.limits.episode_history_bytes_max = 260'500;
-    absl::StatusOr<std::unique_ptr<Server>> server = Server::Start(options);
-    ASSERT_THAT(server, IsOk());
-    little_memory_ = *std::move(server);
-    auto client = procgen_client::Client::Connect(little_memory_->address(), {});
+    Limits limits = TestLimits();
+    limits.episode_history_bytes_max = 260'500;
+    little_memory_ = StartServer(/*worker_count=*/2, limits);
+    ASSERT_NE(little_memory_, nullptr);
+    channel_ = ChannelTo(little_memory_->address());
+    auto client = procgen_client::Client::Connect(little_memory_->address());
     ASSERT_THAT(client, IsOk());
     client_ = *std::move(client);
   }
@@ -241,27 +237,27 @@ TEST_F(LittleMemoryEpisodesTest, OverlappingSlicesDropOnlyTheirOldestSteps) {
   v1::PoolSpec spec = MazeSpec(kCount);
   spec.set_games(0, "coinrun");
   spec.mutable_options()->set_use_sequential_levels(true);
-  const auto stream = CreateAndAttach(spec);
+  const auto stream = StartPool(spec);
   std::minstd_rand random(2);
-  procgen_client::Batch batch;
-  v1::StepPoolRequest request;
+  v1::Batch batch;
+  v1::RunPoolRequest request;
   for (int32_t step = 0; step < 1500; ++step) {
     const auto first = static_cast<int32_t>(random() % 4);
     request = SliceStepRequest(first, kCount - 3, kRunAndJump[random() % 6]);
     request.mutable_step()->set_observation(v1::OBSERVATION_NONE);
     ASSERT_THAT(stream->Call(request, &batch), IsOk());
   }
-  const v1::Episode current = Current(stream->pool().name(), 20);
+  const v1::Episode current = Current(stream->name(), 20);
   ASSERT_THAT(current.actions(), Not(IsEmpty()));
   EXPECT_EQ(current.actions().back(), static_cast<char>(request.step().actions(0)));
 }
 
 TEST_F(EpisodesTest, ResetEndsAnEpisodeThatWasStepped) {
-  const auto stream = CreateAndAttach(MazeSpec(2));
-  const std::string pool = stream->pool().name();
-  procgen_client::Batch batch;
+  const auto stream = StartPool(MazeSpec(2));
+  const std::string pool = stream->name();
+  v1::Batch batch;
   ASSERT_THAT(stream->Step({7, 7}, &batch), IsOk());
-  v1::StepPoolRequest reset;
+  v1::RunPoolRequest reset = ResetRequest(2);
   reset.mutable_reset()->add_resets()->set_environment(0);
   reset.mutable_reset()->mutable_resets(0)->set_level_seed(-5);
   for (int32_t i = 0; i < 2; ++i) {  // the second reset ends an episode without steps
@@ -272,7 +268,7 @@ TEST_F(EpisodesTest, ResetEndsAnEpisodeThatWasStepped) {
   ExpectReplayIsEqual(Last(pool));
   EXPECT_THAT(Current(pool).actions(), IsEmpty());
   // A reset within a step; the other environment is stepped.
-  v1::StepPoolRequest step = StepRequest({3, 5});
+  v1::RunPoolRequest step = StepRequest({3, 5});
   *step.mutable_step()->add_resets() = reset.reset().resets(0);
   ASSERT_THAT(stream->Step({2, 4}, &batch), IsOk());
   ASSERT_THAT(stream->Call(step, &batch), IsOk());
@@ -287,9 +283,9 @@ TEST_F(EpisodesTest, ResetEndsAnEpisodeThatWasStepped) {
 TEST_F(EpisodesTest, IgnoredActionsBelongToNoEpisode) {
   v1::PoolSpec spec = MazeSpec(1);
   spec.set_autoreset_mode(v1::AUTORESET_MODE_NEXT_STEP);
-  const auto stream = CreateAndAttach(spec);
-  const std::string pool = stream->pool().name();
-  procgen_client::Batch batch;
+  const auto stream = StartPool(spec);
+  const std::string pool = stream->name();
+  v1::Batch batch;
   ASSERT_THAT(stream->Step({3}, &batch), IsOk());
   ASSERT_THAT(stream->Step({-1}, &batch), IsOk());
   EXPECT_THAT(client_->GetEpisode(pool, 0, v1::EPISODE_SELECTOR_CURRENT),
@@ -304,19 +300,19 @@ TEST_F(EpisodesTest, IgnoredActionsBelongToNoEpisode) {
 }
 
 TEST_F(EpisodesTest, RestoredStatesAreReportedAndTheNextEpisodeIsWhole) {
-  const auto stream = CreateAndAttach(MazeSpec(2));
-  const std::string pool = stream->pool().name();
+  const auto stream = StartPool(MazeSpec(2));
+  const std::string pool = stream->name();
   v1::PoolSpec other_spec = MazeSpec(1);
   other_spec.mutable_options()->set_distribution_mode(v1::DISTRIBUTION_MODE_HARD);
-  const auto other = CreateAndAttach(other_spec);
-  procgen_client::Batch batch;
-  const auto fresh = client_->SaveStates(other->pool().name());
+  const auto other = StartPool(other_spec);
+  v1::Batch batch;
+  const auto fresh = other->Save();
   ASSERT_THAT(other->Step({5}, &batch), IsOk());
-  const auto later = client_->SaveStates(other->pool().name());
+  const auto later = other->Save();
   ASSERT_THAT(fresh, IsOk());
   ASSERT_THAT(later, IsOk());
   ASSERT_THAT(stream->Step({7, 7}, &batch), IsOk());
-  ASSERT_THAT(client_->RestoreStates(pool, *later), IsOk());
+  ASSERT_THAT(stream->Restore(*later), IsOk());
   ASSERT_THAT(stream->Step({2, 3}, &batch), IsOk());
   EXPECT_EQ(Current(pool).incomplete_reason(), v1::INCOMPLETE_REASON_STATE_RESTORED);
   EXPECT_EQ(Current(pool).actions(), std::string("\x02"));
@@ -327,12 +323,12 @@ TEST_F(EpisodesTest, RestoredStatesAreReportedAndTheNextEpisodeIsWhole) {
   EXPECT_EQ(Current(pool).options().distribution_mode(), v1::DISTRIBUTION_MODE_HARD);
   ExpectReplayIsEqual(Current(pool));
   // A state at the start of an episode gives a complete episode.
-  ASSERT_THAT(client_->RestoreStates(pool, *fresh), IsOk());
+  ASSERT_THAT(stream->Restore(*fresh), IsOk());
   ASSERT_THAT(stream->Step({1, 3}, &batch), IsOk());
   EXPECT_EQ(Current(pool).actions(), std::string("\x01"));
   ExpectReplayIsEqual(Current(pool));
   // A cloned state counts as restored.
-  ASSERT_THAT(client_->CloneStates(pool, {Pair(0, 1)}), IsOk());
+  ASSERT_THAT(stream->Clone({Pair(0, 1)}), IsOk());
   EXPECT_EQ(Current(pool, 1).incomplete_reason(), v1::INCOMPLETE_REASON_STATE_RESTORED);
   ASSERT_THAT(stream->Step({1, -1}, &batch), IsOk());
   ASSERT_THAT(stream->Step({1, 4}, &batch), IsOk());
@@ -341,7 +337,8 @@ TEST_F(EpisodesTest, RestoredStatesAreReportedAndTheNextEpisodeIsWhole) {
 }
 
 TEST_F(EpisodesTest, InvalidArgumentsAreRejected) {
-  const std::string pool = CreatePool(MazeSpec(2));
+  const auto stream = StartPool(MazeSpec(2));
+  const std::string& pool = stream->name();
   EXPECT_THAT(client_->GetEpisode(pool, 2),
               StatusIs(absl::StatusCode::kInvalidArgument,
                        "environment is 2, pool " + pool + " has environments 0 to 1"));

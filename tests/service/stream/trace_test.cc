@@ -40,10 +40,12 @@ struct Values : BatchNumbers {
 
 template <typename Left, typename Right>
 bool Same(const Left& left, const Right& right) {
-  return std::equal(left.begin(), left.end(), right.begin(), right.end());
+  return std::equal(
+      left.begin(), left.end(), right.begin(), right.end(),
+      [](auto mine, auto other) { return mine == static_cast<decltype(mine)>(other); });
 }
 
-bool Same(const Values& local, const procgen_client::Batch& remote) {
+bool Same(const Values& local, const v1::Batch& remote) {
   return Same(local.observations, remote.observations()) && Same(local.rewards, remote.rewards()) &&
          Same(local.first, remote.first()) && Same(local.terminated, remote.terminated()) &&
          Same(local.truncated, remote.truncated()) &&
@@ -80,11 +82,11 @@ TEST_P(TraceTest, StreamEqualsInProcess) {
   spec.mutable_games()->Assign(options.games.begin(), options.games.end());
   spec.set_env_count(kEnvCount);
   spec.mutable_options()->set_rand_seed(11);
-  const auto stream = CreateAndAttach(spec);
+  const auto stream = StartPool(spec);
   ASSERT_NE(stream, nullptr);
 
   Values local;
-  procgen_client::Batch remote;
+  v1::Batch remote;
   ASSERT_THAT((*pool)->Observe(0, kEnvCount, local.Spans()), IsOk());
   ASSERT_THAT(stream->Observe(&remote), IsOk());
   ASSERT_TRUE(Same(local, remote)) << "before the first step";

@@ -48,7 +48,6 @@ def test_a_page_sees_only_its_owners_pools(tokens: Path, tmp_path: Path) -> None
                 for method, members in (
                     ("pool.history", {}),
                     ("pool.episodes", {}),
-                    ("pool.delete", {}),
                     ("pool.pause", {}),
                     ("watch.start", {"environments": [0], "size_px": 64}),
                 ):
@@ -109,11 +108,11 @@ def test_pages_use_their_owners_quotas(tokens: Path, tmp_path: Path) -> None:
     async def test(url: str) -> None:
         async with open_page(url, token=_ALICE) as page, open_page(url, token=_ALICE) as other:
             await page.call("play.start", game="maze", mode="easy", level_seed=1)
-            with pytest.raises(PageError, match="owner_pool_count_max") as raised:
+            with pytest.raises(PageError, match="owner_env_count_max") as raised:
                 await other.call("play.start", game="maze", mode="easy", level_seed=1)
             assert raised.value.code == "RESOURCE_EXHAUSTED"
 
-    flags = [f"--tokens={tokens}", "--owner_pool_count_max=1"]
+    flags = [f"--tokens={tokens}", "--owner_env_count_max=1"]
     with serve(tmp_path, *flags) as server:
         run(test(server.url))
 
@@ -129,8 +128,7 @@ def test_pages_work_with_minimal_limits(tmp_path: Path) -> None:
             assert opened.result["difference"] is None
             await page.call("gallery.page", **level, first_level_seed=1, count=2, size_px=64)
 
-    flags = ["--requests_in_flight_max=1", "--request_bytes_max=65536"]
-    with serve(tmp_path, *flags) as server:
+    with serve(tmp_path, "--request_bytes_max=65536", "--response_bytes_max=65536") as server:
         run(test(server.url))
 
 

@@ -5,13 +5,12 @@ import { execFile } from "node:child_process";
 import { readFile } from "node:fs/promises";
 import { after, before, test } from "node:test";
 import { promisify } from "node:util";
-import { connect, DistributionMode } from "../../../clients/node/dist/index.js";
 import { figure, picture, waitForChange, waitForDrawing, waitForPicture, waitForText } from "./browser.js";
 import { withFirefox } from "./firefox.js";
 import { stickingOut } from "./overflow.js";
 import { COINRUN_1000, COINRUN_1000_ACTIONS, COINRUN_1000_PATH, COINRUN_1000_STEPS, playKeys } from "./playing.js";
 import { decode, differenceFrom } from "./saved_images.js";
-import { Learner, Server } from "./server.js";
+import { Learner, Pool, Server } from "./server.js";
 
 const FIRST = "#mosaic li:first-child canvas";
 const STEPS_PER_SECOND = 15;
@@ -19,27 +18,23 @@ const SIZES = [{ width: 1280, height: 800 }, { width: 390, height: 844 }];
 
 const it = withFirefox();
 let server;
-let client;
 let learner;
 let replay;  // the path of the replay of an ended episode
 before(async () => {
   server = await Server.start();
-  client = await connect(server.address);
   await endEpisode("ended");
   learner = await Learner.start(server, "watched", ["coinrun"], 20);
 });
 after(async () => {
   await learner.stop();
-  client.close();
   assert.equal(await server.stop(), 0);
 });
 
 // Plays coinrun's level 1000 to its coin in a pool of one environment.
 async function endEpisode(poolId) {
-  const options = { distributionMode: DistributionMode.EASY, startLevel: 1000, numLevels: 1 };
-  const pool = await client.createPool({ games: ["coinrun"], envCount: 1, options }, { poolId });
+  const pool = await Pool.open(server, ["coinrun"], 1, { pool_id: poolId, start_level: 1000, num_levels: 1 });
   for (const action of COINRUN_1000_ACTIONS) {
-    await pool.step(Int32Array.of(action));
+    await pool.step([action]);
   }
   replay = `/replay?pool=${encodeURIComponent(pool.name)}&environment=0`;
 }

@@ -3,8 +3,9 @@
 import { spawn } from "node:child_process";
 import { once } from "node:events";
 import { createInterface } from "node:readline";
-import { after } from "node:test";
-import { connect, DistributionMode } from "../../../clients/node/dist/index.js";
+import { fileURLToPath } from "node:url";
+
+const LEARNER = fileURLToPath(new URL("learner.py", import.meta.url));
 
 // A server on loopback, on ports that the system chooses unless `flags` sets them.
 export class Server {
@@ -45,85 +46,96 @@ export class Server {
   }
 }
 
-// Nodes of a cluster on loopback, and a fleet server.
-export class Fleet {
-  nodes = new Map();  // by name
-  #flags = [`--cluster=pages-${process.pid}`, `--cluster_domain=${process.pid % 100}`, "--cluster_peers=127.0.0.1"];
+// Pools that are not closed.
+const open = new Set();
+process.on("exit", () => open.forEach((pool) => pool.abandon()));
 
-  static async start(...names) {
-    const fleet = new Fleet();
-    await Promise.all(names.map((name) => fleet.startNode(name)));
-    fleet.front = await Server.start(...fleet.#flags, "--fleet", "--node_id=front");
-    return fleet;
+// A pool of a learner in Python, which takes the steps of the test.
+export class Pool {
+  #process;
+  #lines;
+
+  // `options`: those of procgen_client.Pool. `variables`: of the learner's environment, such as its token.
+  static async open(server, games, envCount, options = {}, variables = {}) {
+    const pool = new Pool();
+    const values = { games, env_count: envCount, distribution_mode: "easy", rand_seed: 3, ...options };
+    pool.#process = spawn(process.env.PROCGEN_PYTHON, [LEARNER, server.address, JSON.stringify(values)],
+      { stdio: ["pipe", "pipe", "inherit"], env: { ...process.env, ...variables } });
+    pool.#process.stdin.on("error", () => undefined);  // The learner has ended, which the next line reports.
+    for (const handle of [pool.#process, pool.#process.stdin, pool.#process.stdout]) {
+      handle.unref();  // A test that fails before it closes the pool must not keep the process alive.
+    }
+    pool.#lines = createInterface(pool.#process.stdout)[Symbol.asyncIterator]();
+    open.add(pool);
+    pool.name = await pool.#nextLine();
+    return pool;
   }
 
-  async startNode(name) {
-    this.nodes.set(name, await Server.start(...this.#flags, `--node_id=${name}`));
+  // Steps all environments; returns the SHA-256 of the observations. `more`: further arguments of procgen_client.Pool.step.
+  step(actions, more = {}) {
+    this.#process.stdin.write(`${JSON.stringify({ actions, ...more })}\n`);
+    return this.#nextLine();
   }
 
-  // Stops a node; returns its exit status.
-  async stopNode(name) {
-    const node = this.nodes.get(name);
-    this.nodes.delete(name);
-    return node.stop();
+  // Closes the pool.
+  async close() {
+    const exited = once(this.#process, "exit");
+    this.#process.stdin.end();
+    const [status] = await exited;
+    open.delete(this);
+    if (status !== 0) {
+      throw new Error(`the learner of ${this.name} ended with ${status}`);
+    }
   }
 
-  // Stops all; returns the exit statuses.
-  async stop() {
-    const status = await this.front.stop();
-    return [status, ...await Promise.all([...this.nodes.keys()].map((name) => this.stopNode(name)))];
+  // Kills the learner, which ends the pool.
+  abandon() {
+    this.#process.kill("SIGKILL");
+    open.delete(this);
+  }
+
+  async #nextLine() {
+    const { value, done } = await this.#lines.next();
+    if (done) {
+      throw new Error("the learner ended");
+    }
+    return value;
   }
 }
-
-// Learners that are not stopped: those of failed tests must not keep the process alive.
-const started = new Set();
-after(() => started.forEach((learner) => learner.abandon()));
 
 // A learner that steps a pool with random actions until stop().
 export class Learner {
   #isStopped = false;
+  stepCount = 0;
 
-  // `poolId`: the id of its pool. `environment`: options of its environments.
-  static async start(server, poolId, games, envCount, options = {}, environment = {}) {
+  // `poolId`: the id of its pool.
+  static async start(server, poolId, games, envCount, variables = {}) {
     const learner = new Learner();
-    learner.client = await connect(server.address, options);
-    const spec = { games, envCount, options: { distributionMode: DistributionMode.EASY, randSeed: 3n, ...environment } };
-    learner.pool = await learner.client.createPool(spec, { poolId });
+    learner.pool = await Pool.open(server, games, envCount, { pool_id: poolId }, variables);
     learner.running = learner.#run(envCount);
-    started.add(learner);
+    learner.running.catch(() => undefined);  // stop() reports it.
     return learner;
   }
 
   // Ends a learner whose server is about to be killed.
   abandon() {
     this.#isStopped = true;
-    this.running.catch(() => undefined);
-    this.#close();
-  }
-
-  // Ends the steps; the pool stays.
-  async pause() {
-    this.#isStopped = true;
-    await this.running;
+    this.pool.abandon();
   }
 
   async stop() {
-    await this.pause();
+    this.#isStopped = true;
+    await this.running;
     await this.pool.close();
-    this.#close();
-  }
-
-  #close() {
-    this.client.close();
-    started.delete(this);
   }
 
   // Most actions go right, as with a partly trained policy. At times all environments change their action.
   async #run(envCount) {
-    const actions = new Int32Array(envCount);
-    for (let step = 0; !this.#isStopped; step += 1) {
+    let actions;
+    for (; !this.#isStopped; this.stepCount += 1) {
+      const step = this.stepCount;
       if (step % 8 === 0) {
-        actions.forEach((_, i) => { actions[i] = ((step / 8) * 7 + i * 5) % 3 ? 7 : (step + i) % 15; });
+        actions = Array.from({ length: envCount }, (_, i) => (((step / 8) * 7 + i * 5) % 3 ? 7 : (step + i) % 15));
       }
       await this.pool.step(actions);
       await new Promise((resolve) => { setTimeout(resolve, 10); });

@@ -1,12 +1,15 @@
 #include "procgen_client/internal/address.h"
 
+#include <arpa/inet.h>
 #include <fcntl.h>
 #include <netdb.h>
+#include <netinet/in.h>
 #include <poll.h>
 #include <sys/socket.h>
 #include <sys/un.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <cstdint>
 #include <cstring>
@@ -120,6 +123,31 @@ absl::Status CheckAddress(absl::string_view address) {
                                                    "[::1]:50051) or unix:PATH"));
   }
   return absl::OkStatus();
+}
+
+std::vector<std::string> Ipv4AddressesOf(const std::string& address) {
+  const HostPort target = Split(address);
+  if (target.host.empty() || absl::StrContains(target.host, ':')) {
+    return {};
+  }
+  addrinfo hints = {};
+  hints.ai_family = AF_INET;
+  hints.ai_socktype = SOCK_STREAM;
+  addrinfo* found = nullptr;
+  if (getaddrinfo(target.host.c_str(), nullptr, &hints, &found) != 0) {
+    return {};
+  }
+  const std::unique_ptr<addrinfo, decltype(&freeaddrinfo)> owner(found, &freeaddrinfo);
+  std::vector<std::string> addresses;
+  for (const addrinfo* each = found; each != nullptr; each = each->ai_next) {
+    char text[INET_ADDRSTRLEN];
+    const auto* ipv4 = reinterpret_cast<const sockaddr_in*>(each->ai_addr);
+    inet_ntop(AF_INET, &ipv4->sin_addr, text, sizeof(text));
+    addresses.push_back(absl::StrCat(text, ":", target.port));
+  }
+  std::sort(addresses.begin(), addresses.end());
+  addresses.erase(std::unique(addresses.begin(), addresses.end()), addresses.end());
+  return addresses;
 }
 
 std::string WhyRefused(const std::string& address) {

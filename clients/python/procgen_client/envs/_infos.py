@@ -16,6 +16,7 @@ from procgen_client.batch import Batch
 
 # Element types of infos by the kind of a batch's: those of Python's numbers. Others stay.
 _WIDE = {"i": np.int64, "f": np.float64}
+_INT64 = np.dtype(np.int64)
 
 
 def level_infos(batch: Batch, shown: np.ndarray, stepped: np.ndarray) -> dict[str, Any]:
@@ -26,10 +27,17 @@ def level_infos(batch: Batch, shown: np.ndarray, stepped: np.ndarray) -> dict[st
         shown: Environments whose level is returned, bool [N].
         stepped: Those whose current episode has stepped a level, bool [N].
     """
+    if stepped is shown:  # Most steps, all environments.
+        mask = shown.copy()
+        return {
+            "level_seed": batch.level_seeds.astype(_INT64),
+            "_level_seed": mask,
+            "prev_level_seed": batch.prev_level_seeds.astype(_INT64),
+            "_prev_level_seed": mask,
+            "prev_level_complete": batch.prev_level_complete.copy(),
+            "_prev_level_complete": mask,
+        }
     infos: dict[str, Any] = {}
-    if stepped is shown:  # Most steps.
-        _add_numbers(infos, shown, level_seed=batch.level_seeds, **_previous_level(batch))
-        return infos
     _add_numbers(infos, shown, level_seed=batch.level_seeds)
     _add_numbers(infos, stepped, **_previous_level(batch))
     return infos
@@ -47,8 +55,9 @@ def episode_infos(batch: Batch, ended: np.ndarray, same_step: bool) -> dict[str,
         return infos
 
     final_obs = np.empty(batch.env_count, dtype=object)  # All None.
-    for row, observation in zip(ended.nonzero()[0], batch.final_observations, strict=True):
-        final_obs[row] = observation.copy()
+    assert batch.final_observations is not None
+    for row in ended.nonzero()[0]:
+        final_obs[row] = batch.final_observations[row].copy()
     final_info: dict[str, Any] = {}
     # The level in the last observation is the one that was stepped.
     _add_numbers(final_info, ended, level_seed=batch.prev_level_seeds, **_previous_level(batch))
@@ -93,7 +102,7 @@ def level_dicts(batch: Batch) -> list[dict[str, Any]]:
     return [
         {"prev_level_seed": previous, "prev_level_complete": is_complete, "level_seed": seed}
         for previous, is_complete, seed in zip(
-            batch.prev_level_seeds, complete, batch.level_seeds, strict=True
+            batch.prev_level_seeds, complete, batch.level_seeds
         )
     ]
 

@@ -1,14 +1,21 @@
-"""The pool of a Gymnasium environment: made, and closed."""
+"""The pool of an environment."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
+from typing import TYPE_CHECKING
 
-from procgen_client.client import Client
+from procgen_client.catalog import catalog
 from procgen_client.envs._gymnasium import AutoresetMode
-from procgen_client.errors import InvalidArgumentError, UnimplementedError
+from procgen_client.errors import InvalidArgumentError
+from procgen_client.options import PoolOptions
 from procgen_client.pool import Pool
+
+if TYPE_CHECKING:
+    from typing_extensions import Unpack
+
+    from procgen_client._place import Server
+    from procgen_client.tools.art import Art
 
 _AUTORESET_MODES = {
     AutoresetMode.NEXT_STEP: "next_step",
@@ -17,47 +24,31 @@ _AUTORESET_MODES = {
 }
 
 
-def create_pool(
-    client: Client,
+def make_pool(
     games: str | Sequence[str],
     num_envs: int,
     mode: AutoresetMode,
-    options: dict[str, Any],
     *,
-    is_drawn: bool,
+    server: Server,
+    art: Art | None,
+    **options: Unpack[PoolOptions],
 ) -> Pool:
-    """Creates the pool; errors as Client.create_pool.
-
-    Raises:
-        UnimplementedError: `is_drawn`, and the server has no rendering.
-    """
-    if is_drawn and not client.catalog().features.render:
-        raise UnimplementedError(
-            f"the server at {client.address} has no rendering; use render_mode None"
-        )
-    # Views: `copy` of the environment decides whether observations are copied.
-    return client.create_pool(
-        games, num_envs, autoreset_mode=_AUTORESET_MODES[mode], copy=False, **options
+    """Makes the pool; errors as Pool."""
+    return Pool(
+        games,
+        num_envs,
+        server=server,
+        art=art,
+        autoreset_mode=_AUTORESET_MODES[mode],
+        **options,
     )
 
 
 def time_limit_steps(pool: Pool) -> int:
     """Returns the number of steps after which the first game's episodes are truncated."""
-    game, mode = pool.spec.games[0], pool.spec.options.distribution_mode
-    (steps,) = (
-        int(each.time_limit_steps)
-        for facts in pool._client.catalog().games
-        for each in facts.modes
-        if (facts.name, each.distribution_mode) == (game, mode)
-    )
-    return steps
-
-
-def close_pool(pool: Pool, client: Client | None) -> None:
-    """Closes the pool, and the client unless it is None."""
-    pool.close()
-    if client is not None:
-        client.close()
+    mode = pool.options.get("distribution_mode", "hard")
+    (game,) = (each for each in catalog()["games"] if each["name"] == pool.games[0])
+    return game["modes"][mode]["time_limit_steps"]
 
 
 def check_render_mode(given: str | None) -> None:

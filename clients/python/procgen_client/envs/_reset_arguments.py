@@ -53,7 +53,7 @@ def seeds_of(seed: int | Sequence[int | None] | None, num_envs: int) -> list[int
     """Returns the seed of each environment's choice of levels; None: unchanged."""
     if seed is None:
         return [None] * num_envs
-    if isinstance(seed, Sequence | np.ndarray) and not isinstance(seed, str):
+    if isinstance(seed, (Sequence, np.ndarray)) and not isinstance(seed, str):
         _check_length("seed", seed, num_envs)
         return [
             None if value is None else in_range(f"seed[{i}]", value, 0, _SEED_MAX)

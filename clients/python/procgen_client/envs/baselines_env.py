@@ -88,13 +88,13 @@ class BaselinesVecEnv:
         return self.step_wait()
 
     def step_async(self, actions: npt.ArrayLike) -> None:
-        """Sends a step; step_wait returns its results. The server steps meanwhile."""
+        """Begins a step; step_wait returns its results."""
         self.env.act(actions)
 
     def step_wait(
         self,
     ) -> tuple[dict[str, np.ndarray], np.ndarray, np.ndarray, list[dict[str, Any]]]:
-        """Waits for the step that step_async sent, and returns the values of step."""
+        """Waits for the step that step_async began, and returns the values of step."""
         rewards, observations, first = self.env.observe()
         return observations, rewards, first, self.env.get_info()
 
@@ -146,7 +146,7 @@ class BaselinesVecEnv:
         return self.env.pool.render(size_px=RENDER_SIZE_PX)
 
     def close(self) -> None:
-        """Deletes the environments. Closing again does nothing."""
+        """Closes the environments. Closing again does nothing."""
         self.env.close()
 
 

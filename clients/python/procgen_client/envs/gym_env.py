@@ -4,20 +4,22 @@ from __future__ import annotations
 
 import copy
 import os
-from typing import Any, SupportsFloat
+from typing import TYPE_CHECKING, Any, SupportsFloat
 
 import numpy as np
 
+from procgen_client._place import Server
 from procgen_client._requests import ACTION_COUNT
-from procgen_client.client import Client
 from procgen_client.envs._gymnasium import AutoresetMode, Env, single_spaces
 from procgen_client.envs._pools import time_limit_steps
 from procgen_client.envs._reset_arguments import reset_options_of
 from procgen_client.envs.vector_env import ProcgenVectorEnv, option_names
 from procgen_client.errors import FailedPreconditionError, InvalidArgumentError
-from procgen_client.options import check_names
+from procgen_client.options import PoolOptions, check_names
 from procgen_client.tools.art import Art
-from procgen_client.tools.server_process import ServerProcess
+
+if TYPE_CHECKING:
+    from typing_extensions import Unpack
 
 
 class _VectorEnvOfOne(ProcgenVectorEnv):
@@ -25,10 +27,10 @@ class _VectorEnvOfOne(ProcgenVectorEnv):
 
 
 class ProcgenGymEnv(Env):
-    """One environment on a server, with the contract of gymnasium.Env.
+    """One environment with the contract of gymnasium.Env, in this process or on a server.
 
-    A subclass of gymnasium.Env where Gymnasium is installed; works without it. Each step is a
-    round trip: for many environments use ProcgenVectorEnv.
+    A subclass of gymnasium.Env where Gymnasium is installed; works without it. For many
+    environments use ProcgenVectorEnv.
 
     Observations are uint8 [64, 64, 3], or of the format in the options; actions are integers in
     [0, 15). The time limit truncates an episode, every other end terminates it; reset must follow.
@@ -52,16 +54,20 @@ class ProcgenGymEnv(Env):
         self,
         games: str,
         *,
-        server: str | Client | ServerProcess | None = None,
+        server: Server = None,
         art: Art | None = None,
         render_mode: str | None = None,
-        **options: Any,
+        render_size_px: int = 512,
+        frame_skip: int = 1,
+        record_episode_statistics: bool = False,
+        **options: Unpack[PoolOptions],
     ) -> None:
-        """Creates the environment.
+        """Makes the environment.
 
         Args:
             games: The game's name.
-            server, art, render_mode, options: As for ProcgenVectorEnv.
+            server, art, render_mode, render_size_px, frame_skip, record_episode_statistics,
+            options: As for ProcgenVectorEnv.
 
         Errors as ProcgenVectorEnv.
         """
@@ -75,6 +81,9 @@ class ProcgenGymEnv(Env):
             art=art,
             autoreset_mode=AutoresetMode.DISABLED,
             render_mode=render_mode,
+            render_size_px=render_size_px,
+            frame_skip=frame_skip,
+            record_episode_statistics=record_episode_statistics,
             **options,
         )
         self.env = self.vector_env
@@ -171,7 +180,7 @@ class ProcgenGymEnv(Env):
         return None if frames is None else frames[0]
 
     def close(self) -> None:
-        """Deletes the environment on the server. Closing again does nothing."""
+        """Closes the environment. Closing again does nothing."""
         if hasattr(self, "vector_env"):  # False if __init__ failed.
             self.vector_env.close()
 

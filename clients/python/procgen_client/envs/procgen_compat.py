@@ -1,14 +1,12 @@
 """The API of Procgen 0.10.7 ("upstream"): a drop-in for the package `procgen`.
 
-Replace ``from procgen import ...`` with ``from procgen_client import ...``. Without an address it
-starts a local server, which shares memory with the program. Levels, rewards and episode ends equal
-upstream's for the same rand_seed.
+Replace ``from procgen import ...`` with ``from procgen_client import ...``. Levels, rewards and
+episode ends equal upstream's for the same rand_seed.
 """
 
 from __future__ import annotations
 
 import os
-import weakref
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
@@ -16,9 +14,10 @@ import numpy as np
 import numpy.typing as npt
 
 from procgen_client import _checkpoint
+from procgen_client._place import Server
 from procgen_client._requests import ACTION_COUNT, ENV_COUNT_MAX, LEVEL_SEEDS, Reset, in_range
 from procgen_client.batch import Batch
-from procgen_client.client import Client
+from procgen_client.catalog import catalog
 from procgen_client.envs._gym3 import Gym3Env, action_type, observation_type
 from procgen_client.envs._infos import level_dicts
 from procgen_client.envs._pools import check_render_mode
@@ -30,8 +29,6 @@ from procgen_client.errors import (
 from procgen_client.options import GAMES, EnvironmentOptions, check_names, keywords_of
 from procgen_client.pool import Pool
 from procgen_client.tools.art import Art
-from procgen_client.tools.local_server import open_client
-from procgen_client.tools.server_process import ServerProcess
 
 # The games, by upstream's name for the list.
 ENV_NAMES = list(GAMES)
@@ -53,7 +50,7 @@ class ProcgenGym3Env(Gym3Env):
         options: Upstream's options by their names, with env_name, and with the rand_seed that was
             drawn if None was given. A dict.
         render_mode: "rgb_array" or None.
-        pool: The pool on the server.
+        pool: The Pool, for calls that this class does not have.
     """
 
     def __init__(
@@ -78,24 +75,24 @@ class ProcgenGym3Env(Gym3Env):
         debug: bool = False,
         resource_root: Art | None = None,
         art: Art | None = None,
-        server: str | Client | ServerProcess | None = None,
-        transport: str = "auto",
+        server: Server = None,
         **unknown: Any,
     ) -> None:
-        """Creates the environments.
+        """Makes the environments.
 
         Args:
             num, env_name: Number of environments, and their game. Or n games, separated by commas:
                 environment i plays game i % n, and num is a multiple of n.
             center_agent, ..., rand_seed: As options.EnvironmentOptions.
             render_mode: "rgb_array": infos contain a frame for people, "rgb". Or None.
-            num_threads, debug: Ignored, the server has threads; False, nothing is compiled.
+            num_threads: Threads that step: in this process at most so many, and one a core.
+            debug: False, nothing is compiled.
             resource_root: Upstream's name of `art`.
-            art, server, transport: As for ProcgenVectorEnv.
+            art, server: As for Pool.
 
         Raises:
             UnknownOptionError, UpstreamAssertionError: An argument is unknown or out of range.
-            ProcgenError: As Client and Client.create_pool.
+            ProcgenError: As Pool.
         """
         check_names(type(self).__name__, unknown, keywords_of(ProcgenGym3Env.__init__))
         num = checked_num(type(self).__name__, num, env_name)
@@ -115,20 +112,25 @@ class ProcgenGym3Env(Gym3Env):
             paint_vel_info=bool(paint_vel_info),
             debug_mode=debug_mode,
         )
-        client = open_client(server, resource_root if art is None else art)
-        owned = None if client is server else client
-        self.pool = _create_pool(client, owned, env_name, num, transport, options)
-        rand_seed = self.pool.spec.options.rand_seed
-        self.options: dict[str, Any] = {"env_name": env_name, **options, "rand_seed": rand_seed}
+        art = resource_root if art is None else art
+        self.pool = _make_pool(env_name, num, server, art, num_threads, options)
+        self.options: dict[str, Any] = {
+            "env_name": env_name,
+            **options,
+            "rand_seed": self.pool.options["rand_seed"],
+        }
         shape = observation_type(self.pool.observation_shape)
         super().__init__(ob_space=shape, ac_space=action_type(ACTION_COUNT), num=num)
-        self._actions = client.catalog().actions
         self.combos, self.render_mode = self.get_combos(), render_mode
         self._batch: Batch | None = None  # The current state; None: not received.
-        self._close_once = weakref.finalize(self, _close, self.pool, owned)
+
+    def __getstate__(self) -> dict[str, Any]:
+        """Supports pickle and copy, also between act and observe."""
+        self._receive()
+        return self.__dict__.copy()
 
     def act(self, ac: npt.ArrayLike) -> None:
-        """Sends a step of all environments; observe waits for it.
+        """Begins a step of all environments; observe waits for it.
 
         Args:
             ac: Numbers [N], each in [0, 15), or -1, which ends the episode. Cast to int32 as in
@@ -168,7 +170,7 @@ class ProcgenGym3Env(Gym3Env):
         infos = level_dicts(self._now())
         if self.render_mode is not None:
             pictures = self.pool.render(size_px=RENDER_SIZE_PX)
-            for info, picture in zip(infos, pictures, strict=True):
+            for info, picture in zip(infos, pictures):
                 info["rgb"] = picture
         return infos
 
@@ -244,7 +246,7 @@ class ProcgenGym3Env(Gym3Env):
 
     def get_combos(self) -> list[tuple[str, ...]]:
         """Returns the keys of each action."""
-        return [tuple(action.keys) for action in self._actions]
+        return [tuple(action["keys"]) for action in catalog()["actions"]]
 
     def keys_to_act(self, keys_list: Sequence[Sequence[str]]) -> list[np.ndarray]:
         """Returns the actions of pressed keys, for interactive programs.
@@ -258,21 +260,21 @@ class ProcgenGym3Env(Gym3Env):
         actions = []
         for keys in keys_list:
             pressed = [set(combo) <= set(keys) for combo in self.combos]
-            lengths = [len(c) if p else -1 for c, p in zip(self.combos, pressed, strict=True)]
+            lengths = [len(c) if p else -1 for c, p in zip(self.combos, pressed)]
             actions.append(np.array([int(np.argmax(lengths))]))
         return actions
 
     def close(self) -> None:
-        """Deletes the environments. Closing again does nothing."""
-        self._close_once()
+        """Closes the environments. Closing again does nothing."""
+        self.pool.close()
 
     def _receive(self) -> None:
-        """Waits for the step that act sent, if there is one.
+        """Waits for the step that act began, if there is one.
 
         Raises:
             FailedPreconditionError: The environments are closed.
         """
-        if not self._close_once.alive:
+        if self.pool.closed:
             raise FailedPreconditionError("the environments are closed: make others")
         if self.pool.in_flight:
             self._batch = self.pool.receive()
@@ -305,28 +307,24 @@ def checked_num(owner: str, num: object, env_name: object, name: str = "num") ->
         raise UpstreamAssertionError(error.message) from None
 
 
-def _create_pool(
-    client: Client,
-    owned: Client | None,
+def _make_pool(
     env_name: str,
     num: int,
-    transport: str,
+    server: Server,
+    art: Art | None,
+    num_threads: int,
     options: EnvironmentOptions,
 ) -> Pool:
-    """Creates the pool; closes `owned` on failure."""
     games = env_name.split(",")
+    _check(
+        num % len(games) == 0,
+        f"num is {num}; it is a multiple of {len(games)}, the number of games in {env_name!r}",
+    )
+    threads = num_threads if num_threads < (os.cpu_count() or 1) else None
     try:
-        _check(
-            num % len(games) == 0,
-            f"num is {num}; it is a multiple of {len(games)}, the number of games in {env_name!r}",
-        )
-        return client.create_pool(games, num, transport=transport, copy=False, **options)
-    except BaseException as error:
-        if owned is not None:
-            owned.close()
-        if isinstance(error, InvalidArgumentError):
-            raise UpstreamAssertionError(error.message) from None
-        raise
+        return Pool(games, num, server=server, art=art, num_threads=threads, **options)
+    except InvalidArgumentError as error:
+        raise UpstreamAssertionError(error.message) from None
 
 
 def _check(holds: bool, message: str) -> None:
@@ -350,9 +348,3 @@ def _cast_actions(ac: npt.ArrayLike) -> np.ndarray:
         raise UpstreamAssertionError(
             f"ac has type {given.dtype}; it contains finite numbers ({error})"
         ) from None
-
-
-def _close(pool: Pool, client: Client | None) -> None:
-    pool.close()
-    if client is not None:
-        client.close()

@@ -4,18 +4,17 @@ from __future__ import annotations
 
 import functools
 import os
-import weakref
 from collections.abc import Iterable, Mapping, Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
 
 from procgen_client import _checkpoint
 from procgen_client._out import writable_view
+from procgen_client._place import Server
 from procgen_client._requests import ACTION_COUNT, ENV_COUNT_MAX, Reset, in_range
 from procgen_client.batch import Batch
-from procgen_client.client import Client, pool_option_names
 from procgen_client.envs._gymnasium import (
     AutoresetMode,
     VectorEnv,
@@ -28,18 +27,24 @@ from procgen_client.envs._infos import (
     level_dicts,
     level_infos,
 )
-from procgen_client.envs._pools import autoreset_mode_of, check_render_mode, close_pool, create_pool
+from procgen_client.envs._pools import autoreset_mode_of, check_render_mode, make_pool
 from procgen_client.envs._reset_arguments import reset_options_of, seeds_of
-from procgen_client.errors import FailedPreconditionError, InvalidArgumentError
-from procgen_client.options import check_names, keywords_of
-from procgen_client.pool import Pool
+from procgen_client.errors import FailedPreconditionError
+from procgen_client.options import PoolOptions, check_names, keywords_of
+from procgen_client.pool import option_names as pool_option_names
 from procgen_client.tools.art import Art
-from procgen_client.tools.local_server import open_client
-from procgen_client.tools.server_process import ServerProcess
+
+if TYPE_CHECKING:
+    from typing_extensions import Unpack
+
+
+_FLOAT64 = np.dtype(np.float64)
 
 
 class ProcgenVectorEnv(VectorEnv):
-    """N environments on a server, with the contract of Gymnasium's VectorEnv (1.1 and later).
+    """N environments with the contract of Gymnasium's VectorEnv (1.1 and later).
+
+    They are stepped in this process, or on a server.
 
     A subclass of gymnasium.vector.VectorEnv with Gymnasium 1.0 or later. Older versions have
     another contract: there it only uses Gymnasium's spaces, and the constructor warns. Without
@@ -52,7 +57,7 @@ class ProcgenVectorEnv(VectorEnv):
     other end terminates it.
 
     Other observation formats (screen_size, grayscale_obs, layout, frame_stack of
-    Client.create_pool) have shape [N, *pool.observation_shape]. A frame stack adds an axis before
+    options.PoolOptions) have shape [N, *pool.observation_shape]. A frame stack adds an axis before
     the frame's, as Gymnasium's FrameStackObservation. A new or restored episode starts with copies
     of one frame.
 
@@ -69,7 +74,8 @@ class ProcgenVectorEnv(VectorEnv):
       or None) and ``final_info`` (dict: its last ``level_seed``, ``prev_level_seed``,
       ``prev_level_complete``, and ``episode_return``, ``episode_length``, with masks).
 
-    Threads: one at a time.
+    Arrays that it returns belong to the caller. Threads: one at a time. Pickle and copy.deepcopy
+    copy the environments as they are.
 
     Attributes:
         num_envs: Number of environments, N.
@@ -94,44 +100,37 @@ class ProcgenVectorEnv(VectorEnv):
         games: str | Sequence[str],
         num_envs: int = 64,
         *,
-        server: str | Client | ServerProcess | None = None,
+        server: Server = None,
         art: Art | None = None,
         autoreset_mode: AutoresetMode | str = AutoresetMode.NEXT_STEP,
         render_mode: str | None = None,
         render_size_px: int = 512,
-        copy: bool = True,
         frame_skip: int = 1,
         record_episode_statistics: bool = False,
-        **options: Any,
+        **options: Unpack[PoolOptions],
     ) -> None:
-        """Creates the pool.
+        """Makes the environments.
 
         Args:
             games, num_envs: A game, or several, which alternate; number of environments, N.
-            server: Address of a server, a ServerProcess, or a Client (which close() leaves open).
-                None: the address in the variable PROCGEN_SERVER, else a local server.
-            art: Art of the local server, as for ServerProcess. None: the variable
-                PROCGEN_SERVER_ART, else this project's own.
+            server, art: As for Pool: None, and they are stepped in this process.
             autoreset_mode: A member of AutoresetMode or its value. With NEXT_STEP, the step after
                 an episode's end ignores its action: learners must mask that row.
             render_mode: "rgb_array" for render(), or None.
             render_size_px: Side of render's square frames, in pixels.
-            copy: True: observations belong to the caller. False: with shared memory they are
-                read-only views of what the server renders, without a copy of 12 kB per environment;
-                arrays may refer to held_batches_max batches (2) in addition to the current one.
             frame_skip: How often each action is repeated, in [1, 1000]. Only the last observation
                 is rendered, rewards are summed, and the end of an episode stops its environment.
             record_episode_statistics: Add the info ``episode``, in place of the wrapper.
-            **options: As for Client.create_pool: options of Procgen 0.10.7 (distribution_mode,
-                num_levels, start_level, rand_seed, use_sequential_levels, ...), observation format
-                (screen_size, grayscale_obs, layout, frame_stack), transport, encoding and others.
+            **options: Options of Procgen 0.10.7 (distribution_mode, num_levels, start_level,
+                rand_seed, use_sequential_levels, ...), observation format (screen_size,
+                grayscale_obs, layout, frame_stack), num_threads and others: options.PoolOptions.
 
         Raises:
             InvalidArgumentError: An argument is unknown (UnknownOptionError), of a wrong type or
                 out of range; or `art` with a server.
-            NotFoundError: There is no such art.
+            NotFoundError: There is no such game or art.
             UnimplementedError: render_mode is "rgb_array", and the server has no rendering.
-            ProcgenError: As Client and Client.create_pool.
+            ProcgenError: As Pool.
         """
         if self._is_for_gymnasium:
             warn_of_old_gymnasium()
@@ -140,25 +139,18 @@ class ProcgenVectorEnv(VectorEnv):
         mode = autoreset_mode_of(autoreset_mode)
         check_render_mode(render_mode)
         self._frame_skip = in_range("frame_skip", frame_skip, 1, 1000)
-        client = open_client(server, art)
         self._open_pool = functools.partial(
-            create_pool, client, games, num_envs, mode, options, is_drawn=render_mode is not None
+            make_pool, games, num_envs, mode, server=server, art=art, **options
         )
-        try:
-            self.pool = self._open_pool()
-        except BaseException:
-            if client is not server:
-                client.close()
-            raise
+        self.pool = self._open_pool()
         self.num_envs, self.render_mode = num_envs, render_mode
         self.metadata = self.metadata | {"autoreset_mode": mode}
         self.__dict__ |= vector_spaces(self.pool.observation_shape, ACTION_COUNT, num_envs)
-        self._mode, self._copy, self._render_size_px = mode, copy, render_size_px
+        self._mode, self._render_size_px = mode, render_size_px
+        self._returns_final = mode is AutoresetMode.SAME_STEP
         self._everywhere, self._nowhere = np.ones(num_envs, np.bool_), np.zeros(num_envs, np.bool_)
         self._begin()
         self._recorder = EpisodeRecorder(num_envs) if record_episode_statistics else None
-        self._owned_client = None if client is server else client
-        self._close_once = weakref.finalize(self, close_pool, self.pool, self._owned_client)
 
     def __enter__(self) -> ProcgenVectorEnv:
         """Returns the environment itself."""
@@ -207,7 +199,7 @@ class ProcgenVectorEnv(VectorEnv):
         self._ended[mask] = False
         if self._recorder is not None:
             self._recorder.begin(mask)
-        return self._observations(batch), level_infos(batch, mask, self._nowhere)
+        return batch.observations, level_infos(batch, mask, self._nowhere)
 
     def step(
         self,
@@ -221,9 +213,9 @@ class ProcgenVectorEnv(VectorEnv):
         Args:
             actions: int [N], each in [0, 15), or -1.
             annotations: Values for viewers, by name, as for :meth:`Pool.step`.
-            out: A writable, C-contiguous array or tensor, uint8 [N, *pool.observation_shape], into
-                which the observations are copied, and which is returned in their place: a numpy
-                array, a torch tensor on the CPU (also in pinned memory) or a buffer.
+            out: Receives the observations, and is returned in their place: a writable,
+                C-contiguous array or tensor, uint8 [N, *pool.observation_shape]: a numpy array, a
+                torch tensor on the CPU (also in pinned memory) or a buffer.
 
         Returns:
             Observations, rewards, terminations, truncations, infos.
@@ -234,36 +226,30 @@ class ProcgenVectorEnv(VectorEnv):
             FailedPreconditionError: With DISABLED, an environment's episode is over: reset it. Or
                 step_async was called without step_wait. Nothing was stepped.
         """
-        if out is not None:
-            self._check_out(out)
-        self.step_async(actions, annotations=annotations)
-        return self.step_wait(out=out)
+        self._check_step()
+        batch = self.pool.step(
+            actions,
+            repeat_count=self._frame_skip,
+            final_observations=self._returns_final,
+            next_levels=self._next_levels,
+            annotations=annotations,
+            out=out,
+        )
+        return self._results_of(batch)
 
     def step_async(
         self, actions: npt.ArrayLike, *, annotations: Mapping[str, npt.ArrayLike] | None = None
     ) -> None:
-        """Sends a step of all environments; step_wait returns its results.
+        """Begins a step of all environments; step_wait returns its results.
 
-        As in Gymnasium's AsyncVectorEnv. The server steps while the program does other work. Only
+        As in Gymnasium's AsyncVectorEnv. They are stepped while the program does other work. Only
         step_wait may follow. Arguments and errors as step.
         """
-        self._require_open()
-        if self.pool.in_flight:
-            raise FailedPreconditionError("step_async was called before; call step_wait first")
-        if self._mode is AutoresetMode.DISABLED and self._ended.any():
-            raise FailedPreconditionError(
-                f"the episodes of environments {np.flatnonzero(self._ended).tolist()} are over: "
-                'reset them with options={"reset_mask": ...}'
-            )
-        actions = np.asarray(actions)
-        if actions.shape != (self.num_envs,):
-            raise InvalidArgumentError(
-                f"actions has shape {list(actions.shape)}; it is [{self.num_envs}]"
-            )
+        self._check_step()
         self.pool.send_step(
             actions,
             repeat_count=self._frame_skip,
-            final_observations=self._mode is AutoresetMode.SAME_STEP,
+            final_observations=self._returns_final,
             next_levels=self._next_levels,
             annotations=annotations,
         )
@@ -274,10 +260,10 @@ class ProcgenVectorEnv(VectorEnv):
         *,
         out: Any = None,  # noqa: ANN401 - an array or tensor
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, dict[str, Any]]:
-        """Waits for the step that step_async sent, and returns the values of step.
+        """Waits for the step that step_async began, and returns the values of step.
 
         Args:
-            out: As step.
+            out: As step; the observations are copied.
 
         Raises:
             InvalidArgumentError: `out` is malformed. Nothing was received.
@@ -287,23 +273,14 @@ class ProcgenVectorEnv(VectorEnv):
         self._require_open()
         if not self.pool.in_flight:
             raise FailedPreconditionError("step_async was not called: call it first")
+        view = None
         if out is not None:
-            self._check_out(out)
-        batch = self.pool.receive(out=out)
-        self._untouched = False
-        self._ended = batch.ended
-        infos = level_infos(batch, self._everywhere, self._stepped(batch))
-        if np.count_nonzero(self._ended):  # Five times as fast as any().
-            infos |= episode_infos(batch, self._ended, self._mode is AutoresetMode.SAME_STEP)
-        if self._recorder is not None:
-            infos |= self._recorder.infos(batch, self._ended)
-        return (
-            self._observations(batch),
-            batch.rewards.astype(np.float64),
-            batch.terminated,
-            batch.truncated,
-            infos,
-        )
+            view = writable_view(out, (self.num_envs, *self.pool.observation_shape))
+        batch = self.pool.receive()
+        if view is not None:
+            np.copyto(view, batch.observations)
+            batch.observations = out
+        return self._results_of(batch)
 
     def set_next_levels(self, level_seeds: Mapping[int, int]) -> None:
         """Chooses the levels of the next episodes of some environments.
@@ -324,7 +301,7 @@ class ProcgenVectorEnv(VectorEnv):
     @property
     def episodes_over(self) -> np.ndarray:
         """Whether the last step ended the episode and the next has not started; bool [N]."""
-        if self._mode is AutoresetMode.SAME_STEP:
+        if self._returns_final:
             return np.zeros(self.num_envs, np.bool_)
         return self._ended.copy()
 
@@ -348,24 +325,17 @@ class ProcgenVectorEnv(VectorEnv):
         return self._observe()
 
     def clone_states(
-        self,
-        pairs: Iterable[tuple[int, int]],
-        *,
-        source_pool: Pool | str | None = None,
-        source_server: str | None = None,
+        self, pairs: Iterable[tuple[int, int]]
     ) -> tuple[np.ndarray, dict[str, Any]]:
         """Copies states between environments and returns observations and infos of all.
 
         Args:
             pairs: (source, target) environments; see Pool.clone_states.
-            source_pool: The pool that is read, e.g. the attribute ``pool`` of another
-                ProcgenVectorEnv. None: this one.
-            source_server: Address of its server. None: the same server.
 
         Returns:
             Observations and infos, as reset.
         """
-        self.pool.clone_states(pairs, source_pool=source_pool, source_server=source_server)
+        self.pool.clone_states(pairs)
         return self._observe()
 
     def save(self, path: str | os.PathLike[str]) -> None:
@@ -401,7 +371,7 @@ class ProcgenVectorEnv(VectorEnv):
     def reopen(
         self, path: str | os.PathLike[str] | None = None
     ) -> tuple[np.ndarray, dict[str, Any]]:
-        """Creates the pool again, after a restart of the server ended it with a NotFoundError.
+        """Makes the pool again, after a restart of the server ended it with a NotFoundError.
 
         Args:
             path: Checkpoint of :meth:`save`, from which it continues. None: new episodes.
@@ -410,13 +380,11 @@ class ProcgenVectorEnv(VectorEnv):
             Observations and infos, as reset.
 
         Raises:
-            ProcgenError: As Client.create_pool and :meth:`load`.
+            ProcgenError: As Pool and :meth:`load`.
         """
-        pool = self._open_pool()  # If it fails, close() still closes the client.
-        self._close_once.detach()
+        pool = self._open_pool()
         self.pool.close()
         self.pool = pool
-        self._close_once = weakref.finalize(self, close_pool, self.pool, self._owned_client)
         self._begin()
         return self.reset() if path is None else self.load(path)
 
@@ -429,7 +397,7 @@ class ProcgenVectorEnv(VectorEnv):
         """
         self._require_open()
         infos = level_dicts(self.pool.observe(observe=False))
-        for info, frame in zip(infos, self.render() or (), strict=False):
+        for info, frame in zip(infos, self.render() or ()):
             info["rgb"] = frame
         return infos
 
@@ -444,9 +412,9 @@ class ProcgenVectorEnv(VectorEnv):
         return tuple(self.pool.render(size_px=self._render_size_px))
 
     def close_extras(self, **kwargs: Any) -> None:
-        """Deletes the pool, and closes the connection unless the caller opened it."""
-        if hasattr(self, "_close_once"):  # False if __init__ failed.
-            self._close_once()
+        """Closes the pool."""
+        if hasattr(self, "pool"):  # False if __init__ failed.
+            self.pool.close()
 
     def _begin(self) -> None:
         self._untouched = True
@@ -457,6 +425,32 @@ class ProcgenVectorEnv(VectorEnv):
         if self.closed:
             raise FailedPreconditionError("the environment is closed: make another one")
 
+    def _check_step(self) -> None:
+        self._require_open()
+        if self.pool.in_flight:
+            raise FailedPreconditionError("step_async was called before; call step_wait first")
+        if self._mode is AutoresetMode.DISABLED and self._ended.any():
+            raise FailedPreconditionError(
+                f"the episodes of environments {np.flatnonzero(self._ended).tolist()} are over: "
+                'reset them with options={"reset_mask": ...}'
+            )
+
+    def _results_of(
+        self, batch: Batch
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, dict[str, Any]]:
+        """Returns the values of step: copies, so that the batch's memory can be used again."""
+        self._untouched = False
+        if self._next_levels:
+            self._next_levels = {}
+        terminated, truncated = batch.terminated.copy(), batch.truncated.copy()
+        self._ended = ended = terminated | truncated
+        infos = level_infos(batch, self._everywhere, self._stepped(batch))
+        if np.count_nonzero(ended):  # Five times as fast as any().
+            infos |= episode_infos(batch, ended, self._returns_final)
+        if self._recorder is not None:
+            infos |= self._recorder.infos(batch, ended)
+        return batch.observations, batch.rewards.astype(_FLOAT64), terminated, truncated, infos
+
     def _observe(self) -> tuple[np.ndarray, dict[str, Any]]:
         batch = self.pool.observe()
         if self._recorder is not None:
@@ -465,7 +459,7 @@ class ProcgenVectorEnv(VectorEnv):
         # `first`: saved in a pool with "same_step", where the next episode has already started.
         self._ended = batch.ended & ~batch.first
         infos = level_infos(batch, self._everywhere, self._stepped(batch))
-        return self._observations(batch), infos
+        return batch.observations, infos
 
     def _stepped(self, batch: Batch) -> np.ndarray:
         """Returns which environments stepped a level of their current episode, bool [N].
@@ -474,18 +468,6 @@ class ProcgenVectorEnv(VectorEnv):
         step.
         """
         return ~batch.first if np.count_nonzero(batch.first) else self._everywhere
-
-    def _check_out(self, out: object) -> None:
-        writable_view(out, (self.num_envs, *self.pool.observation_shape))
-
-    def _observations(self, batch: Batch) -> np.ndarray:
-        observations = batch.observations
-        assert observations is not None
-        # A received array and `out` belong to the caller; a view of shared memory is read-only.
-        is_own = not isinstance(observations, np.ndarray) or observations.flags.writeable
-        if is_own or not self._copy:
-            return observations
-        return observations.copy()
 
 
 def option_names() -> set[str]:

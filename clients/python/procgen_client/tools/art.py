@@ -1,23 +1,30 @@
-"""Folders of art that a server draws with."""
+"""Folders of art to draw with."""
 
 from __future__ import annotations
 
 import importlib.util
 import os
 from pathlib import Path
+from typing import Union
 
 from procgen_client.errors import InvalidArgumentError, NotFoundError
 
-# Default art of local servers: a folder, or INSTALLED.
-ART_VARIABLE = "PROCGEN_SERVER_ART"
+# Default art of pools in this process: a folder, or INSTALLED.
+ART_VARIABLE = "PROCGEN_ART"
 # The art of the installed package `procgen` (Procgen 0.10.7, "upstream").
 INSTALLED = "procgen"
 
-Art = str | os.PathLike[str]
+Art = Union[str, "os.PathLike[str]"]
+
+
+def art_folder(art: Art | None) -> str | None:
+    """Returns the folder of a pool in this process; None: the built-in art. Errors as art_dir."""
+    given = os.environ.get(ART_VARIABLE) if art is None else art
+    return None if given is None else art_dir(given)
 
 
 def art_dir(art: Art) -> str:
-    """Returns the path of a folder of art, for the server's flag ``--art_dir``.
+    """Returns the path of a folder of art.
 
     Args:
         art: A folder in upstream's layout, or "procgen": the folder ``data/assets`` of the

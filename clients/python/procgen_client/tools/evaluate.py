@@ -14,7 +14,7 @@ Each environment plays the same number of episodes, and all of them count. The f
 are short ones, with a biased mean return.
 
 Returns are printed with standard errors. A score is the mean return normalised by the game's
-constants in the server's catalog, (return - min) / (max - min), and has a 95 % confidence interval:
+constants in the catalog, (return - min) / (max - min), and has a 95 % confidence interval:
 rliable's stratified bootstrap over the episodes of each game. "mean" and "interquartile mean" are
 those of the games' scores. The intervals do not contain the variation between training runs.
 """
@@ -40,7 +40,6 @@ from procgen_client.tools.evaluation import (
     evaluate,
     random_policy,
 )
-from procgen_client.tools.local_server import open_client
 
 
 class ProgressLine:
@@ -89,22 +88,17 @@ def main(arguments: Sequence[str] | None = None) -> int:
     games = list(GAMES) if given.games == ["all"] else given.games
     if given.plot and importlib.util.find_spec("matplotlib") is None:
         parser.error("--plot needs matplotlib, which is not installed")
-    client = None
     try:
         protocol = Protocol(
             *(given.mode, given.train_levels, given.episodes, given.environments, given.seed),
             dict(map(_parse_option, given.option)),
         )
         make_policy = load_policy(given.policy) if given.policy else random_policy
-        client = open_client(given.server)
         progress = ProgressLine(sys.stderr, len(games))
-        evaluation = evaluate(client, games, make_policy, protocol, progress)
+        evaluation = evaluate(games, make_policy, protocol, progress, server=given.server)
     except ProcgenError as error:
         print(f"procgen-evaluate: {error}", file=sys.stderr)
         return 2
-    finally:
-        if client is not None:
-            client.close()
     policy = given.policy or "random policy"
     print(score_report.table(evaluation))
     if given.json:
@@ -139,7 +133,7 @@ def _parser() -> argparse.ArgumentParser:
         metavar="NAME=VALUE",
         help=f"of the environments, repeatable; one of {', '.join(POLICY_OPTIONS)}",
     )
-    parser.add_argument("--server", help="address; default: PROCGEN_SERVER, else a local server")
+    parser.add_argument("--server", help="address; default: PROCGEN_SERVER, else in this process")
     parser.add_argument("--mode", default=default.mode, help="easy or hard; default: %(default)s")
     parser.add_argument(
         "--train-levels", type=int, default=0, help="from 0 on; default: 200 easy, 500 hard"

@@ -7,9 +7,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from procgen_client._proto import catalog_pb2, pools_pb2
+from procgen_client._place import Server
 from procgen_client._requests import ACTION_COUNT
-from procgen_client.client import Client
+from procgen_client.catalog import catalog
 from procgen_client.errors import InvalidArgumentError
 from procgen_client.options import GAMES
 from procgen_client.tools.episode_statistics import Episode
@@ -25,7 +25,7 @@ MakePolicy = Callable[[str], Policy]  # From a game's name.
 
 # Number of training levels in the paper, by mode.
 TRAIN_LEVELS = {"easy": 200, "hard": 500}
-# Options of Client.create_pool that a policy may need: the format of observations, the appearance.
+# Options of a pool that a policy may need: the format of observations, the appearance.
 POLICY_OPTIONS = (
     *("screen_size", "grayscale_obs", "layout", "frame_stack", "center_agent", "use_backgrounds"),
     *("use_generated_assets", "use_monochrome_assets", "restrict_themes", "paint_vel_info"),
@@ -81,35 +81,36 @@ class Evaluation(NamedTuple):
 
 
 def evaluate(
-    client: Client,
     games: Sequence[str],
     make_policy: MakePolicy,
     protocol: Protocol,
     progress: Callable[[str, str, int, int], None] = lambda *_: None,
+    *,
+    server: Server = None,
 ) -> Evaluation:
     """Plays each game on both sets of levels.
 
     Args:
-        client: Connection to the server.
         games: Names of games, at least one.
         make_policy: Returns a game's policy; called once for each set of levels.
         protocol: Parameters of the evaluation.
         progress: Called with the game, "train" or "test", the number of ended episodes and their
             total.
+        server: As for Pool.
 
     Raises:
         InvalidArgumentError: A number of the protocol is out of range, an option is not one of
             POLICY_OPTIONS, or a game has no constants in that mode.
-        ProcgenError: Any error of the server.
+        ProcgenError: Any error of a pool.
     """
     protocol = _checked(protocol)
-    ranges = {game: return_range(client.catalog(), game, protocol.mode) for game in games}
+    ranges = {game: return_range(game, protocol.mode) for game in games}
     episodes: dict[str, list[list[Episode]]] = {"train": [], "test": []}
     for game in ranges:
         for levels, count in (("train", protocol.train_levels), ("test", 0)):
             episodes[levels].append(
                 _play(
-                    *(client, game, make_policy(game), protocol, count),
+                    *(game, make_policy(game), protocol, count, server),
                     lambda *counts, game=game, levels=levels: progress(game, levels, *counts),
                 )
             )
@@ -125,16 +126,17 @@ def random_policy(game: str) -> Policy:
     return lambda observations: random.integers(0, ACTION_COUNT, len(observations))
 
 
-def return_range(catalog: catalog_pb2.Catalog, game: str, mode: str) -> tuple[float, float]:
+def return_range(game: str, mode: str) -> tuple[float, float]:
     """Returns the game's returns that are normalised to 0 and 1.
 
     Raises:
         InvalidArgumentError: There is no such game, or it has none in that mode.
     """
-    number = pools_pb2.DistributionMode.Value(f"DISTRIBUTION_MODE_{mode.upper()}")
-    for its_mode in (each for known in catalog.games if known.name == game for each in known.modes):
-        if its_mode.distribution_mode == number and its_mode.HasField("return_range"):
-            return its_mode.return_range.min, its_mode.return_range.max
+    for known in catalog()["games"]:
+        of_mode = known["modes"].get(mode) if known["name"] == game else None
+        if of_mode is not None and of_mode["return_range"] is not None:
+            low, high = of_mode["return_range"]
+            return low, high
     raise InvalidArgumentError(
         f"no constants for {game!r} in mode {mode}; games are {', '.join(GAMES)}"
     )
@@ -160,16 +162,17 @@ def _checked(protocol: Protocol) -> Protocol:
 
 
 def _play(
-    client: Client,
     game: str,
     policy: Policy,
     protocol: Protocol,
     num_levels: int,
+    server: Server,
     progress: Callable[[int, int], None],
 ) -> list[Episode]:
     env_count = min(protocol.env_count, protocol.episode_count)
     played = play_episodes(
-        *(client, game, policy),
+        *(game, policy),
+        server=server,
         env_count=env_count,
         episodes_per_env=-(-protocol.episode_count // env_count),
         progress=progress,
@@ -188,7 +191,7 @@ def _scores(
     returns = [np.array([each.episode_return for each in episodes]) for episodes in played]
     normalized = [
         (values - low) / (high - low)
-        for values, (low, high) in zip(returns, ranges.values(), strict=True)
+        for values, (low, high) in zip(returns, ranges.values())
     ]
     resampled = resampled_means(normalized, seed)
     scores = [
@@ -197,7 +200,7 @@ def _scores(
             confidence_interval(means),
         )
         for episodes, values, score, means in zip(
-            played, returns, normalized, resampled.T, strict=True
+            played, returns, normalized, resampled.T
         )
     ]
     means = np.array([score.score for score in scores])

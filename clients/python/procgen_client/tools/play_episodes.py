@@ -6,7 +6,7 @@ import inspect
 from collections.abc import Callable
 from typing import Any
 
-from procgen_client.client import Client
+from procgen_client.pool import Pool
 from procgen_client.tools.episode_statistics import Episode, EpisodeStatistics
 
 # From observations, uint8 [N, *F], to actions, int [N]. A recurrent policy has a second parameter
@@ -15,7 +15,6 @@ Policy = Callable[..., Any]
 
 
 def play_episodes(
-    client: Client,
     game: str,
     policy: Policy,
     *,
@@ -29,26 +28,25 @@ def play_episodes(
     All of them count. The first episodes to end are short ones, with a biased mean return.
 
     Args:
-        client: Connection to the server.
         game: Name of the game.
         policy: Gets arrays of its own, which it may keep.
         env_count: Number of environments, N.
         episodes_per_env: Episodes per environment, k.
         progress: Called with the number of ended episodes and their total, N * k.
-        **options: As for Client.create_pool.
+        **options: As for Pool.
 
     Returns:
         The episodes of each environment, in order: N lists of k.
 
     Raises:
-        ProcgenError: As Client.create_pool and Pool.step.
+        ProcgenError: As Pool and Pool.step.
     """
     played: list[list[Episode]] = [[] for _ in range(env_count)]
     total = env_count * episodes_per_env
     ended_count = 0
     is_recurrent = _has_parameter(policy, "first")
     statistics = EpisodeStatistics(window=1)
-    with client.create_pool(game, env_count, **options) as pool:
+    with Pool(game, env_count, **options) as pool:
         batch = pool.observe()
         progress(0, total)
         while ended_count < total:

@@ -84,7 +84,7 @@ def plot(evaluation: Evaluation, policy: str, path: str) -> None:
     labels.append("interquartile\nmean")
     places = np.arange(len(labels))
     bars = {f"levels 0 to {protocol.train_levels - 1} (training)": "train", "all levels": "test"}
-    for shift, (label, levels) in zip((-0.2, 0.2), bars.items(), strict=True):
+    for shift, (label, levels) in zip((-0.2, 0.2), bars.items()):
         scores: list[LevelSetScore] = [getattr(game, levels) for game in games]
         overall: Aggregate = getattr(evaluation, levels)
         heights = [*(score.score for score in scores), overall.interquartile_mean]

@@ -9,14 +9,13 @@ import shutil
 import signal
 import subprocess
 import time
+import weakref
 from collections.abc import Sequence
 from pathlib import Path
 from typing import IO
 
-from procgen_client import _fork
 from procgen_client.errors import ServerNotFoundError, UnavailableError
 from procgen_client.tools.art import Art, art_dir
-from procgen_client.tools.programs import FOLDER
 
 # Path of the program. If unset, ServerProcess searches the places that its docstring lists.
 BINARY_VARIABLE = "PROCGEN_SERVER_BINARY"
@@ -28,13 +27,6 @@ _CHECKOUT_BINARY = Path(_CHECKOUT) / "build/release/bin/procgen-server"
 # pipe that the parent process holds. The program's standard input is empty, and standard output
 # closes when the program ends.
 _UNTIL_INPUT_ENDS = '"$@" </dev/null & exec >&-; read _; kill $! 2>/dev/null; wait $!'
-
-# The same for a server that several programs use: it ends when none of them has locked the file
-# `ranks` of the folder in the first argument, which is then removed.
-_UNTIL_RANKS_END = (
-    'folder=$1; shift; "$@" </dev/null & exec >&- 9<"$folder/ranks"; '
-    'flock 9; kill $! 2>/dev/null; wait $!; rm -r "$folder"'
-)
 
 # The server writes only its bound address to standard output.
 _ADDRESS = re.compile(r"(unix:\S+|(?:[\w.-]+|\[[0-9a-fA-F:]+\]):\d+)\s*$")
@@ -62,7 +54,6 @@ class ServerProcess:
         web_address: str | None = None,
         address: str = "127.0.0.1:0",
         tied: bool = False,
-        ranks: Path | None = None,
         log_path: str | os.PathLike[str] | None = None,
         start_timeout: float = 30.0,
     ) -> None:
@@ -70,8 +61,7 @@ class ServerProcess:
 
         Args:
             binary: Path of the program. None: the first of the environment variable
-                PROCGEN_SERVER_BINARY, the wheel's program, a release build of the checkout, and
-                procgen-server in PATH.
+                PROCGEN_SERVER_BINARY, a release build of the checkout, and procgen-server in PATH.
             flags: More flags, e.g. ["--cluster=lab"]; see ``procgen-server --help``.
             workers: Threads that step environments. None: one for each core it may use.
             art: Folder of art to draw with, in the layout of Procgen 0.10.7; "procgen": that of the
@@ -79,7 +69,6 @@ class ServerProcess:
             web_address: HOST:PORT of its pages for browsers. None: no pages.
             address: HOST:PORT (port 0: the system chooses) or unix:PATH.
             tied: Stop it when this program ends, even after SIGKILL.
-            ranks: For local_server: the folder of a server that several programs use.
             log_path: File for its log. None: the log is discarded.
             start_timeout: Time to wait for it, in seconds.
 
@@ -99,8 +88,6 @@ class ServerProcess:
         }
         given = [f"--{name}={value}" for name, value in named.items() if value is not None]
         command = [program, *given, *flags]
-        if ranks is not None:
-            command = ["/bin/sh", "-c", _UNTIL_RANKS_END, "procgen-server", str(ranks), *command]
         if tied:
             command = ["/bin/sh", "-c", _UNTIL_INPUT_ENDS, "procgen-server", *command]
         with open(log_path or os.devnull, "wb") as log:
@@ -111,7 +98,7 @@ class ServerProcess:
                 stderr=log,
                 start_new_session=True,
             )
-        _fork.bind(self)
+        _running.add(self)
         self.process_id = self._process.pid
         try:
             assert self._process.stdout is not None
@@ -144,7 +131,7 @@ class ServerProcess:
             if self._process.stdout is not None:
                 self._process.stdout.close()
 
-    def abandon(self) -> None:
+    def _abandon(self) -> None:
         """In a forked child: closes the pipes, so that only the parent's end stops the server."""
         for end in (self._process.stdin, self._process.stdout):
             if end is not None:
@@ -185,21 +172,32 @@ class ServerProcess:
         return "; its log ends with:\n" + "\n".join(lines) if lines else ""
 
 
+_running: weakref.WeakSet[ServerProcess] = weakref.WeakSet()
+
+
+def _after_fork_in_child() -> None:
+    for process in list(_running):
+        process._abandon()
+
+
+if hasattr(os, "register_at_fork"):
+    os.register_at_fork(after_in_child=_after_fork_in_child)
+
+
 def _find(binary: str | os.PathLike[str] | None) -> str:
     """Returns the path of the program; the error lists what was tried."""
     chosen = binary or os.environ.get(BINARY_VARIABLE)
     tried = (
         [os.fspath(chosen)]
         if chosen
-        else [str(FOLDER / "procgen-server"), str(_CHECKOUT_BINARY), "procgen-server"]
+        else [str(_CHECKOUT_BINARY), "procgen-server"]
     )
     for program in tried:
         found = shutil.which(program)
         if found is not None:
             return os.fspath(found)
     raise ServerNotFoundError(
-        f"there is no server program; tried: {', '.join(tried)}. Install the wheel procgen-server "
-        "for Linux (x86-64) or the Debian package, build a checkout (deploy/quickstart.sh), set "
-        f"{BINARY_VARIABLE} to the program, or give the address of a running server "
-        "(server=HOST:PORT)"
+        f"there is no server program; tried: {', '.join(tried)}. Install the Debian package, build "
+        f"a checkout (deploy/quickstart.sh), set {BINARY_VARIABLE} to the program, or give the "
+        "address of a running server (server=HOST:PORT)"
     )

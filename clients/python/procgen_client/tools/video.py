@@ -13,7 +13,7 @@ import numpy as np
 
 from procgen_client._requests import in_range
 from procgen_client.errors import InvalidArgumentError
-from procgen_client.pool_resource import PoolResource
+from procgen_client.pool import Pool
 
 
 class VideoRecorder:
@@ -28,7 +28,7 @@ class VideoRecorder:
 
     def __init__(
         self,
-        pool: PoolResource,
+        pool: Pool,
         path: str | os.PathLike[str],
         *,
         environments: Sequence[int] = (0,),

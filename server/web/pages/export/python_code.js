@@ -1,9 +1,8 @@
 // Programs in Python that play a level, or repeat a replay up to a step.
 
 const LINE_LENGTH = 100;
-// Options that a program always sets, because the server would otherwise choose the levels.
+// Options that a program always sets, because the engine would otherwise choose the levels.
 const LEVEL_OPTIONS = ["num_levels", "start_level", "rand_seed"];
-const GRPC_PORT = 50051;
 
 function literal(value) {
   if (typeof value === "boolean") {
@@ -26,7 +25,7 @@ function wrapped(items, indentation) {
   return lines.join("\n");
 }
 
-// The arguments of create_pool, without those at their defaults.
+// The arguments of Pool, without those at their defaults.
 function argumentsOf({ games, mode, options, env_count: all = 1, environment = 0 }, catalog) {
   const others = catalog.options
     .filter(({ name, default: usual }) => name in options && options[name] !== usual);
@@ -38,18 +37,14 @@ function argumentsOf({ games, mode, options, env_count: all = 1, environment = 0
 }
 
 function program(comment, header, catalog, body) {
-  return `import os
-
-import procgen_client
+  return `from procgen_client import Pool
 
 # ${comment}
-server = os.environ.get("PROCGEN_SERVER", ${literal(`${location.hostname}:${GRPC_PORT}`)})
-with procgen_client.connect(server) as client:
-    pool = client.create_pool(
-${wrapped(argumentsOf(header, catalog), "        ")}
-    )
-    with pool:
-${body.map((line) => `        ${line}\n`).join("")}`;
+pool = Pool(
+${wrapped(argumentsOf(header, catalog), "    ")}
+)
+with pool:
+${body.map((line) => `    ${line}\n`).join("")}`;
 }
 
 // A program that shows the start of a level: { game, mode, level, options }.
@@ -66,13 +61,13 @@ export function levelProgram({ game, mode, level, options }, catalog) {
 // A program that repeats a replay up to a frame, whose observation it has at the end. `isEnd`: it is the last of its episode.
 export function replayProgram({ replay, name, row, isEnd }, catalog) {
   const actions = replay.actions.slice(0, row).map(String);
-  const list = actions.length === 0 ? "[]" : `[\n${wrapped(actions, "            ")}\n        ]`;
+  const list = actions.length === 0 ? "[]" : `[\n${wrapped(actions, "        ")}\n    ]`;
   return program(`${name}: ${row} of ${replay.rows - 1} steps.`, replay.header, catalog, [
     `actions = ${list}`,
     "batch = pool.observe()",
     "for action in actions:", "    batch = pool.step([action], final_observations=True)",
     isEnd ? "observation = batch.final_observations[0]  # the last of the episode, uint8 [64, 64, 3]"
       : "observation = batch.observations[0]  # uint8 [64, 64, 3]",
-    "print(batch.level_seeds[0], batch.rewards[0], batch.fingerprints)",
+    "print(batch.level_seeds[0], batch.rewards[0], batch.fingerprints[0])",
   ]);
 }

@@ -71,13 +71,12 @@ function drawRow(row, node, [kind, state], isThere) {
   row.cells[STATE].firstChild.className = `badge ${kind}`;
 }
 
-function nameOf({ name, role }) {
-  return `${name.replace(/^nodes\//, "")}${role === "fleet" ? " (fleet)" : ""}`;
+function nameOf({ name }) {
+  return name.replace(/^nodes\//, "");
 }
 
-// A fleet server has no capacity of its own.
 function environmentsOf({ env_count: held, environment_capacity: most }) {
-  return most === 0 ? count(held) : `${count(held)} of ${count(most)}`;
+  return `${count(held)} of ${count(most)}`;
 }
 
 // The state of a listed node, as a badge class and a text.

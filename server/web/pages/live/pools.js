@@ -1,7 +1,7 @@
-// The table of pools: filter, order, comparison and deletion.
+// The table of pools: filter, order and comparison.
 
 import { byId, element, setText } from "../elements/elements.js";
-import { count, duration, NONE, plural, rate, reward } from "../elements/figures.js";
+import { count, duration, plural, rate, reward } from "../elements/figures.js";
 import { drawSparkline, makeSparkline } from "../elements/sparkline.js";
 import { SortedHeader } from "../elements/tables.js";
 import { attempt } from "../page.js";
@@ -12,7 +12,7 @@ const IDLE_S = 5;  // without a step
 
 const COLUMNS = [
   { title: "Pool", value: ({ name }) => name },
-  { title: "State", value: (pool) => stateOf(pool).rank },
+  { title: "State", value: ({ state }) => state.rank },
   { title: "Game", value: (pool) => gamesOf(pool) },
   { title: "Mode", value: ({ mode }) => mode },
   { title: "Environments", isNumber: true, value: ({ env_count: number }) => number },
@@ -21,9 +21,7 @@ const COLUMNS = [
   { title: "Last hour" },
   { title: "Episodes", isNumber: true, value: ({ episode_count: number }) => number },
   { title: "Age", isNumber: true, value: ({ age_s: age }) => age },
-  { title: "Lease", isNumber: true, value: ({ lease_s: rest }) => rest },
   { title: "Compare" },
-  { title: "Delete" },
 ];
 
 export function gamesOf({ games }) {
@@ -31,19 +29,19 @@ export function gamesOf({ games }) {
   return names.length > 3 ? `${names.length} games` : names.join(", ");
 }
 
-// The state of a pool: a text, the class of its badge, and its place in the order.
-function stateOf({ attached, paused, idle_s: idle }) {
-  if (attached === null) {
+// The state of a pool at `time`: a text, the class of its badge, and its place in the order. `isUnknown`: the connection broke.
+export function stateOf({ isUnknown, paused, last_step_time_s: stepped }, time) {
+  if (isUnknown) {
     return { text: "unknown", kind: "warn", rank: 3 };
   }
   if (paused) {
     return { text: "paused", kind: "warn", rank: 1 };
   }
-  if (attached) {
-    return idle !== null && idle > IDLE_S
-      ? { text: `attached, idle for ${duration(idle)}`, kind: "warn", rank: 1 } : { text: "learner attached", kind: "on", rank: 0 };
+  if (stepped === null) {
+    return { text: "never stepped", kind: "", rank: 2 };
   }
-  return { text: idle === null ? "never stepped" : `idle for ${duration(idle)}`, kind: "", rank: 2 };
+  const idle = time - stepped;
+  return idle > IDLE_S ? { text: `idle for ${duration(idle)}`, kind: "warn", rank: 1 } : { text: "running", kind: "on", rank: 0 };
 }
 
 export class PoolTable {
@@ -57,16 +55,12 @@ export class PoolTable {
   #header = new SortedHeader(byId("pool-columns"), COLUMNS, "State", false, () => this.#arrange());
   #onOpen;
   #onCompare;
-  #onDelete;
 
-  // `onOpen(event)`: a pool's link was clicked; `onCompare(names)`: others are compared with the open pool; `onDelete(name)`:
-  // a pool was deleted.
-  constructor(onOpen, onCompare, onDelete) {
+  // `onOpen(event)`: a pool's link was clicked; `onCompare(names)`: others are compared with the open pool.
+  constructor(onOpen, onCompare) {
     this.#onOpen = onOpen;
     this.#onCompare = onCompare;
-    this.#onDelete = onDelete;
     byId("pool-filter").addEventListener("input", () => this.#arrange());
-    byId("delete-cancel").addEventListener("click", () => byId("delete").close());
   }
 
   // Shows the pools of an event at `time`; `open` is the name of the open one.
@@ -75,8 +69,7 @@ export class PoolTable {
     this.#pools = pools.map((pool) => ({
       ...pool,
       age_s: time - pool.create_time_s,
-      lease_s: pool.expire_time_s === null ? null : pool.expire_time_s - time,
-      idle_s: pool.last_step_time_s === null ? null : time - pool.last_step_time_s,
+      state: stateOf(pool, time),
     })).reverse();
     byId("pools-head").hidden = byId("pool-list").hidden = pools.length === 0;
     const isOther = open !== this.#open;
@@ -110,7 +103,7 @@ export class PoolTable {
   #arrange() {
     const words = byId("pool-filter").value.toLowerCase().split(/\s+/);
     const shown = this.#header.sort(this.#pools).filter((pool) => {
-      const text = [pool.name, ...pool.games, pool.mode, pool.owner, stateOf(pool).text].join(" ").toLowerCase();
+      const text = [pool.name, ...pool.games, pool.mode, pool.owner, pool.state.text].join(" ").toLowerCase();
       return words.every((word) => text.includes(word));
     }).map(({ name }) => this.#rows.get(name));
     const list = byId("pools");
@@ -124,15 +117,13 @@ export class PoolTable {
       : `${count(shown.length)} of ${plural(this.#pools.length, "pool")}`);
   }
 
-  #makeRow({ name, kind }) {
+  #makeRow({ name }) {
     const compare = element("input", {
       type: "checkbox", "aria-label": `Compare ${name}`, onchange: ({ target }) => this.#compare(name, target.checked),
     });
-    const remove = kind !== "pool" ? null
-      : element("button", { type: "button", "aria-label": `Delete ${name}`, onclick: () => this.#confirmDelete(name) }, "Delete");
     const cells = COLUMNS.map(({ isNumber, title }) => element("td", { class: isNumber ? "number" : null }, {
       Pool: element("a", { href: `/?pool=${encodeURIComponent(name)}`, onclick: this.#onOpen }, name),
-      State: element("span"), "Last hour": makeSparkline(), Compare: compare, Delete: remove,
+      State: element("span"), "Last hour": makeSparkline(), Compare: compare,
     }[title]));
     return element("tr", {}, ...cells);
   }
@@ -143,9 +134,8 @@ export class PoolTable {
     }
     const row = this.#rows.get(pool.name);
     const cell = (title) => row.cells[COLUMNS.findIndex((column) => column.title === title)];
-    const { text, kind } = stateOf(pool);
-    setText(cell("State").firstChild, text);
-    cell("State").firstChild.className = `badge ${kind}`;
+    setText(cell("State").firstChild, pool.state.text);
+    cell("State").firstChild.className = `badge ${pool.state.kind}`;
     setText(cell("Game"), gamesOf(pool));
     cell("Game").title = pool.games.join(", ");
     setText(cell("Mode"), pool.mode);
@@ -154,7 +144,6 @@ export class PoolTable {
     setText(cell("Return"), reward(pool.mean_return));
     setText(cell("Episodes"), rate(pool.episode_count));
     setText(cell("Age"), duration(pool.age_s));
-    setText(cell("Lease"), pool.lease_s === null ? NONE : duration(pool.lease_s));
     const isOpen = pool.name === this.#open;
     row.classList.toggle("open", isOpen);
     const link = cell("Pool").firstChild;
@@ -203,18 +192,5 @@ export class PoolTable {
     }
     this.#pools.filter((pool) => this.#rows.has(pool.name)).forEach((pool) => this.#drawRow(pool));
     this.#onCompare([...this.#compared]);
-  }
-
-  #confirmDelete(name) {
-    const say = (text) => setText(byId("delete-problem"), text);
-    say("");
-    setText(byId("delete-title"), `Delete ${name}?`);
-    byId("delete-confirm").onclick = async () => {
-      if (await attempt(() => this.#connection.call("pool.delete", { pool: name }), say)) {
-        byId("delete").close();
-        this.#onDelete(name);
-      }
-    };
-    byId("delete").showModal();
   }
 }

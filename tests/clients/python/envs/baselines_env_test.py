@@ -12,16 +12,16 @@ import numpy as np
 import pytest
 
 import procgen_client.env
-from procgen_client import Client, ProcgenEnv, ProcgenGym3Env, ToBaselinesVecEnv, errors
+from procgen_client import ProcgenEnv, ProcgenGym3Env, ToBaselinesVecEnv, errors
 
 _N = 4
 _OPTIONS = {"distribution_mode": "easy", "rand_seed": 7}
 
 
 @pytest.fixture
-def env(client: Client) -> Iterator[ProcgenGym3Env]:
+def env() -> Iterator[ProcgenGym3Env]:
     """Four environments."""
-    made = ProcgenGym3Env(_N, "coinrun", **_OPTIONS, server=client)
+    made = ProcgenGym3Env(_N, "coinrun", **_OPTIONS)
     yield made
     made.close()
 
@@ -39,11 +39,11 @@ def test_set_levels_starts_levels_at_once(env: ProcgenGym3Env) -> None:
     assert (observations["rgb"][1] != before["rgb"][1]).any()
 
 
-def test_set_levels_within_a_step_follows_it(client: Client, env: ProcgenGym3Env) -> None:
+def test_set_levels_within_a_step_follows_it(env: ProcgenGym3Env) -> None:
     env.act([7] * _N)
     env.set_levels({2: 11})
     env.act([7] * _N)
-    twin = ProcgenGym3Env(_N, "coinrun", **_OPTIONS, server=client)
+    twin = ProcgenGym3Env(_N, "coinrun", **_OPTIONS)
     for _ in range(2):
         twin.act([7] * _N)
     left, right = env.observe()[1]["rgb"], twin.observe()[1]["rgb"]
@@ -51,8 +51,8 @@ def test_set_levels_within_a_step_follows_it(client: Client, env: ProcgenGym3Env
     twin.close()
 
 
-def test_baselines_set_levels_returns_fresh_observations(client: Client) -> None:
-    venv = ProcgenEnv(_N, "coinrun", **_OPTIONS, server=client)
+def test_baselines_set_levels_returns_fresh_observations() -> None:
+    venv = ProcgenEnv(_N, "coinrun", **_OPTIONS)
     before = venv.reset()["rgb"]
     after = venv.set_levels({0: 7})["rgb"]
     assert (after[0] != before[0]).any()
@@ -78,29 +78,29 @@ def test_wrong_levels_are_rejected(
         env.set_levels(levels)
 
 
-def test_swapped_arguments_are_explained(client: Client) -> None:
+def test_swapped_arguments_are_explained() -> None:
     for env_class in (ProcgenEnv, ProcgenGym3Env):
         expected = rf"comes first: {env_class.__name__}\(4, 'coinrun'\)"
         with pytest.raises(errors.InvalidArgumentError, match=expected):
-            env_class("coinrun", 4, server=client)
+            env_class("coinrun", 4)
 
 
-def test_options_are_a_dict(client: Client, env: ProcgenGym3Env) -> None:
+def test_options_are_a_dict(env: ProcgenGym3Env) -> None:
     # Upstream: ProcgenGym3Env.options, by upstream's names.
     assert env.options["env_name"] == "coinrun"
     assert env.options["rand_seed"] == 7
     assert (env.options["distribution_mode"], env.options["num_levels"]) == ("easy", 0)
     assert env.options["center_agent"] is True
-    drawn = ProcgenGym3Env(1, "maze", server=client)
-    assert drawn.options["rand_seed"] == drawn.pool.spec.options.rand_seed
+    drawn = ProcgenGym3Env(1, "maze")
+    assert drawn.options["rand_seed"] == drawn.pool.options["rand_seed"]
     drawn.close()
 
 
-def test_negative_rand_seed_is_accepted_as_upstream(client: Client) -> None:
+def test_negative_rand_seed_is_accepted_as_upstream() -> None:
     # Upstream: rand_seed is an int32.
     levels = []
     for rand_seed in (-1, 2**32 - 1):
-        env = ProcgenGym3Env(2, "maze", rand_seed=rand_seed, server=client)
+        env = ProcgenGym3Env(2, "maze", rand_seed=rand_seed)
         levels.append([info["level_seed"] for info in env.get_info()])
         env.close()
     assert levels[0] == levels[1]
@@ -112,10 +112,10 @@ def test_module_env_has_upstreams_names() -> None:
         assert getattr(procgen_client.env, name) is getattr(procgen_client, name)
 
 
-def test_to_baselines_vec_env_wraps_a_gym3_environment(client: Client) -> None:
+def test_to_baselines_vec_env_wraps_a_gym3_environment() -> None:
     # gym3: ToBaselinesVecEnv(env), the API of baselines' VecEnv. Upstream's ProcgenEnv is one.
-    wrapped = ToBaselinesVecEnv(ProcgenGym3Env(_N, "coinrun", **_OPTIONS, server=client))
-    venv = ProcgenEnv(_N, "coinrun", **_OPTIONS, server=client)
+    wrapped = ToBaselinesVecEnv(ProcgenGym3Env(_N, "coinrun", **_OPTIONS))
+    venv = ProcgenEnv(_N, "coinrun", **_OPTIONS)
     np.testing.assert_array_equal(wrapped.reset()["rgb"], venv.reset()["rgb"])
     assert (wrapped.num_envs, wrapped.action_space.n) == (_N, 15)
     for action in (7, -1, 4):
@@ -127,9 +127,9 @@ def test_to_baselines_vec_env_wraps_a_gym3_environment(client: Client) -> None:
     wrapped.close()
 
 
-def test_closed_environments_say_so(client: Client) -> None:
-    env = ProcgenGym3Env(2, "maze", server=client)
-    venv = ProcgenEnv(2, "maze", server=client)
+def test_closed_environments_say_so() -> None:
+    env = ProcgenGym3Env(2, "maze")
+    venv = ProcgenEnv(2, "maze")
     env.close()
     venv.close()
     calls = (env.observe, lambda: env.act([4, 4]), env.get_state, venv.reset, venv.observe)

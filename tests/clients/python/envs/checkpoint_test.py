@@ -13,7 +13,6 @@ import pytest
 
 from procgen_client import (
     AutoresetMode,
-    Client,
     LevelSampler,
     ProcgenEnv,
     ProcgenGym3Env,
@@ -30,14 +29,14 @@ MakeEnv = Callable[..., ProcgenVectorEnv]
 
 
 @pytest.fixture
-def make_env(client: Client) -> Iterator[MakeEnv]:
+def make_env() -> Iterator[MakeEnv]:
     """Makes environments that are closed after the test."""
     made: list[ProcgenVectorEnv] = []
 
     def make(
         games: Sequence[str] = ("bigfish", "coinrun"), num_envs: int = _N, **options: object
     ) -> ProcgenVectorEnv:
-        made.append(ProcgenVectorEnv(games, num_envs, server=client, **(_OPTIONS | options)))
+        made.append(ProcgenVectorEnv(games, num_envs, **(_OPTIONS | options)))
         return made[-1]
 
     yield make
@@ -128,15 +127,13 @@ _CONTINUES = """
 import sys
 import numpy as np
 from procgen_client import ProcgenVectorEnv
-with ProcgenVectorEnv("maze", 4, server=sys.argv[1]) as env:
+with ProcgenVectorEnv("maze", 4) as env:
     env.load(sys.argv[2])
     np.save(sys.argv[3], [env.step([i, 1, 2, 3])[0] for i in range(9)])
 """
 
 
-def test_another_process_and_server_continue(
-    server: ServerProcess, make_env: MakeEnv, tmp_path: Path
-) -> None:
+def test_another_process_and_server_continue(make_env: MakeEnv, tmp_path: Path) -> None:
     env = make_env("maze")
     env.reset()
     env.step(_actions(1))
@@ -153,8 +150,8 @@ def test_another_process_and_server_continue(
     np.testing.assert_array_equal(np.load(tmp_path / "steps.npy"), steps)
 
 
-def test_single_environment_continues_bit_for_bit(client: Client, tmp_path: Path) -> None:
-    env, other = (ProcgenGymEnv("maze", server=client, **_OPTIONS) for _ in range(2))
+def test_single_environment_continues_bit_for_bit(tmp_path: Path) -> None:
+    env, other = (ProcgenGymEnv("maze", **_OPTIONS) for _ in range(2))
     env.reset()
     env.step(3)
     env.save(tmp_path / "running")
@@ -171,8 +168,8 @@ def test_single_environment_continues_bit_for_bit(client: Client, tmp_path: Path
         each.close()
 
 
-def test_upstream_apis_continue_bit_for_bit(client: Client, tmp_path: Path) -> None:
-    env, other = (ProcgenGym3Env(_N, "bigfish", rand_seed=s, server=client) for s in (1, 2))
+def test_upstream_apis_continue_bit_for_bit(tmp_path: Path) -> None:
+    env, other = (ProcgenGym3Env(_N, "bigfish", rand_seed=s) for s in (1, 2))
     env.act(_actions(1))
     env.act(_actions(0))
     env.save(tmp_path / "gym3")  # The step is sent and not observed.
@@ -182,7 +179,7 @@ def test_upstream_apis_continue_bit_for_bit(client: Client, tmp_path: Path) -> N
         _assert_equal(other.get_info(), env.get_info())
         for each in (env, other):
             each.act(_actions(t))
-    venv, twin = (ProcgenEnv(_N, "bigfish", rand_seed=s, server=client) for s in (1, 2))
+    venv, twin = (ProcgenEnv(_N, "bigfish", rand_seed=s) for s in (1, 2))
     venv.step(_actions(1))
     venv.save(tmp_path / "vec")
     twin.load(tmp_path / "vec")
@@ -260,7 +257,7 @@ def test_failed_save_keeps_the_last_checkpoint(make_env: MakeEnv, tmp_path: Path
 import resource, signal
 from procgen_client import ProcgenVectorEnv, _checkpoint
 signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
-with ProcgenVectorEnv("maze", 4, server={env.pool._client.address!r}) as env:
+with ProcgenVectorEnv("maze", 4) as env:
     resource.setrlimit(resource.RLIMIT_FSIZE, (1000, 1000))
     try:
         env.save({str(tmp_path / "checkpoint")!r})

@@ -13,16 +13,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from procgen_client import AutoresetMode, Client, ProcgenGymEnv, ProcgenVectorEnv
+from procgen_client import AutoresetMode, ProcgenGymEnv, ProcgenVectorEnv
 
 _N = 4
 
 
 @pytest.mark.parametrize("mode", list(AutoresetMode))
-def test_ended_episodes_have_return_length_and_time(client: Client, mode: AutoresetMode) -> None:
+def test_ended_episodes_have_return_length_and_time(mode: AutoresetMode) -> None:
     env = ProcgenVectorEnv(
         *("bigfish", _N),
-        server=client,
         autoreset_mode=mode,
         distribution_mode="easy",
         record_episode_statistics=True,
@@ -63,8 +62,8 @@ def test_ended_episodes_have_return_length_and_time(client: Client, mode: Autore
                 env.reset(options={"reset_mask": ended})
 
 
-def test_time_counts_from_the_start_of_the_episode(client: Client) -> None:
-    env = ProcgenVectorEnv("maze", 2, server=client, record_episode_statistics=True)
+def test_time_counts_from_the_start_of_the_episode() -> None:
+    env = ProcgenVectorEnv("maze", 2, record_episode_statistics=True)
     with env:
         env.reset()
         time.sleep(0.2)
@@ -76,8 +75,8 @@ def test_time_counts_from_the_start_of_the_episode(client: Client) -> None:
         assert infos["episode"]["t"][1] >= 0.2
 
 
-def test_loaded_episodes_are_counted_from_their_start(client: Client, tmp_path: Path) -> None:
-    env = ProcgenVectorEnv("maze", 1, server=client, record_episode_statistics=True)
+def test_loaded_episodes_are_counted_from_their_start(tmp_path: Path) -> None:
+    env = ProcgenVectorEnv("maze", 1, record_episode_statistics=True)
     with env:
         env.reset()
         for _ in range(3):
@@ -89,8 +88,8 @@ def test_loaded_episodes_are_counted_from_their_start(client: Client, tmp_path: 
         assert infos["episode"]["l"].tolist() == [4]
 
 
-def test_infos_of_a_single_environment_are_numbers(client: Client) -> None:
-    with ProcgenGymEnv("maze", server=client, record_episode_statistics=True) as env:
+def test_infos_of_a_single_environment_are_numbers() -> None:
+    with ProcgenGymEnv("maze", record_episode_statistics=True) as env:
         env.reset()
         assert "episode" not in env.step(4)[-1]
         infos = env.step(-1)[-1]

@@ -10,13 +10,13 @@ from collections.abc import Iterator
 import numpy as np
 import pytest
 
-from procgen_client import Client, ProcgenGymEnv, ProcgenVectorEnv, ServerProcess, errors
+from procgen_client import Client, ProcgenGymEnv, ProcgenVectorEnv, errors
 
 
 @pytest.fixture
-def env(client: Client) -> Iterator[ProcgenGymEnv]:
+def env() -> Iterator[ProcgenGymEnv]:
     """One environment."""
-    with ProcgenGymEnv("maze", server=client, distribution_mode="easy", rand_seed=3) as made:
+    with ProcgenGymEnv("maze", distribution_mode="easy", rand_seed=3) as made:
         yield made
 
 
@@ -59,10 +59,10 @@ def test_ended_episode_requires_a_reset(env: ProcgenGymEnv) -> None:
     assert "episode_length" not in infos
 
 
-def test_gym_env_equals_a_vector_environment_of_one(env: ProcgenGymEnv, client: Client) -> None:
+def test_gym_env_equals_a_vector_environment_of_one(env: ProcgenGymEnv) -> None:
     # Ours: no source in Gymnasium.
     with ProcgenVectorEnv(
-        "maze", 1, server=client, distribution_mode="easy", rand_seed=3
+        "maze", 1, distribution_mode="easy", rand_seed=3
     ) as vector:
         left, _ = env.reset()
         right, _ = vector.reset()
@@ -87,11 +87,11 @@ def test_states_are_restored_and_levels_can_be_chosen(env: ProcgenGymEnv) -> Non
     assert before[1:] == after[1:]
 
 
-def test_render_and_close(server: ServerProcess, client: Client, env: ProcgenGymEnv) -> None:
+def test_render_and_close(client: Client, env: ProcgenGymEnv) -> None:
     # core.py, Env.render: a frame with "rgb_array", None without a mode; close may come twice.
     assert env.render() is None
     before = len(client.list_pools())
-    one = ProcgenGymEnv("maze", server=server.address, render_mode="rgb_array", render_size_px=96)
+    one = ProcgenGymEnv("maze", render_mode="rgb_array", render_size_px=96)
     one.reset()
     assert one.render().shape == (96, 96, 3)
     assert one.unwrapped is one
@@ -99,6 +99,6 @@ def test_render_and_close(server: ServerProcess, client: Client, env: ProcgenGym
     one.close()
     assert len(client.list_pools()) == before
     with pytest.raises(errors.InvalidArgumentError, match="one environment plays one game"):
-        ProcgenGymEnv(["maze", "coinrun"], server=client)
+        ProcgenGymEnv(["maze", "coinrun"])
     with pytest.raises(errors.NotFoundError):
-        ProcgenGymEnv("pong", server=client)
+        ProcgenGymEnv("pong")

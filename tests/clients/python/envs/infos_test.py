@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from procgen_client import AutoresetMode, Client, ProcgenGymEnv, ProcgenVectorEnv
+from procgen_client import AutoresetMode, ProcgenGymEnv, ProcgenVectorEnv
 
 _N = 5
 _OPTIONS = {"distribution_mode": "easy"}
@@ -91,15 +91,13 @@ def _assert_equal(own: dict[str, Any], theirs: dict[str, Any], may_have: set[str
 
 @pytest.mark.parametrize("mode", list(AutoresetMode))
 @pytest.mark.parametrize("library", ["brief", "gymnasium"])
-def test_infos_equal_those_of_a_sync_vector_env(
-    client: Client, mode: AutoresetMode, library: str
-) -> None:
+def test_infos_equal_those_of_a_sync_vector_env(mode: AutoresetMode, library: str) -> None:
     sync_class = _Sync
     if library == "gymnasium":
         sync_class = pytest.importorskip("gymnasium", minversion="1.1").vector.SyncVectorEnv
-    makers = [lambda: ProcgenGymEnv("bigfish", server=client, **_OPTIONS)] * _N
+    makers = [lambda: ProcgenGymEnv("bigfish", **_OPTIONS)] * _N
     sync = sync_class(makers, autoreset_mode=mode)
-    own = ProcgenVectorEnv("bigfish", _N, server=client, autoreset_mode=mode, **_OPTIONS)
+    own = ProcgenVectorEnv("bigfish", _N, autoreset_mode=mode, **_OPTIONS)
     may_have = _ALSO_BESIDE_FINAL_INFO if mode is AutoresetMode.SAME_STEP else set()
     _assert_equal(own.reset(seed=3)[1], sync.reset(seed=3)[1], set())
     rng, end_count = np.random.default_rng(0), 0
@@ -123,8 +121,8 @@ def test_infos_equal_those_of_a_sync_vector_env(
     sync.close()
 
 
-def test_environment_that_starts_an_episode_has_stepped_no_level(client: Client) -> None:
-    with ProcgenVectorEnv("maze", 2, server=client) as env:
+def test_environment_that_starts_an_episode_has_stepped_no_level() -> None:
+    with ProcgenVectorEnv("maze", 2) as env:
         _, infos = env.reset()
         assert set(infos) == {"level_seed", "_level_seed"}
         infos = env.step([-1, 4])[-1]
@@ -136,9 +134,9 @@ def test_environment_that_starts_an_episode_has_stepped_no_level(client: Client)
         assert set(env.step([4, 4])[-1]) == {"level_seed", "_level_seed"}
 
 
-def test_get_info_is_upstreams(client: Client) -> None:
+def test_get_info_is_upstreams() -> None:
     # Upstream, get_info of the gym3 environment; with a render_mode the frame for people, "rgb".
-    env = ProcgenGymEnv("maze", server=client, render_mode="rgb_array")
+    env = ProcgenGymEnv("maze", render_mode="rgb_array")
     _, before = env.reset()
     inner = env
     while not hasattr(inner, "get_info"):  # As DreamerV3's adapter looks for it.

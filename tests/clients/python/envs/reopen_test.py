@@ -1,4 +1,4 @@
-"""`reopen` of a vector environment: it continues on a server that was restarted."""
+"""`reopen` of a vector environment: it continues after its pool was lost."""
 
 from __future__ import annotations
 
@@ -35,7 +35,8 @@ def _step_until_lost(env: ProcgenVectorEnv) -> None:
 def test_reopened_environment_continues_from_its_checkpoint(tmp_path: Path) -> None:
     address, path = f"unix:{tmp_path}/socket", tmp_path / "checkpoint"
     with ServerProcess(server_binary(), address=address) as lost:
-        env = ProcgenVectorEnv("coinrun", _N, server=address, rand_seed=1)
+        client = Client(address, reconnect_timeout=0)
+        env = ProcgenVectorEnv("coinrun", _N, server=client, rand_seed=1)
         env.reset()
         _played(env)
         env.save(path)
@@ -52,12 +53,14 @@ def test_reopened_environment_continues_from_its_checkpoint(tmp_path: Path) -> N
         )
         env.close()
         assert [pool.name for pool in other.list_pools()] == [namesake.name]
+        client.close()
 
 
 def test_reopened_environment_without_a_checkpoint_is_new(tmp_path: Path) -> None:
     address = f"unix:{tmp_path}/socket"
     with ServerProcess(server_binary(), address=address) as lost:
-        env = ProcgenVectorEnv("coinrun", _N, server=address, rand_seed=1)
+        client = Client(address, reconnect_timeout=0)
+        env = ProcgenVectorEnv("coinrun", _N, server=client, rand_seed=1)
         first, _ = env.reset()
         first = first.copy()
         _played(env)
@@ -68,3 +71,4 @@ def test_reopened_environment_without_a_checkpoint_is_new(tmp_path: Path) -> Non
         np.testing.assert_array_equal(observations, first)
         assert infos["_level_seed"].all()
         env.close()
+        client.close()

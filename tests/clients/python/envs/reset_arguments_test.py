@@ -7,22 +7,22 @@ from collections.abc import Iterator
 import numpy as np
 import pytest
 
-from procgen_client import Client, ProcgenGymEnv, ProcgenVectorEnv, errors
+from procgen_client import ProcgenGymEnv, ProcgenVectorEnv, errors
 
 _N = 3
 
 
 @pytest.fixture
-def vector(client: Client) -> Iterator[ProcgenVectorEnv]:
+def vector() -> Iterator[ProcgenVectorEnv]:
     """Three environments."""
-    with ProcgenVectorEnv("maze", _N, server=client, distribution_mode="easy") as made:
+    with ProcgenVectorEnv("maze", _N, distribution_mode="easy") as made:
         yield made
 
 
 @pytest.fixture
-def single(client: Client) -> Iterator[ProcgenGymEnv]:
+def single() -> Iterator[ProcgenGymEnv]:
     """One environment."""
-    with ProcgenGymEnv("maze", server=client, distribution_mode="easy") as made:
+    with ProcgenGymEnv("maze", distribution_mode="easy") as made:
         yield made
 
 
@@ -113,9 +113,9 @@ def test_largest_seed_of_one_environment_is_accepted(single: ProcgenGymEnv) -> N
         single.reset(seed=2**32)
 
 
-def test_closed_environments_say_so(client: Client) -> None:
-    vector = ProcgenVectorEnv("maze", 2, server=client)
-    single = ProcgenGymEnv("maze", server=client)
+def test_closed_environments_say_so() -> None:
+    vector = ProcgenVectorEnv("maze", 2)
+    single = ProcgenGymEnv("maze")
     single.reset()
     single.step(-1)
     for env in (vector, single):

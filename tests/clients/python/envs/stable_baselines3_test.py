@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from procgen_client import Client, ProcgenEnv, ProcgenVectorEnv
+from procgen_client import ProcgenEnv, ProcgenVectorEnv
 
 _N = 3
 
@@ -88,11 +88,11 @@ def wrappers(request: pytest.FixtureRequest) -> tuple[Callable[..., Any], Callab
 
 
 def test_procgen_env_passes_through_its_wrappers(
-    client: Client, wrappers: tuple[Callable[..., Any], Callable[..., Any]]
+    wrappers: tuple[Callable[..., Any], Callable[..., Any]]
 ) -> None:
     extract, stack = wrappers
-    env = stack(extract(ProcgenEnv(_N, "coinrun", rand_seed=1, server=client), "rgb"), 4)
-    plain = ProcgenEnv(_N, "coinrun", rand_seed=1, server=client)
+    env = stack(extract(ProcgenEnv(_N, "coinrun", rand_seed=1), "rgb"), 4)
+    plain = ProcgenEnv(_N, "coinrun", rand_seed=1)
     assert env.reset().shape == (_N, 64, 64, 12)
     plain.reset()
     for action in (7, -1, 4):
@@ -107,9 +107,9 @@ def test_procgen_env_passes_through_its_wrappers(
     plain.close()
 
 
-def test_frame_stack_adds_an_axis_that_its_networks_do_not_take(client: Client) -> None:
+def test_frame_stack_adds_an_axis_that_its_networks_do_not_take() -> None:
     # common/preprocessing.py, is_image_space: an image has three axes.
-    with ProcgenVectorEnv("coinrun", 1, server=client, frame_stack=4) as env:
+    with ProcgenVectorEnv("coinrun", 1, frame_stack=4) as env:
         assert env.single_observation_space.shape == (4, 64, 64, 3)
-    with ProcgenVectorEnv("coinrun", 1, server=client, layout="chw") as env:
+    with ProcgenVectorEnv("coinrun", 1, layout="chw") as env:
         assert env.single_observation_space.shape == (3, 64, 64)

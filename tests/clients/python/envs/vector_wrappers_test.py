@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from procgen_client import AutoresetMode, Client, ProcgenVectorEnv
+from procgen_client import AutoresetMode, ProcgenVectorEnv
 
 _N = 4
 
@@ -27,10 +27,10 @@ class _RecordsEpisodes:
             self.lengths[:] = 0
 
 
-def test_reset_does_not_remove_the_reset_mask(client: Client) -> None:
+def test_reset_does_not_remove_the_reset_mask() -> None:
     # wrappers/vector/common.py, RecordEpisodeStatistics.reset: looks for options["reset_mask"]
     # after it has reset the environment.
-    env = ProcgenVectorEnv("coinrun", _N, server=client, autoreset_mode=AutoresetMode.DISABLED)
+    env = ProcgenVectorEnv("coinrun", _N, autoreset_mode=AutoresetMode.DISABLED)
     wrapped = _RecordsEpisodes(env)
     wrapped.reset()
     for step in range(40):
@@ -43,9 +43,9 @@ def test_reset_does_not_remove_the_reset_mask(client: Client) -> None:
     env.close()
 
 
-def test_infos_do_not_use_the_key_of_record_episode_statistics(client: Client) -> None:
+def test_infos_do_not_use_the_key_of_record_episode_statistics() -> None:
     # wrappers/vector/common.py, RecordEpisodeStatistics: rejects infos that have "episode" already.
-    with ProcgenVectorEnv("coinrun", _N, server=client) as env:
+    with ProcgenVectorEnv("coinrun", _N) as env:
         env.reset()
         _, _, _, _, infos = env.step(np.full(_N, -1))
         assert "episode" not in infos

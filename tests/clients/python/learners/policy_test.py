@@ -19,8 +19,8 @@ from procgen_client import ServerProcess, errors
 def runs(server: ServerProcess, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A folder with a run of PPO on bigfish and one of Rainbow on coinrun."""
     folder = tmp_path_factory.mktemp("runs")
-    train(folder / "bigfish", server.address, total_steps=STEPS_OF_UPDATE)
-    train_rainbow(folder / "coinrun", server.address, game="coinrun", total_steps=STEPS_OF_UPDATE)
+    train(folder / "bigfish", total_steps=STEPS_OF_UPDATE)
+    train_rainbow(folder / "coinrun", game="coinrun", total_steps=STEPS_OF_UPDATE)
     return folder
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import signal
 import subprocess
 import sys
@@ -41,11 +40,11 @@ def test_each_update_writes_a_row(uninterrupted: dict[str, str]) -> None:
         assert 0 < length <= step / 8
 
 
-def test_equal_seeds_give_equal_runs(
+def test_equal_seeds_give_equal_runs_in_process_and_on_a_server(
     server: ServerProcess, uninterrupted: dict[str, str], tmp_path: Path
 ) -> None:
     assert train(tmp_path / "same", server.address, threads=1) == uninterrupted
-    other = train(tmp_path / "other", server.address, seed=1)
+    other = train(tmp_path / "other", seed=1)
     assert other["learning"] != uninterrupted["learning"]
 
 
@@ -58,7 +57,7 @@ def test_steps_given_as_tensors_give_an_equal_run(
     """A CUDA graph cannot be called with an integer."""
     steps = torch.arange(100).split(1)
     monkeypatch.setattr(ppo.Ppo, "choose", lambda self, t, rows: self.act(steps[t], rows).numpy)
-    assert train(tmp_path, server.address) == uninterrupted
+    assert train(tmp_path) == uninterrupted
 
 
 def test_actions_sent_by_a_thread_give_an_equal_run(
@@ -69,13 +68,13 @@ def test_actions_sent_by_a_thread_give_an_equal_run(
 ) -> None:
     """A GPU chooses the actions of a half while the other is received."""
     monkeypatch.setattr(ppo.Ppo, "sends_in_background", lambda self: True)
-    assert train(tmp_path, server.address) == uninterrupted
+    assert train(tmp_path) == uninterrupted
 
 
 def test_checkpoint_can_be_read_with_another_version_of_numpy(
     server: ServerProcess, tmp_path: Path
 ) -> None:
-    train(tmp_path, server.address, time_limit=0)
+    train(tmp_path, time_limit=0)
     with zipfile.ZipFile(tmp_path / "checkpoint.pt") as archive:
         (name,) = (name for name in archive.namelist() if name.endswith("/data.pkl"))
         assert b"numpy" not in archive.read(name)
@@ -85,7 +84,7 @@ def test_run_stopped_after_each_update_equals_an_uninterrupted_run(
     server: ServerProcess, uninterrupted: dict[str, str], tmp_path: Path
 ) -> None:
     for update in range(1, 5):
-        stopped = train(tmp_path, server.address, time_limit=0, resume=True)
+        stopped = train(tmp_path, time_limit=0, resume=True)
         assert len(stopped["learning"].splitlines()) == 1 + update
     assert stopped == uninterrupted
 
@@ -93,12 +92,12 @@ def test_run_stopped_after_each_update_equals_an_uninterrupted_run(
 def test_rows_after_the_checkpoint_are_rewritten(
     server: ServerProcess, uninterrupted: dict[str, str], tmp_path: Path
 ) -> None:
-    train(tmp_path, server.address, time_limit=0)
+    train(tmp_path, time_limit=0)
     for name in ("progress", "episodes", "learning"):
         with open(tmp_path / f"{name}.csv", "a") as file:
             file.write("what a killed run has left")
     (tmp_path / "checkpoint.part").write_bytes(b"an unfinished checkpoint")
-    assert train(tmp_path, server.address, resume=True) == uninterrupted
+    assert train(tmp_path, resume=True) == uninterrupted
 
 
 def test_sigterm_saves_the_run(
@@ -120,11 +119,11 @@ def test_sigterm_saves_the_run(
 def test_checkpoint_is_neither_overwritten_nor_resumed_with_other_options(
     server: ServerProcess, tmp_path: Path
 ) -> None:
-    train(tmp_path, server.address, total_steps=STEPS_OF_UPDATE)
+    train(tmp_path, total_steps=STEPS_OF_UPDATE)
     with pytest.raises(SystemExit, match="--resume continues from it"):
-        train(tmp_path, server.address)
+        train(tmp_path)
     with pytest.raises(SystemExit, match="was begun with seed 0, not 1"):
-        train(tmp_path, server.address, resume=True, seed=1)
+        train(tmp_path, resume=True, seed=1)
 
 
 @pytest.mark.parametrize("background", [False, True])

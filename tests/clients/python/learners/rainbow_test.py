@@ -32,15 +32,15 @@ def test_each_update_writes_a_row(uninterrupted: dict[str, str]) -> None:
 def test_equal_seeds_give_equal_runs(
     server: ServerProcess, uninterrupted: dict[str, str], tmp_path: Path
 ) -> None:
-    assert train_rainbow(tmp_path / "same", server.address, threads=1) == uninterrupted
-    assert train_rainbow(tmp_path / "other", server.address, seed=1) != uninterrupted
+    assert train_rainbow(tmp_path / "same", threads=1) == uninterrupted
+    assert train_rainbow(tmp_path / "other", seed=1) != uninterrupted
 
 
 def test_run_stopped_after_each_update_equals_an_uninterrupted_run(
     server: ServerProcess, uninterrupted: dict[str, str], tmp_path: Path
 ) -> None:
     for _ in range(4):
-        stopped = train_rainbow(tmp_path, server.address, time_limit=0, resume=True)
+        stopped = train_rainbow(tmp_path, time_limit=0, resume=True)
     assert stopped == uninterrupted
 
 
@@ -57,10 +57,10 @@ def test_steps_are_those_of_the_replay_after_restarts_of_the_server(
 
 
 def test_run_is_not_continued_without_its_replay(server: ServerProcess, tmp_path: Path) -> None:
-    train_rainbow(tmp_path, server.address, time_limit=0)
+    train_rainbow(tmp_path, time_limit=0)
     (tmp_path / "replay.bin").unlink()
     with pytest.raises(SystemExit, match=r"replay\.bin is missing"):
-        train_rainbow(tmp_path, server.address, resume=True)
+        train_rainbow(tmp_path, resume=True)
 
 
 def test_projection_preserves_the_mean_within_the_range() -> None:

@@ -43,13 +43,15 @@ def options(output: Path, server: str | None, **others: Any) -> list[str]:  # no
     return words
 
 
-def train(output: Path, server: str, **others: Any) -> dict[str, str]:  # noqa: ANN401
+def train(output: Path, server: str | None = None, **others: Any) -> dict[str, str]:  # noqa: ANN401
     """Trains PPO in this process; returns the results."""
     assert ppo.main(options(output, server, **others)) == 0
     return results(output)
 
 
-def train_rainbow(output: Path, server: str, **others: Any) -> dict[str, str]:  # noqa: ANN401
+def train_rainbow(
+    output: Path, server: str | None = None, **others: Any  # noqa: ANN401
+) -> dict[str, str]:
     """Trains Rainbow in this process with a replay of half the steps; returns the results."""
     small = {"minibatches": None, "chunk_size": 8, "batch_size": 16}
     small |= {"replay_size": 512, "learning_starts": 64, "target_interval": 160}

@@ -19,7 +19,7 @@ from procgen_client._proto import render_pb2
 def test_viewers_see_steps_values_and_probabilities(
     server: ServerProcess, tmp_path: Path
 ) -> None:
-    train(tmp_path / "run", server.address, total_steps=STEPS_OF_UPDATE)
+    train(tmp_path / "run", total_steps=STEPS_OF_UPDATE)
     command = [sys.executable, "-m", "learners.watch", str(tmp_path / "run")]
     with subprocess.Popen(
         [*command, "--server", server.address],
@@ -52,7 +52,7 @@ def test_viewers_see_steps_values_and_probabilities(
 def test_other_folders_are_rejected(
     server: ServerProcess, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    train_rainbow(tmp_path / "rainbow", server.address, total_steps=STEPS_OF_UPDATE)
+    train_rainbow(tmp_path / "rainbow", total_steps=STEPS_OF_UPDATE)
     for folder, problem in (("none", "has no checkpoint"), ("rainbow", "is a run of Rainbow")):
         with pytest.raises(SystemExit, match="2"):
             watch.main([str(tmp_path / folder), "--server", server.address])

@@ -1,4 +1,4 @@
-"""The art of local servers: folders, the variable, and that of an installed package."""
+"""The art of pools in this process: folders, the variable, and that of an installed package."""
 
 from __future__ import annotations
 
@@ -7,44 +7,20 @@ import subprocess
 import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
 from conftest import server_binary
 
-from procgen_client import ProcgenEnv, ProcgenGymEnv, ProcgenVectorEnv, ServerProcess, errors
-from procgen_client.tools.art import art_dir
-from procgen_client.tools.local_server import ART_VARIABLE
+from procgen_client import Pool, ProcgenEnv, ProcgenGymEnv, ProcgenVectorEnv, ServerProcess, errors
+from procgen_client.tools.art import ART_VARIABLE, art_dir
 
+# Prints a hash of observations; argv[1] is the art.
 _SHOW = """
-import sys
-import numpy as np
-from procgen_client import ProcgenEnv, ProcgenVectorEnv
-options = {"rand_seed": 3}
-"""
-# argv[1] is a folder of art; the variable has none.
-_OF_ONE_PROGRAM = (
-    _SHOW
-    + """
-built_in = ProcgenEnv(2, "maze", **options)
-others = [
-    ProcgenEnv(2, "maze", art=sys.argv[1] + "/", **options),
-    ProcgenEnv(2, "maze", resource_root=sys.argv[1], **options),
-]
-vector = ProcgenVectorEnv("maze", 2, art=sys.argv[1], **options)
-observations, _ = vector.reset()
-for env in others:
-    assert env.env.pool._client.address == vector.pool._client.address
-    assert not np.array_equal(built_in.reset()["rgb"], env.reset()["rgb"])
-    assert np.array_equal(observations, env.reset()["rgb"])
-assert built_in.env.pool._client.address != vector.pool._client.address
-"""
-)
-_OF_THE_VARIABLE = (
-    _SHOW
-    + """
-assert ProcgenEnv(2, "maze").env.pool._client.catalog().art == "folder"
+import sys, zlib
+from procgen_client import Pool
+print(zlib.crc32(Pool("maze", 2, art=sys.argv[1] or None, rand_seed=3).observe().observations))
 assert "procgen" not in sys.modules
 """
-)
 
 
 @pytest.fixture
@@ -59,7 +35,7 @@ def folder() -> str:
 def _run(program: str, *arguments: str, **variables: str) -> subprocess.CompletedProcess[str]:
     return subprocess.run(
         [sys.executable, "-c", program, *arguments],
-        env=os.environ | {"PROCGEN_SERVER_BINARY": str(server_binary())} | variables,
+        env=os.environ | variables,
         capture_output=True,
         text=True,
         check=False,
@@ -75,23 +51,30 @@ def _install(folder: Path, art: str | None) -> dict[str, str]:
     return {"PYTHONPATH": f"{folder}:{os.environ['PYTHONPATH']}"}
 
 
-def test_each_art_dir_has_its_own_server(folder: str) -> None:
-    run = _run(_OF_ONE_PROGRAM, folder)
-    assert run.returncode == 0, run.stderr
+def test_art_changes_pixels_and_nothing_else(folder: str) -> None:
+    own, given = (Pool("maze", 2, art=art, rand_seed=3) for art in (None, f"{folder}/"))
+    env = ProcgenEnv(2, "maze", resource_root=folder, rand_seed=3)
+    np.testing.assert_array_equal(given.observe().observations, env.reset()["rgb"])
+    assert not np.array_equal(own.observe().observations, given.observe().observations)
+    for t in range(40):
+        one, other = own.step([t % 9, -1]), given.step([t % 9, -1])
+        np.testing.assert_array_equal(one.level_seeds, other.level_seeds)
+        np.testing.assert_array_equal(one.rewards, other.rewards)
 
 
 def test_variable_names_the_default_art(folder: str) -> None:
-    run = _run(_OF_THE_VARIABLE, **{ART_VARIABLE: folder})
-    assert run.returncode == 0, run.stderr
+    given = _run(_SHOW, folder).stdout
+    assert given
+    assert _run(_SHOW, "", **{ART_VARIABLE: folder}).stdout == given
 
 
 def test_installed_art_is_found_without_importing_the_package(folder: str, tmp_path: Path) -> None:
-    run = _run(_OF_THE_VARIABLE, **{ART_VARIABLE: "procgen"}, **_install(tmp_path, folder))
-    assert run.returncode == 0, run.stderr
+    run = _run(_SHOW, "", **{ART_VARIABLE: "procgen"}, **_install(tmp_path, folder))
+    assert run.stdout == _run(_SHOW, folder).stdout, run.stderr
 
 
 def test_package_without_art_is_an_error(tmp_path: Path) -> None:
-    run = _run(_OF_THE_VARIABLE, **{ART_VARIABLE: "procgen"}, **_install(tmp_path, None))
+    run = _run(_SHOW, "procgen", **_install(tmp_path, None))
     assert f"procgen has no folder {tmp_path}/procgen/data/assets: pip install" in run.stderr
 
 
@@ -100,12 +83,12 @@ def test_missing_art_is_an_error(tmp_path: Path) -> None:
         ServerProcess(server_binary(), art=tmp_path / "none")
     with pytest.raises(errors.InvalidArgumentError, match="art is empty"):
         art_dir("")
-    run = _run(_OF_THE_VARIABLE, **{ART_VARIABLE: str(tmp_path)})
-    assert f"art folder '{tmp_path}'" in run.stderr, "a folder without pictures"
+    with pytest.raises(errors.NotFoundError, match=f"art folder '{tmp_path}'"):
+        Pool("maze", 1, art=tmp_path)
 
 
 @pytest.mark.parametrize("env_type", [ProcgenVectorEnv, ProcgenGymEnv])
-def test_art_of_another_server_is_rejected(env_type: type, server: ServerProcess) -> None:
+def test_art_with_a_server_is_rejected(env_type: type, server: ServerProcess) -> None:
     for given in (server, server.address):
         with pytest.raises(errors.InvalidArgumentError, match="art is procgen, but the server at"):
             env_type("maze", server=given, art="procgen")

@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from procgen_client import Client, ServerProcess
+from procgen_client import ServerProcess
 from procgen_client.tools.evaluate import ProgressLine
 from procgen_client.tools.evaluation import Protocol, evaluate
 from procgen_client.tools.play_episodes import Policy
@@ -43,9 +43,9 @@ def recurrent(game: str) -> Policy:
     return act
 
 
-def test_progress_is_printed(client: Client) -> None:
+def test_progress_is_printed() -> None:
     output = io.StringIO()
-    evaluate(client, ["maze"], ends, _SMALL, ProgressLine(output, 1))
+    evaluate(["maze"], ends, _SMALL, ProgressLine(output, 1))
     assert output.getvalue() == (
         "[1/1] maze, train levels: 12 of 12 episodes\n[1/1] maze, test levels: 12 of 12 episodes\n"
     )
@@ -55,7 +55,7 @@ def test_progress_is_printed(client: Client) -> None:
             return True
 
     terminal = Terminal()
-    evaluate(client, ["maze"], ends, _SMALL, ProgressLine(terminal, 1))
+    evaluate(["maze"], ends, _SMALL, ProgressLine(terminal, 1))
     assert "\r\033[K[1/1] maze, train levels: 4 of 12 episodes\r" in terminal.getvalue()
 
 

@@ -22,8 +22,8 @@ def always(action: int) -> evaluation.MakePolicy:
     return lambda game: lambda observations: np.full(len(observations), action)
 
 
-def test_scores_are_means_normalised_by_the_catalog(client: Client) -> None:
-    result = evaluation.evaluate(client, ["bigfish"], evaluation.random_policy, _SMALL)
+def test_scores_are_means_normalised_by_the_catalog() -> None:
+    result = evaluation.evaluate(["bigfish"], evaluation.random_policy, _SMALL)
     (score,) = result.games
     for levels in (score.train, score.test):
         returns = [episode.episode_return for episode in levels.episodes]
@@ -42,9 +42,9 @@ def test_scores_are_means_normalised_by_the_catalog(client: Client) -> None:
     assert not {episode.level_seed for episode in score.test.episodes} <= {0, 1, 2}
 
 
-def test_overall_scores_are_those_of_the_games(client: Client) -> None:
+def test_overall_scores_are_those_of_the_games() -> None:
     games = ["dodgeball", "bigfish", "plunder", "starpilot", "leaper"]
-    result = evaluation.evaluate(client, games, evaluation.random_policy, _SMALL)
+    result = evaluation.evaluate(games, evaluation.random_policy, _SMALL)
     scores = [score.test.score for score in result.games]
     assert [score.game for score in result.games] == games
     assert result.test.mean == pytest.approx(np.mean(scores))
@@ -54,14 +54,14 @@ def test_overall_scores_are_those_of_the_games(client: Client) -> None:
         assert low < high
 
 
-def test_equal_seeds_give_equal_evaluations(client: Client) -> None:
+def test_equal_seeds_give_equal_evaluations() -> None:
     one, other = (
-        evaluation.evaluate(client, ["bigfish"], evaluation.random_policy, _SMALL)
+        evaluation.evaluate(["bigfish"], evaluation.random_policy, _SMALL)
         for _ in range(2)
     )
     assert one == other
     another = evaluation.evaluate(
-        client, ["bigfish"], evaluation.random_policy, _SMALL._replace(rand_seed=6)
+        ["bigfish"], evaluation.random_policy, _SMALL._replace(rand_seed=6)
     )
     assert another.test != one.test
 
@@ -71,7 +71,7 @@ def test_default_train_levels_are_those_of_the_paper_and_reported(client: Client
     made: list[int] = []
 
     def make(game: str) -> Policy:
-        # Records num_levels of the pools that exist while the game is played.
+        # Records num_levels of the pool on the server while the game is played.
         def act(observations: np.ndarray) -> np.ndarray:
             made.extend(pool.spec.options.num_levels for pool in client.list_pools())
             return np.full(len(observations), -1)
@@ -79,7 +79,9 @@ def test_default_train_levels_are_those_of_the_paper_and_reported(client: Client
         return act
 
     for mode, count in evaluation.TRAIN_LEVELS.items():
-        result = evaluation.evaluate(client, ["maze"], make, Protocol(mode, episode_count=1))
+        result = evaluation.evaluate(
+            ["maze"], make, Protocol(mode, episode_count=1), server=client
+        )
         assert result.protocol.train_levels == count
         assert score_report.table(result).startswith(
             f"{mode} mode; training levels are 0 ... {count - 1}\n"
@@ -87,7 +89,7 @@ def test_default_train_levels_are_those_of_the_paper_and_reported(client: Client
     assert made == [200, 0, 500, 0]
 
 
-def test_policy_gets_the_observations_that_it_needs(client: Client) -> None:
+def test_policy_gets_the_observations_that_it_needs() -> None:
     shapes = set()
 
     def make(game: str) -> Policy:
@@ -98,16 +100,16 @@ def test_policy_gets_the_observations_that_it_needs(client: Client) -> None:
         return act
 
     options = {"frame_stack": 4, "grayscale_obs": True, "layout": "chw", "screen_size": 32}
-    evaluation.evaluate(client, ["maze"], make, _SMALL._replace(options=options))
+    evaluation.evaluate(["maze"], make, _SMALL._replace(options=options))
     assert shapes == {(4, 4, 1, 32, 32)}
     with pytest.raises(errors.InvalidArgumentError, match="'num_levels'; it is one of screen_size"):
-        evaluation.evaluate(client, ["maze"], make, _SMALL._replace(options={"num_levels": 1}))
+        evaluation.evaluate(["maze"], make, _SMALL._replace(options={"num_levels": 1}))
 
 
-def test_every_game_has_normalization_constants_in_both_modes(client: Client) -> None:
+def test_every_game_has_normalization_constants_in_both_modes() -> None:
     for mode in evaluation.TRAIN_LEVELS:
         for game in GAMES:
-            low, high = evaluation.return_range(client.catalog(), game, mode)
+            low, high = evaluation.return_range(game, mode)
             assert low < high
 
 
@@ -125,10 +127,10 @@ def test_client_lists_the_games_of_the_server(client: Client) -> None:
     ],
 )
 def test_invalid_protocols_are_rejected(
-    client: Client, change: dict[str, object], message: str
+    change: dict[str, object], message: str
 ) -> None:
     with pytest.raises(errors.InvalidArgumentError, match=message):
-        evaluation.evaluate(client, ["maze"], always(4), _SMALL._replace(**change))
+        evaluation.evaluate(["maze"], always(4), _SMALL._replace(**change))
 
 
 def _evaluation(*scores: tuple[float, float], episodes: int) -> Evaluation:

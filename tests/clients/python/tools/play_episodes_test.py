@@ -4,25 +4,23 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from conftest import native_only
 
-from procgen_client import Client, errors
+from procgen_client import Pool, errors
 from procgen_client.tools.play_episodes import play_episodes
 
 _OPTIONS = {"distribution_mode": "easy", "rand_seed": 5}
-_TRANSPORTS = ["stream", pytest.param("shared_memory", marks=native_only)]
 
 
 def _right(observations: np.ndarray) -> np.ndarray:
     return np.full(len(observations), 7)
 
 
-def test_episodes_are_the_first_of_each_environment(client: Client) -> None:
+def test_episodes_are_the_first_of_each_environment() -> None:
     played = play_episodes(
-        client, "coinrun", _right, env_count=4, episodes_per_env=3, num_levels=3, **_OPTIONS
+        "coinrun", _right, env_count=4, episodes_per_env=3, num_levels=3, **_OPTIONS
     )
     expected: list[list[tuple]] = [[] for _ in range(4)]
-    with client.create_pool("coinrun", 4, num_levels=3, **_OPTIONS) as pool:
+    with Pool("coinrun", 4, num_levels=3, **_OPTIONS) as pool:
         while min(map(len, expected)) < 3:
             batch = pool.step([7] * 4)
             for i in np.flatnonzero(batch.ended):
@@ -36,10 +34,10 @@ def test_episodes_are_the_first_of_each_environment(client: Client) -> None:
     assert {episode.level_seed for each in played for episode in each} <= {0, 1, 2}
 
 
-def test_progress_counts_episodes(client: Client) -> None:
+def test_progress_counts_episodes() -> None:
     told: list[tuple[int, int]] = []
     play_episodes(
-        *(client, "maze", lambda observations: np.full(len(observations), -1)),
+        *("maze", lambda observations: np.full(len(observations), -1)),
         env_count=2,
         episodes_per_env=3,
         progress=lambda *counts: told.append(counts),
@@ -62,10 +60,10 @@ class _Recurrent:
         return np.where(self.steps % (np.arange(3) + 5) == 0, -1, 7)
 
 
-def test_recurrent_policy_gets_the_starts_of_episodes(client: Client) -> None:
+def test_recurrent_policy_gets_the_starts_of_episodes() -> None:
     policy = _Recurrent()
     played = play_episodes(
-        client, "bigfish", policy, env_count=3, episodes_per_env=4, **_OPTIONS
+        "bigfish", policy, env_count=3, episodes_per_env=4, **_OPTIONS
     )
     lengths = [[episode.length for episode in each] for each in played]
     # The last episode's end is not observed by the policy.
@@ -73,8 +71,7 @@ def test_recurrent_policy_gets_the_starts_of_episodes(client: Client) -> None:
     assert {length for each in lengths for length in each} <= set(range(1, 8))
 
 
-@pytest.mark.parametrize("transport", _TRANSPORTS)
-def test_policy_owns_its_observations(client: Client, transport: str) -> None:
+def test_policy_owns_its_observations() -> None:
     kept: list[tuple[np.ndarray, int]] = []
 
     def policy(observations: np.ndarray) -> np.ndarray:
@@ -84,10 +81,9 @@ def test_policy_owns_its_observations(client: Client, transport: str) -> None:
         return np.full(2, 7 if len(kept) % 6 else -1)
 
     play_episodes(
-        *(client, "bigfish", policy),
+        *("bigfish", policy),
         env_count=2,
         episodes_per_env=2,
-        transport=transport,
         frame_stack=3,
         screen_size=32,
         grayscale_obs=True,
@@ -97,6 +93,6 @@ def test_policy_owns_its_observations(client: Client, transport: str) -> None:
         assert hash(observations.tobytes()) == value
 
 
-def test_invalid_actions_are_rejected(client: Client) -> None:
-    with pytest.raises(errors.InvalidArgumentError, match="actions"):
-        play_episodes(client, "maze", lambda o: [99] * len(o), env_count=2, episodes_per_env=1)
+def test_invalid_actions_are_rejected() -> None:
+    with pytest.raises(errors.InvalidArgumentError, match="action 99"):
+        play_episodes("maze", lambda o: [99] * len(o), env_count=2, episodes_per_env=1)

@@ -17,7 +17,7 @@ constexpr int32_t kSizePx = 64;
 
 procgen::v1::WatchPoolResponse FramesOf(const std::string& first, const std::string& second) {
   procgen::v1::WatchPoolResponse response;
-  response.set_sequence_number(7);
+  response.set_request_count(7);
   for (const std::string& image : {first, second}) {
     procgen::v1::Frame* frame = response.add_frames();
     frame->set_environment(response.frames_size() == 1 ? 3 : 5);
@@ -44,7 +44,7 @@ TEST(FrameEncoderTest, FramesHaveTheirEnvironmentsAndSizes) {
   const Json header = HeaderOf(encoder.Encode(FramesOf(Pixels('a'), Pixels('b'))));
   EXPECT_EQ(header["event"], "frames");
   EXPECT_EQ(header["watch"], 9);
-  EXPECT_EQ(header["sequence_number"], 7);
+  EXPECT_EQ(header["request_count"], 7);
   ASSERT_THAT(header["parts"], SizeIs(2));
   const Json second = {{"name", "environment-5"}, {"format", "rgb"},   {"environment", 5},
                        {"width", kSizePx},        {"height", kSizePx}, {"bytes", 12288}};

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import contextlib
 import os
-import queue
 import re
 import resource
 import signal
@@ -15,13 +14,9 @@ from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import IO
 
-import grpc
-
-from procgen_client._proto import pools_pb2, pools_pb2_grpc, step_pb2, step_pb2_grpc
-
 # Longer than any wait of these tests, on the slowest machine and under sanitizers.
 TIMEOUT_S = 60.0
-# Maximum time for shutdown after --drain_timeout, as server/README.md documents.
+# Maximum time for shutdown after the drain of a second, as server/README.md documents.
 STOP_GRACE_S = 10.0
 # Maximum number of processes of a user, in the form that prlimit takes.
 _HARD_LIMIT = resource.getrlimit(resource.RLIMIT_NPROC)[1]
@@ -114,59 +109,6 @@ def run(
             process.wait()
             assert process.stdout is not None
             process.stdout.close()
-
-
-class SharedStream:
-    """A raw stream of a shared memory pool; it maps nothing."""
-
-    def __init__(self, stub: step_pb2_grpc.StepServiceStub, pool: str, env_count: int) -> None:
-        self._actions = [4] * env_count
-        self._requests: queue.Queue[step_pb2.StepPoolRequest] = queue.Queue()
-        self.responses = stub.StepPool(iter(self._requests.get, None), timeout=TIMEOUT_S)
-        self._requests.put(step_pb2.StepPoolRequest(attach=step_pb2.Attach(pool=pool)))
-        self.attached = next(self.responses).attached
-        self._number = self.attached.next_sequence_number
-        self._released: list[int] = []
-
-    def step(self) -> step_pb2.Batch:
-        """Steps all environments and releases the batch at once."""
-        request = step_pb2.StepPoolRequest(
-            sequence_number=self._number,
-            released_batches=self._released,
-            step=step_pb2.Step(actions=self._actions),
-        )
-        self._requests.put(request)
-        self._number += 1
-        batch = next(self.responses).batch
-        self._released = [batch.shared_batch]
-        return batch
-
-
-class SharedPool:
-    """A shared memory pool."""
-
-    def __init__(self, channel: grpc.Channel, env_count: int = 2) -> None:
-        spec = pools_pb2.PoolSpec(
-            games=["coinrun"], env_count=env_count, transport=pools_pb2.TRANSPORT_SHARED_MEMORY
-        )
-        request = pools_pb2.CreatePoolRequest(spec=spec)
-        made = pools_pb2_grpc.PoolServiceStub(channel).CreatePool(request, timeout=TIMEOUT_S)
-        self._stub = step_pb2_grpc.StepServiceStub(channel)
-        self._name = made.name
-        self._env_count = env_count
-
-    @contextlib.contextmanager
-    def attach(self) -> Iterator[SharedStream]:
-        stream = SharedStream(self._stub, self._name, self._env_count)
-        yield stream
-        stream.responses.cancel()
-
-
-@contextlib.contextmanager
-def shared_pool(server: Server) -> Iterator[SharedPool]:
-    """Creates a pool over a new connection."""
-    with grpc.insecure_channel(server.address) as channel:
-        yield SharedPool(channel)
 
 
 class WallClock:

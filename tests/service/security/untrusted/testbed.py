@@ -17,10 +17,10 @@ TOKEN = "alice-token-0123456789"
 METADATA = [("authorization", f"Bearer {TOKEN}")]
 _OTHER_TOKEN = "bob-token-01234567890123"
 OTHER_METADATA = [("authorization", f"Bearer {_OTHER_TOKEN}")]
-CREATE_POOL = "procgen.v1.PoolService/CreatePool"
+RUN_POOL = "procgen.v1.PoolService/RunPool"
 LIST_POOLS = "procgen.v1.PoolService/ListPools"
 GET_POOL = "procgen.v1.PoolService/GetPool"
-WATCH_POOL = "procgen.v1.RenderService/WatchPool"
+WATCH_POOL = "procgen.v1.PoolService/WatchPool"
 HEALTH_CHECK = "grpc.health.v1.Health/Check"
 HEALTH_WATCH = "grpc.health.v1.Health/Watch"
 REFLECTION = "grpc.reflection.v1alpha.ServerReflection/ServerReflectionInfo"
@@ -75,7 +75,7 @@ class Victim:
 
     def __init__(self, client: Client) -> None:
         self._client = client
-        self._pool = client.create_pool("maze", 8, transport="stream")
+        self._pool = client.create_pool("maze", 8)
         self._actions = np.full(8, 4, dtype=np.int32)
         self._pool.step(self._actions)
         self.step_s: list[float] = []

@@ -50,11 +50,6 @@ const PAGES = {
     await enterToken(page, "wrong-token-0123456789");
     await waitForText(page.locator("#token-problem"), "The server does not know this token.");
   },
-  "the deletion of a pool": async (page) => {
-    await page.goto(server.page());
-    await page.getByRole("button", { name: "Delete pools/watched" }).click();
-    await waitForText(page.locator("#delete-title"), "Delete pools/watched?");
-  },
 };
 
 testPages(it, PAGES, () => empty.page("/play"));

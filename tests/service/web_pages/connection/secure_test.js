@@ -29,7 +29,7 @@ test("over https the page asks for the token, watches pools and plays levels, by
   await writeFile(join(folder, "tokens"), `alice ${TOKEN}\n`, { mode: 0o600 });
   const server = await Server.start(
     `--tls_certificate=${certificate}`, `--tls_key=${key}`, `--tokens=${join(folder, "tokens")}`);
-  const learner = await Learner.start(server, "hers", ["coinrun"], 4, { credentials: { ca: certificate, token: TOKEN } });
+  const learner = await Learner.start(server, "hers", ["coinrun"], 4, { PROCGEN_SERVER_CA: certificate, PROCGEN_SERVER_TOKEN: TOKEN });
   assert.match(server.page(), /^https:/);
 
   // The browser trusts self-signed certificates only in contexts that allow it.

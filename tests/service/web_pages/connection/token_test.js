@@ -15,7 +15,7 @@ test("the page asks for a valid token, keeps it for the tab, and never puts it i
   const folder = await mkdtemp(join(tmpdir(), "procgen-web-"));
   await writeFile(join(folder, "tokens"), `alice ${TOKEN}\nbob bobs-token-0123456789\n`, { mode: 0o600 });
   const server = await Server.start(`--tokens=${join(folder, "tokens")}`);
-  const learner = await Learner.start(server, "hers", ["coinrun"], 4, { credentials: { token: TOKEN } });
+  const learner = await Learner.start(server, "hers", ["coinrun"], 4, { PROCGEN_SERVER_TOKEN: TOKEN });
   const page = await it.open(server.page());
   const addresses = [];
   // The dialog cannot be dismissed: without a token a page shows nothing.
@@ -58,7 +58,7 @@ test("a withdrawn token is asked for again, on every page", async () => {
 
   await writeFile(file, tokens.bob);
   await waitForText(live.locator("#token-problem"), "The server no longer accepts this token.");
-  await play.keyboard.press("r");
+  await play.keyboard.press("n");  // Another level is another pool; the running one continues.
   await waitForText(play.locator("#token-problem"), "The server no longer accepts this token.");
   assert.equal(await play.locator("#notices").textContent(), "");
 

@@ -1,48 +1,24 @@
 // The ends of episodes in watched pools, and an enlarged environment.
 
 import assert from "node:assert/strict";
-import { spawn } from "node:child_process";
-import { once } from "node:events";
 import { after, before, test } from "node:test";
-import { connect, DistributionMode } from "../../../../clients/node/dist/index.js";
 import { figure, picture, waitForDrawing, waitForPicture, waitForText, withBrowser } from "../browser.js";
 import { stickingOut } from "../overflow.js";
 import { COINRUN_1000_ACTIONS, COINRUN_1000_STEPS } from "../playing.js";
-import { Server } from "../server.js";
+import { Pool, Server } from "../server.js";
 
 const FIRST = "#mosaic li:first-child canvas";
 const NONE = 4;
 const END = -1;  // ends the episode
-// Steps the pool of a test at each line of its input, with values of two kinds.
-const ANNOTATING_LEARNER = `
-import sys
-import numpy as np
-import procgen_client
-with procgen_client.connect(sys.argv[1]) as client:
-    pool = client.get_pool("pools/annotated")
-    probabilities = np.full([2, 15], 0.05)
-    probabilities[1, 7] = 0.3
-    for step in range(1, 6):
-        sys.stdin.readline()
-        pool.step([4, 7], annotations={"value": [9, step / 10], "action_probabilities": probabilities})
-`;
 const it = withBrowser();
 let server;
-let client;
-before(async () => {
-  server = await Server.start();
-  client = await connect(server.address);
-});
-after(async () => {
-  client.close();
-  assert.equal(await server.stop(), 0);
-});
+before(async () => { server = await Server.start(); });
+after(async () => assert.equal(await server.stop(), 0));
 
 // A pool of coinrun in level 1000, which only the test steps, and its page.
 async function openPool(poolId, envCount) {
-  const options = { distributionMode: DistributionMode.EASY, startLevel: 1000, numLevels: 1 };
-  const pool = await client.createPool({ games: ["coinrun"], envCount, options }, { poolId });
-  const step = (...actions) => pool.step(Int32Array.from(actions));
+  const pool = await Pool.open(server, ["coinrun"], envCount, { pool_id: poolId, start_level: 1000, num_levels: 1 });
+  const step = (...actions) => pool.step(actions);
   const page = await it.open(server.page(`/?pool=pools%2F${poolId}`));
   await page.locator(FIRST).waitFor();
   await waitForDrawing(page, FIRST);
@@ -62,6 +38,13 @@ async function recordEnds(page, frame) {
       }
     }).observe(shown, { attributes: true, childList: true });
   }, frame);
+}
+
+// Enlarges environment 1 of a pool. The steps after it are shown, since its watch has begun.
+async function enlarge(page, poolId) {
+  await page.click("#mosaic button[title='Environment 1']");
+  await waitForText(page.locator("#large-title"), `pools/${poolId}, environment 1`);
+  await waitForDrawing(page, "#large-agent");
 }
 
 const pictureNow = (page, selector) => page.locator(selector).first().evaluate((canvas) => canvas.toDataURL());
@@ -121,8 +104,7 @@ test("a long result fits a narrow window", async () => {
 
 test("an enlarged environment shows its newest step beside both views", async () => {
   const { pool, page, step } = await openPool("steps", 2);
-  await page.click("#mosaic button[title='Environment 1']");
-  await waitForText(page.locator("#large-title"), "pools/steps, environment 1");
+  await enlarge(page, "steps");
   const value = (name) => figure(page, "#large-step", name);
   await waitForText(value("Action"), "–");
   await step(NONE, 8);
@@ -145,17 +127,16 @@ test("an enlarged environment shows its newest step beside both views", async ()
 });
 
 test("values that the learner sends are drawn as a line and as bars", async () => {
-  // The client for Node.js sends none; the Python client does.
-  const { page } = await openPool("annotated", 2);
-  await page.click("#mosaic button[title='Environment 1']");
-  await waitForText(page.locator("#large-title"), "pools/annotated, environment 1");
+  const { pool, page } = await openPool("annotated", 2);
+  await enlarge(page, "annotated");
   assert(await page.locator("#large-annotations").isHidden());
-  const learner = spawn(process.env.PROCGEN_PYTHON ?? "python3", ["-c", ANNOTATING_LEARNER, server.address], { stdio: ["pipe", "inherit", "inherit"] });
-  const exited = once(learner, "exit");
   const line = page.locator(".annotation", { has: page.locator("h3", { hasText: /^value/ }) });
-  for (const value of ["0.1", "0.2", "0.3", "0.4", "0.5"]) {
-    learner.stdin.write("\n");
-    await waitForText(line.locator(".number").first(), value);
+  const equal = Array(15).fill(0.05);
+  const unequal = equal.map((probability, action) => (action === 7 ? 0.3 : probability));
+  for (const value of [0.1, 0.2, 0.3, 0.4, 0.5]) {
+    const annotations = { value: [9, value], action_probabilities: [equal, unequal] };
+    await pool.step([NONE, 7], { annotations });
+    await waitForText(line.locator(".number").first(), String(value));
   }
   await waitForText(line, "0.1 to 0.5 in the last 300 steps");
   assert.match(await line.locator("path").getAttribute("d"), /^M\d+ [\d.]+L\d+/);
@@ -164,6 +145,5 @@ test("values that the learner sends are drawn as a line and as bars", async () =
   assert.equal(await bars.locator("li").nth(7).textContent(), "RIGHT0.3");
   assert.equal(await bars.locator("li").nth(0).textContent(), "LEFT+DOWN0.05");
   await waitForText(page.locator("#large-step"), "RIGHT");
-  const [status] = await exited;
-  assert.equal(status, 0);
+  await pool.close();
 });

@@ -2,33 +2,26 @@
 
 import assert from "node:assert/strict";
 import { after, before, test } from "node:test";
-import { connect, DistributionMode } from "../../../../clients/node/dist/index.js";
 import { figure, waitForText, withBrowser } from "../browser.js";
-import { Server } from "../server.js";
+import { Pool, Server } from "../server.js";
 
 const ENV_COUNT = 16;
 const STEPS = 600;
 const ROWS = "#episode-rows tr";
 const it = withBrowser();
 let server;
-let client;
 before(async () => {
   server = await Server.start();
-  client = await connect(server.address);
   await playStarpilot("all", {});
-  await playStarpilot("train", { startLevel: 5, numLevels: 3 });
+  await playStarpilot("train", { start_level: 5, num_levels: 3 });
 });
-after(async () => {
-  client.close();
-  assert.equal(await server.stop(), 0);
-});
+after(async () => assert.equal(await server.stop(), 0));
 
 // Steps a pool, the same way each time, so that the page shows what has ended and no more.
 async function playStarpilot(poolId, options) {
-  const spec = { games: ["starpilot"], envCount: ENV_COUNT, options: { distributionMode: DistributionMode.EASY, randSeed: 3n, ...options } };
-  const pool = await client.createPool(spec, { poolId });
+  const pool = await Pool.open(server, ["starpilot"], ENV_COUNT, { pool_id: poolId, ...options });
   for (let step = 0; step < STEPS; step += 1) {
-    await pool.step(Int32Array.from({ length: ENV_COUNT }, (_, i) => (step % 3 ? 9 : (Math.floor(step / 20) * 7 + i * 5) % 9)));
+    await pool.step(Array.from({ length: ENV_COUNT }, (_, i) => (step % 3 ? 9 : (Math.floor(step / 20) * 7 + i * 5) % 9)));
   }
 }
 
@@ -95,12 +88,10 @@ test("every episode of the table can be replayed, also after its environment has
 
 test("rows say that the recording is gone when the server has no memory for it", async () => {
   const small = await Server.start("--episode_history_bytes_max=6000");
-  const itsClient = await connect(small.address);
   try {
-    const options = { distributionMode: DistributionMode.EASY, randSeed: 3n };
-    const pool = await itsClient.createPool({ games: ["maze"], envCount: 2, options }, { poolId: "small" });
+    const pool = await Pool.open(small, ["maze"], 2, { pool_id: "small" });
     for (let step = 1; step <= 2000; step += 1) {
-      await pool.step(Int32Array.of(step % 200 ? 4 : -1, step % 150 ? 4 : -1));
+      await pool.step([step % 200 ? 4 : -1, step % 150 ? 4 : -1]);
     }
     const page = await it.open(small.page("/?pool=pools%2Fsmall"));
     await page.waitForFunction((rows) => document.querySelectorAll(rows).length === 23, ROWS);
@@ -110,7 +101,6 @@ test("rows say that the recording is gone when the server has no memory for it",
     assert.deepEqual(recordings, recordings.map((_, index) => (index < kept ? "Replay" : "gone")));
     await waitForText(page.locator("#episodes-about"), /The recordings of the older ones are gone\.$/);
   } finally {
-    itsClient.close();
     assert.equal(await small.stop(), 0);
   }
 });

@@ -2,17 +2,17 @@
 
 import assert from "node:assert/strict";
 import { after, before, test } from "node:test";
-import { figure, waitForText, withBrowser } from "../browser.js";
+import { setTimeout as sleep } from "node:timers/promises";
+import { figure, waitForDrawing, waitForText, withBrowser } from "../browser.js";
 import { Learner, Server } from "../server.js";
 
 const FIRST = "#mosaic canvas >> nth=0";
-const ENV_COUNT = 2;
 const it = withBrowser();
 let server;
 let learner;
 before(async () => {
   server = await Server.start();
-  learner = await Learner.start(server, "paused", ["coinrun"], ENV_COUNT);
+  learner = await Learner.start(server, "paused", ["coinrun"], 2);
 });
 after(async () => {
   await learner.stop();
@@ -25,21 +25,18 @@ async function openPool() {
   return page;
 }
 
-// The number of steps of the pool, once it no longer changes.
+// The number of steps of the learner, once it no longer changes.
 async function settledSteps() {
-  for (let before = -1; ;) {
-    const { stepCount } = await learner.client.getPool("pools/paused");
-    if (stepCount === before) {
-      return Number(stepCount);
-    }
-    before = stepCount;
-    await new Promise((resolve) => { setTimeout(resolve, 300); });
+  for (let before = -1; before !== learner.stepCount;) {
+    before = learner.stepCount;
+    await sleep(300);
   }
+  return learner.stepCount;
 }
 
 async function waitForSteps(count) {
-  while (await settledSteps() < count) {
-    // The learner runs.
+  while (learner.stepCount < count) {
+    await sleep(20);
   }
 }
 
@@ -53,10 +50,12 @@ test("a paused learner waits, makes single steps, and continues when it is resum
   assert.equal(await other.locator("#pool-pause >> text=Next step").isVisible(), false);
   const steps = await settledSteps();
   await page.click("#pool-pause >> text=Next step");
-  assert.equal(await settledSteps(), steps + ENV_COUNT);
+  await waitForSteps(steps + 1);
+  assert.equal(await settledSteps(), steps + 1);
 
   // The enlarged view has the same buttons and shows each step.
   await page.click(FIRST);
+  await waitForDrawing(page, "#large-agent");
   const length = async () => Number(await figure(page, "#large-step", "Step").textContent());
   await page.click("#large-pause >> text=Next step");
   await page.waitForFunction(() => /\d/.test(document.querySelector("#large-step").textContent));
@@ -68,8 +67,8 @@ test("a paused learner waits, makes single steps, and continues when it is resum
   }, first);
   assert.equal(await length(), first + 1);
   await page.click("#large-pause >> text=Resume learner");
-  await waitForText(page.locator("#pool-state"), "A learner is attached");
-  await waitForSteps(steps + 20 * ENV_COUNT);
+  await waitForText(page.locator("#pool-state"), "running");
+  await waitForSteps(steps + 20);
 });
 
 test("a pause ends with its page, and when the page opens another pool", async () => {
@@ -80,7 +79,7 @@ test("a pause ends with its page, and when the page opens another pool", async (
     await waitForText(page.locator("#pool-state"), "Paused");
     const steps = await settledSteps();
     await leave(page);
-    await waitForSteps(steps + 20 * ENV_COUNT);
+    await waitForSteps(steps + 20);
   }
   await second.stop();
 });
@@ -95,5 +94,5 @@ test("a forgotten pause ends after ten minutes", async () => {
   const steps = await settledSteps();
   await page.clock.fastForward("10:01");
   await waitForText(page.locator("#notices"), "runs again");
-  await waitForSteps(steps + 20 * ENV_COUNT);
+  await waitForSteps(steps + 20);
 });

@@ -1,28 +1,39 @@
 // The table of pools.
 
 import assert from "node:assert/strict";
+import { spawn } from "node:child_process";
+import { once } from "node:events";
 import { after, before, test } from "node:test";
-import { connect, DistributionMode } from "../../../../clients/node/dist/index.js";
 import { waitForText, withBrowser } from "../browser.js";
-import { Learner, Server } from "../server.js";
+import { Learner, Pool, Server } from "../server.js";
 
 const POOL_COUNT = 43;
+// Makes the other pools, prints a line, and keeps them until its input ends.
+const MAKE_POOLS = `
+import sys
+import procgen_client
+client = procgen_client.Client(sys.argv[1])
+pools = [
+    client.create_pool("maze" if i % 2 else "heist", 1 + i % 5, distribution_mode="easy", pool_id=f"idle-{i}")
+    for i in range(1, ${POOL_COUNT})
+]
+print("ready", flush=True)
+sys.stdin.readline()
+`;
 const it = withBrowser();
 let server;
 let learner;
-let client;
+let maker;
 before(async () => {
   server = await Server.start();
   learner = await Learner.start(server, "trained", ["coinrun"], 4);
-  client = await connect(server.address);
-  for (let i = 1; i < POOL_COUNT; i += 1) {
-    await client.createPool({ games: [i % 2 ? "maze" : "heist"], envCount: 1 + i % 5, options: { distributionMode: DistributionMode.EASY } },
-      { poolId: `idle-${i}` });
-  }
-  await (await client.getPool("pools/idle-5")).renew(3600);
+  maker = spawn(process.env.PROCGEN_PYTHON, ["-c", MAKE_POOLS, server.address], { stdio: ["pipe", "pipe", "inherit"] });
+  await once(maker.stdout, "data");
 });
 after(async () => {
-  client.close();
+  const exited = once(maker, "exit");
+  maker.stdin.end();
+  await exited;
   await learner.stop();
   assert.equal(await server.stop(), 0);
 });
@@ -44,10 +55,9 @@ function row(page, name) {
 test("a pool with a learner comes first, and each row shows its state", async () => {
   const page = await openPools();
   await waitForText(page.locator("#pools-count"), `${POOL_COUNT} pools`);
-  await waitForText(row(page, "pools/trained"), "learner attached");
+  await waitForText(row(page, "pools/trained"), "running");
   await page.waitForFunction(() => document.querySelector("#pools a").textContent === "pools/trained");
   await waitForText(row(page, "pools/idle-7"), "never stepped");
-  await waitForText(row(page, "pools/idle-5"), /59 min/);
   await page.waitForFunction(() => document.querySelector("#pools .sparkline polyline").getAttribute("points") !== "");
 });
 
@@ -90,26 +100,10 @@ test("the pool of the URL is scrolled into view, and so in a narrow window", asy
   }
 });
 
-test("a pool is deleted after confirmation", async () => {
-  const page = await openPools("/?pool=pools%2Fidle-9");
-  await page.getByRole("button", { name: "Delete pools/idle-9", exact: true }).click();
-  await waitForText(page.locator("#delete-title"), "Delete pools/idle-9?");
-  await page.keyboard.press("Enter");
-  await page.locator("#delete").waitFor({ state: "hidden" });
-  assert.equal((await client.getPool("pools/idle-9")).name, "pools/idle-9", "Cancel has the focus");
-  await page.getByRole("button", { name: "Delete pools/idle-9", exact: true }).click();
-  await page.click("#delete-confirm");
-  await page.locator("#delete").waitFor({ state: "hidden" });
-  await row(page, "pools/idle-9").waitFor({ state: "detached" });
-  assert.equal(new URL(page.url()).search, "");
-  await assert.rejects(client.getPool("pools/idle-9"));
-});
-
-test("the error of a deletion is shown in its dialog", async () => {
+test("a pool leaves the table when its program closes it", async () => {
+  const pool = await Pool.open(server, ["maze"], 1, { pool_id: "short" });
   const page = await openPools();
-  await page.getByRole("button", { name: "Delete pools/idle-11", exact: true }).click();
-  await client.deletePool("pools/idle-11");
-  await page.click("#delete-confirm");
-  await waitForText(page.locator("#delete-problem"), /pools\/idle-11/);
-  await page.click("#delete-cancel");
+  await row(page, "pools/short").waitFor();
+  await pool.close();
+  await row(page, "pools/short").waitFor({ state: "detached" });
 });

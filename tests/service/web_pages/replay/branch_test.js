@@ -30,9 +30,9 @@ async function runPython(program) {
   const path = join(folder, "copied.py");
   await writeFile(path, `${program}
 import hashlib
-print(hashlib.sha256(observation.tobytes()).hexdigest(), *(f"{value:016x}" for value in batch.fingerprints))
+print(hashlib.sha256(observation.tobytes()).hexdigest(), *(f"{value:016x}" for value in batch.fingerprints[batch.ended]))
 `);
-  const { stdout } = await promisify(execFile)(process.env.PROCGEN_PYTHON, [path], { env: { ...process.env, PROCGEN_SERVER: server.address } });
+  const { stdout } = await promisify(execFile)(process.env.PROCGEN_PYTHON, [path]);
   const [digest, ...fingerprints] = stdout.trim().split("\n").at(-1).split(" ");
   return { digest, fingerprints };
 }
@@ -108,6 +108,15 @@ test("the program of a level in Python has the level's first observation, also w
   }
 });
 
+// Presses a key, which begins the level, and "." before the level runs by itself.
+function holdAndStep(page, key) {
+  return page.evaluate((code) => {
+    for (const pressed of [{ key: code, code }, { key: ".", code: "Period" }]) {
+      document.body.dispatchEvent(new KeyboardEvent("keydown", { ...pressed, bubbles: true }));
+    }
+  }, key);
+}
+
 test("a play continues a replay from a step, returns to it, and its trace has all steps", async () => {
   const page = await openReplay();
   await seek(page, 21);
@@ -124,8 +133,9 @@ test("a play continues a replay from a step, returns to it, and its trace has al
   // The same keys as in the replay reach the coin.
   const begin = page.locator("#message");
   await waitForText(begin, "Press an arrow key to begin.");
-  await page.keyboard.down("ArrowRight");
-  for (let next = 22; next <= COINRUN_1000_STEPS; next += 1) {
+  await holdAndStep(page, "ArrowRight");
+  await waitForText(step, /^22$/);
+  for (let next = 23; next <= COINRUN_1000_STEPS; next += 1) {
     await page.keyboard.press(".");
     await waitForText(step, new RegExp(`^${next}$`));
   }

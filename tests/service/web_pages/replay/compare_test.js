@@ -5,9 +5,8 @@ import { mkdtemp, rm } from "node:fs/promises";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
 import { after, before, test } from "node:test";
-import { connect, DistributionMode } from "../../../../clients/node/dist/index.js";
 import { figure, picture, waitForPicture, waitForText, withBrowser } from "../browser.js";
-import { Server } from "../server.js";
+import { Pool, Server } from "../server.js";
 
 const STEPS = 30;
 const DIFFERENT = 13;  // the step from which environment 1 acts differently
@@ -15,23 +14,18 @@ const [LEFT, NONE, RIGHT] = [1, 4, 7];
 
 const it = withBrowser();
 let server;
-let client;
-let pool;
 let folder;
 before(async () => {
   server = await Server.start();
   folder = await mkdtemp(join(tmpdir(), "procgen-web-"));
-  client = await connect(server.address);
   // Both environments play the same level.
-  const options = { distributionMode: DistributionMode.EASY, numLevels: 1, startLevel: 7, randSeed: 0n };
-  pool = await client.createPool({ games: ["coinrun"], envCount: 3, options }, { poolId: "two" });
+  const pool = await Pool.open(server, ["coinrun"], 3, { pool_id: "two", num_levels: 1, start_level: 7, rand_seed: 0 });
   for (let step = 1; step < STEPS; step += 1) {
-    await pool.step(Int32Array.of(RIGHT, step < DIFFERENT ? RIGHT : LEFT, NONE));
+    await pool.step([RIGHT, step < DIFFERENT ? RIGHT : LEFT, NONE]);
   }
-  await pool.step(Int32Array.of(-1, -1, NONE));
+  await pool.step([-1, -1, NONE]);
 });
 after(async () => {
-  client.close();
   await rm(folder, { recursive: true });
   assert.equal(await server.stop(), 0);
 });

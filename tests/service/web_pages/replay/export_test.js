@@ -3,10 +3,9 @@
 import assert from "node:assert/strict";
 import { readFile } from "node:fs/promises";
 import { after, before, test } from "node:test";
-import { connect, DistributionMode } from "../../../../clients/node/dist/index.js";
 import { figure, waitForText, withBrowser } from "../browser.js";
 import { decode, differenceFrom } from "../saved_images.js";
-import { Server } from "../server.js";
+import { Pool, Server } from "../server.js";
 
 const STEPS = 40;
 const STEPS_PER_SECOND = 15;
@@ -14,22 +13,16 @@ const SHOWN = 12;
 
 const it = withBrowser();
 let server;
-let client;
 let pool;
 before(async () => {
   server = await Server.start();
-  client = await connect(server.address);
-  const options = { distributionMode: DistributionMode.EASY, randSeed: 3n };
-  pool = await client.createPool({ games: ["starpilot"], envCount: 1, options });
+  pool = await Pool.open(server, ["starpilot"], 1);
   for (let step = 1; step < STEPS; step += 1) {
-    await pool.step(Int32Array.of(9));
+    await pool.step([9]);
   }
-  await pool.step(Int32Array.of(-1));
+  await pool.step([-1]);
 });
-after(async () => {
-  client.close();
-  assert.equal(await server.stop(), 0);
-});
+after(async () => assert.equal(await server.stop(), 0));
 
 async function openExport(options = {}) {
   const page = await it.open(server.page(`/replay?pool=${encodeURIComponent(pool.name)}&environment=0&step=${SHOWN}`), options);

@@ -2,9 +2,8 @@
 
 import assert from "node:assert/strict";
 import { after, before, beforeEach, test } from "node:test";
-import { connect, DistributionMode } from "../../../../clients/node/dist/index.js";
 import { figure, picture, waitForPicture, waitForText, withBrowser } from "../browser.js";
-import { Server } from "../server.js";
+import { Pool, Server } from "../server.js";
 
 const STEPS = 60;
 const RIGHT = 7;
@@ -12,24 +11,16 @@ const END = -1;
 
 const it = withBrowser();
 let server;
-let client;
 let pool;
-before(async () => {
-  server = await Server.start();
-  client = await connect(server.address);
-});
-after(async () => {
-  client.close();
-  assert.equal(await server.stop(), 0);
-});
+before(async () => { server = await Server.start(); });
+after(async () => assert.equal(await server.stop(), 0));
 // A pool whose environment 1 has ended an episode of 60 steps.
 beforeEach(async () => {
-  const options = { distributionMode: DistributionMode.EASY, randSeed: 3n };
-  pool = await client.createPool({ games: ["maze"], envCount: 2, options });
+  pool = await Pool.open(server, ["maze"], 2);
   for (let step = 1; step < STEPS; step += 1) {
-    await pool.step(Int32Array.of(4, step % 2 ? RIGHT : 1));
+    await pool.step([4, step % 2 ? RIGHT : 1]);
   }
-  await pool.step(Int32Array.of(4, END));
+  await pool.step([4, END]);
 });
 
 function waitForStep(page, step) {
@@ -141,8 +132,8 @@ test("a link stays valid when its environment ends another episode", async () =>
   const page = await openEpisode("environment=1&step=5");
   await waitForStep(page, 5);
   await waitForLink(page, 5);
-  await pool.step(Int32Array.of(4, RIGHT));
-  await pool.step(Int32Array.of(4, END));
+  await pool.step([4, RIGHT]);
+  await pool.step([4, END]);
   const other = await it.open(page.url());
   await waitForStep(other, 5);
 });
@@ -154,10 +145,10 @@ test("an episode that the server has no more is reported as gone, except in the 
   const link = page.url();
   // The list of the last 1,000 episodes has 500 of each environment.
   for (let ended = 0; ended < 1000; ended += 1) {
-    await pool.step(Int32Array.of(END, END));
+    await pool.step([END, END]);
   }
-  await pool.step(Int32Array.of(4, RIGHT));
-  await pool.step(Int32Array.of(4, END));
+  await pool.step([4, RIGHT]);
+  await pool.step([4, END]);
 
   const other = await it.open(link);
   await waitForText(other.locator("#wrong"), /The episode of this link is gone\. .* has no recording of episode [0-9a-f]{16}/i);

@@ -1,0 +1,387 @@
+#include "clients/c/procgen_remote.h"
+
+#include <algorithm>
+#include <atomic>
+#include <chrono>
+#include <cstdlib>
+#include <memory>
+#include <mutex>
+#include <new>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "absl/strings/str_cat.h"
+#include "clients/c/call_guard.h"
+#include "clients/c/conversion.h"
+#include "procgen_client/client.h"
+#include "procgen_client/remote_pool.h"
+#include "procgen_client/run/recovering_stream.h"
+#include "procgen_client/servers.h"
+#include "procgen_client/sharded_pool.h"
+
+namespace procgen_client {
+
+// What a connection shares with its calls, pools and watches, which may outlive it.
+struct ConnectionState {
+  std::atomic<bool> is_closed = false;
+  int (*is_cancelled)(void* context) = nullptr;
+  void* context = nullptr;
+
+  bool Check() const {
+    return is_closed || (is_cancelled != nullptr && is_cancelled(context) != 0);
+  }
+
+  // Adds the stream of a pool, which Close ends.
+  void Add(const std::weak_ptr<RecoveringStream>& stream) {
+    const std::lock_guard lock(mutex);
+    streams.erase(std::remove_if(streams.begin(), streams.end(),
+                                 [](const auto& each) { return each.expired(); }),
+                  streams.end());
+    streams.push_back(stream);
+  }
+
+  void Close() {
+    is_closed = true;
+    const std::lock_guard lock(mutex);
+    for (const std::weak_ptr<RecoveringStream>& each : streams) {
+      if (const std::shared_ptr<RecoveringStream> stream = each.lock()) {
+        stream->Cancel();
+      }
+    }
+  }
+
+  std::mutex mutex;
+  std::vector<std::weak_ptr<RecoveringStream>> streams;  // under mutex
+};
+
+namespace {
+
+// The process that has connected; 0: none. gRPC does not work in its forks.
+std::atomic<pid_t> connected_process = 0;
+
+procgen::Status CheckProcess() {
+  const pid_t process = getpid();
+  pid_t connected = 0;
+  if (connected_process.compare_exchange_strong(connected, process) || connected == process) {
+    return procgen::OkStatus();
+  }
+  return procgen::FailedPreconditionError(absl::StrCat(
+      "this process, ", process, ", was forked from process ", connected,
+      ", which has connections to servers: start it with spawn or forkserver in place of fork"));
+}
+
+procgen::Status StatusOf(const absl::Status& status) { return {status.code(), status.message()}; }
+
+procgen::Status ClosedError() {
+  return {absl::StatusCode::kCancelled, "the connection was closed by this client"};
+}
+
+std::string TextOf(const char* text) { return text == nullptr ? "" : text; }
+
+absl::string_view MessageOf(const uint8_t* message, size_t size) {
+  return {reinterpret_cast<const char*>(message), size};
+}
+
+void CopyOut(const std::string& message, uint8_t** memory, size_t* size) {
+  auto* const copy = static_cast<uint8_t*>(std::malloc(std::max<size_t>(message.size(), 1)));
+  if (copy == nullptr) {
+    throw std::bad_alloc();
+  }
+  std::copy(message.begin(), message.end(), copy);
+  *memory = copy;
+  *size = message.size();
+}
+
+ProcgenConnectOptions DefaultConnectOptions() {
+  ProcgenConnectOptions options = {};
+  options.struct_size = sizeof(options);
+  options.timeout_s = -1;
+  options.call_timeout_s = -1;
+  options.reconnect_timeout_s = 60;
+  return options;
+}
+
+ConnectOptions ConnectOptionsOf(const ProcgenConnectOptions& options,
+                                const std::shared_ptr<ConnectionState>& state) {
+  ConnectOptions result;
+  if (options.timeout_s >= 0) {
+    result.timeout = absl::Seconds(options.timeout_s);
+  }
+  if (options.call_timeout_s >= 0) {
+    result.call_timeout = absl::Seconds(options.call_timeout_s);
+  }
+  result.credentials = Credentials{.ca = TextOf(options.ca),
+                                   .certificate = TextOf(options.certificate),
+                                   .key = TextOf(options.key),
+                                   .token = TextOf(options.token),
+                                   .token_in_plain_text = options.token_in_plain_text != 0};
+  result.is_cancelled = [state] { return state->Check(); };
+  return result;
+}
+
+}  // namespace
+}  // namespace procgen_client
+
+struct ProcgenConnection {
+  std::shared_ptr<procgen_client::ConnectionState> state;
+  std::shared_ptr<procgen_client::Servers> servers;  // first() for calls and watches
+  double reconnect_timeout_s = 0;
+  procgen_client::ProcessOwner owner = {};
+};
+
+struct ProcgenWatch {
+  std::shared_ptr<procgen_client::ConnectionState> state;
+  std::unique_ptr<procgen_client::MessageWatch> watch;
+  procgen_client::ProcessOwner owner = {};
+};
+
+namespace procgen_client {
+namespace {
+
+procgen::Status Connect(const char* address, const ProcgenConnectOptions& options,
+                        ProcgenConnection** connection) {
+  if (!(options.reconnect_timeout_s >= 0)) {
+    return procgen::InvalidArgumentError(absl::StrCat(
+        "reconnect_timeout_s is ", options.reconnect_timeout_s, ", must be at least 0"));
+  }
+  if (procgen::Status status = CheckProcess(); !status.ok()) {
+    return status;
+  }
+  auto state = std::make_shared<ConnectionState>();
+  state->is_cancelled = options.is_cancelled;
+  state->context = options.context;
+  absl::StatusOr<std::shared_ptr<Servers>> servers =
+      Servers::Connect(address, ConnectOptionsOf(options, state));
+  if (!servers.ok()) {
+    return StatusOf(servers.status());
+  }
+  *connection = new ProcgenConnection{.state = std::move(state),
+                                      .servers = *std::move(servers),
+                                      .reconnect_timeout_s = options.reconnect_timeout_s};
+  return procgen::OkStatus();
+}
+
+// As Guard, for functions of an open connection.
+template <typename Body>
+ProcgenCode GuardConnection(const ProcgenConnection* connection, const Body& body) noexcept {
+  return Guard([&]() -> procgen::Status {
+    procgen::Status status = CheckNotNull(connection, "connection");
+    if (status.ok()) {
+      status = connection->owner.Check("connection");
+    }
+    if (status.ok() && connection->state->is_closed) {
+      status = ClosedError();
+    }
+    return status.ok() ? body() : status;
+  });
+}
+
+procgen::Status CheckRequest(const char* path, const uint8_t* request, size_t request_size) {
+  if (path != nullptr && path[0] != '/') {
+    return procgen::InvalidArgumentError(
+        absl::StrCat("path is ", path, ", must be one as /procgen.v1.PoolService/GetPool"));
+  }
+  return FirstError(
+      {CheckNotNull(path, "path"),
+       CheckArray(request, "request", static_cast<int64_t>(request_size), "request_size")});
+}
+
+procgen::Status CreatePoolOn(const ProcgenConnection& connection, const ProcgenPoolOptions& given,
+                             const ProcgenServerPoolOptions& server_options, ProcgenPool** pool) {
+  const ProcgenPoolOptions options = Complete(given, DefaultPoolOptions());
+  if (!TextOf(options.art).empty()) {
+    return procgen::InvalidArgumentError(
+        absl::StrCat("art is ", options.art, ", must be null: a server draws with its own art"));
+  }
+  if (server_options.encoding != PROCGEN_RAW && server_options.encoding != PROCGEN_DELTA_ZSTD) {
+    return procgen::InvalidArgumentError(absl::StrCat("encoding is ", server_options.encoding,
+                                                      ", must be one of ", PROCGEN_RAW, ", ",
+                                                      PROCGEN_DELTA_ZSTD));
+  }
+  const auto pool_options = PoolOptionsOf(options);
+  if (!pool_options.ok()) {
+    return pool_options.status();
+  }
+  RemotePoolOptions remote;
+  remote.pool_id = TextOf(server_options.pool_id);
+  remote.encoding = server_options.encoding == PROCGEN_RAW ? procgen::v1::ENCODING_RAW
+                                                           : procgen::v1::ENCODING_DELTA_ZSTD;
+  remote.recovery.reconnect_timeout = absl::Seconds(connection.reconnect_timeout_s);
+  remote.is_cancelled = [state = connection.state] { return state->Check(); };
+  if (connection.servers->is_single()) {
+    auto created = RemotePool::Create(connection.servers->first(), *pool_options, remote);
+    if (!created.ok()) {
+      return created.status();
+    }
+    connection.state->Add((*created)->stream());
+    *pool = new ProcgenPool{.pool = *std::move(created)};
+    return procgen::OkStatus();
+  }
+  auto created = ShardedPool::Create(connection.servers, *pool_options, remote);
+  if (!created.ok()) {
+    return created.status();
+  }
+  for (const std::weak_ptr<RecoveringStream>& stream : (*created)->streams()) {
+    connection.state->Add(stream);
+  }
+  *pool = new ProcgenPool{.pool = *std::move(created)};
+  return procgen::OkStatus();
+}
+
+procgen::Status Next(ProcgenWatch& watch, double timeout_s, std::string* message) {
+  const auto begin = std::chrono::steady_clock::now();
+  const double interval_s = absl::ToDoubleSeconds(kCancellationInterval);
+  while (true) {
+    const std::chrono::duration<double> waited = std::chrono::steady_clock::now() - begin;
+    const double left_s = timeout_s < 0 ? interval_s : std::max(timeout_s - waited.count(), 0.0);
+    auto next = watch.watch->Next(std::chrono::duration<double>(std::min(left_s, interval_s)));
+    if (!next.ok()) {
+      return StatusOf(next.status());
+    }
+    if (watch.state->is_closed) {
+      return ClosedError();
+    }
+    if (next->has_value()) {
+      *message = **std::move(next);
+      return procgen::OkStatus();
+    }
+    if (left_s < interval_s) {
+      return procgen::DeadlineExceededError("no message has arrived since the last");
+    }
+    if (watch.state->Check()) {
+      return {absl::StatusCode::kCancelled, "the wait for the server was cancelled"};
+    }
+  }
+}
+
+}  // namespace
+}  // namespace procgen_client
+
+ProcgenCode procgen_connect(const char* address, const ProcgenConnectOptions* options,
+                            ProcgenConnection** connection) {
+  return procgen_client::Guard([&]() -> procgen::Status {
+    const ProcgenConnectOptions defaults = procgen_client::DefaultConnectOptions();
+    const ProcgenConnectOptions* const given = options == nullptr ? &defaults : options;
+    if (procgen::Status status =
+            procgen_client::FirstError({procgen_client::CheckNotNull(address, "address"),
+                                        procgen_client::CheckStruct(given, "options"),
+                                        procgen_client::CheckNotNull(connection, "connection")});
+        !status.ok()) {
+      return status;
+    }
+    return procgen_client::Connect(address, procgen_client::Complete(*given, defaults), connection);
+  });
+}
+
+void procgen_connection_close(ProcgenConnection* connection) {
+  if (connection != nullptr && connection->owner.is_this_process()) {
+    connection->state->Close();
+  }
+}
+
+void procgen_connection_destroy(ProcgenConnection* connection) {
+  if (connection != nullptr && connection->owner.is_this_process()) {
+    procgen_connection_close(connection);
+    delete connection;
+  }
+}
+
+ProcgenCode procgen_connection_call(ProcgenConnection* connection, const char* path,
+                                    const uint8_t* request, size_t request_size, uint8_t** response,
+                                    size_t* response_size) {
+  return procgen_client::GuardConnection(connection, [&]() -> procgen::Status {
+    if (procgen::Status status = procgen_client::FirstError(
+            {procgen_client::CheckRequest(path, request, request_size),
+             procgen_client::CheckNotNull(response, "response"),
+             procgen_client::CheckNotNull(response_size, "response_size")});
+        !status.ok()) {
+      return status;
+    }
+    const auto answer =
+        connection->servers->first()->Call(path, procgen_client::MessageOf(request, request_size));
+    if (!answer.ok()) {
+      return procgen_client::StatusOf(answer.status());
+    }
+    procgen_client::CopyOut(*answer, response, response_size);
+    return procgen::OkStatus();
+  });
+}
+
+void procgen_free(void* memory) { std::free(memory); }
+
+ProcgenCode procgen_connection_watch(ProcgenConnection* connection, const char* path,
+                                     const uint8_t* request, size_t request_size,
+                                     ProcgenWatch** watch) {
+  return procgen_client::GuardConnection(connection, [&]() -> procgen::Status {
+    if (procgen::Status status =
+            procgen_client::FirstError({procgen_client::CheckRequest(path, request, request_size),
+                                        procgen_client::CheckNotNull(watch, "watch")});
+        !status.ok()) {
+      return status;
+    }
+    *watch = new ProcgenWatch{.state = connection->state,
+                              .watch = connection->servers->first()->WatchMessages(
+                                  path, procgen_client::MessageOf(request, request_size))};
+    return procgen::OkStatus();
+  });
+}
+
+ProcgenCode procgen_watch_next(ProcgenWatch* watch, double timeout_s, uint8_t** message,
+                               size_t* size) {
+  return procgen_client::Guard([&]() -> procgen::Status {
+    if (procgen::Status status =
+            procgen_client::FirstError({procgen_client::CheckNotNull(watch, "watch"),
+                                        procgen_client::CheckNotNull(message, "message"),
+                                        procgen_client::CheckNotNull(size, "size")});
+        !status.ok()) {
+      return status;
+    }
+    procgen::Status status = watch->owner.Check("watch");
+    std::string next;
+    if (status.ok()) {
+      status = procgen_client::Next(*watch, timeout_s, &next);
+    }
+    if (status.ok()) {
+      procgen_client::CopyOut(next, message, size);
+    }
+    return status;
+  });
+}
+
+void procgen_watch_stop(ProcgenWatch* watch) {
+  if (watch != nullptr && watch->owner.is_this_process()) {
+    watch->watch->Stop();
+  }
+}
+
+void procgen_watch_destroy(ProcgenWatch* watch) {
+  if (watch != nullptr && watch->owner.is_this_process()) {
+    delete watch;
+  }
+}
+
+ProcgenCode procgen_connection_create_pool(ProcgenConnection* connection,
+                                           const ProcgenPoolOptions* options,
+                                           const ProcgenServerPoolOptions* server_options,
+                                           ProcgenPool** pool) {
+  return procgen_client::GuardConnection(connection, [&]() -> procgen::Status {
+    ProcgenServerPoolOptions defaults = {};
+    defaults.struct_size = sizeof(defaults);
+    const ProcgenServerPoolOptions* const given =
+        server_options == nullptr ? &defaults : server_options;
+    if (procgen::Status status =
+            procgen_client::FirstError({procgen_client::CheckStruct(options, "options"),
+                                        procgen_client::CheckStruct(given, "server_options"),
+                                        procgen_client::CheckNotNull(pool, "pool")});
+        !status.ok()) {
+      return status;
+    }
+    return procgen_client::CreatePoolOn(*connection, *options,
+                                        procgen_client::Complete(*given, defaults), pool);
+  });
+}
+
+const char* procgen_pool_name(const ProcgenPool* pool) {
+  return pool == nullptr ? "" : pool->pool->name().c_str();
+}

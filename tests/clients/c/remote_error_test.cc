@@ -1,0 +1,195 @@
+// Bad input to pools on servers is a code and a message, and the pool continues.
+
+#include <algorithm>
+#include <cstdint>
+#include <fstream>
+#include <string>
+#include <vector>
+
+#include "gmock/gmock.h"
+#include "gtest/gtest.h"
+#include "tests/clients/c/remote_fixture.h"
+#include "tests/temporary_folder.h"
+
+namespace procgen {
+namespace {
+
+using testing::Each;
+using testing::HasSubstr;
+
+class RemoteErrorTest : public RemoteTest {
+ protected:
+  // Creates a pool, which fails with `code`; returns the message.
+  static std::string CreateError(const CConnection& connection, const ProcgenPoolOptions& options,
+                                 ProcgenCode code, const char* pool_id = nullptr,
+                                 int32_t encoding = PROCGEN_RAW) {
+    const ProcgenServerPoolOptions server_options = {
+        .struct_size = sizeof(server_options), .pool_id = pool_id, .encoding = encoding};
+    ProcgenPool* pool = nullptr;
+    EXPECT_EQ(procgen_connection_create_pool(connection.get(), &options, &server_options, &pool),
+              code);
+    EXPECT_EQ(pool, nullptr);
+    return procgen_error_message();
+  }
+
+  static ProcgenCode Step(const CPool& pool, const ProcgenStep& step, BatchBuffers& buffers) {
+    const ProcgenBatch batch = BatchIn(buffers);
+    return procgen_step(pool.get(), &step, &batch);
+  }
+};
+
+TEST_F(RemoteErrorTest, ABadOptionIsNamed) {
+  const CConnection connection = Connected();
+  EXPECT_THAT(CreateError(connection, COptions("pong"), PROCGEN_NOT_FOUND), HasSubstr("pong"));
+  EXPECT_THAT(CreateError(connection, COptions("maze", 0), PROCGEN_INVALID_ARGUMENT),
+              HasSubstr("env_count is 0"));
+  COptions options("maze");
+  options.art = "/some/folder";
+  EXPECT_THAT(CreateError(connection, options, PROCGEN_INVALID_ARGUMENT),
+              HasSubstr("art is /some/folder, must be null"));
+  options.art = nullptr;
+  EXPECT_THAT(CreateError(connection, options, PROCGEN_INVALID_ARGUMENT, nullptr, 2),
+              HasSubstr("encoding is 2, must be one of 0, 1"));
+  EXPECT_THAT(CreateError(connection, options, PROCGEN_INVALID_ARGUMENT, "A b"), HasSubstr("A b"));
+}
+
+TEST_F(RemoteErrorTest, APoolIdIsTakenOnce) {
+  const CConnection connection = Connected();
+  const COptions options("maze");
+  const ProcgenServerPoolOptions named = {
+      .struct_size = sizeof(named), .pool_id = "mine", .encoding = PROCGEN_RAW};
+  ProcgenPool* pool = nullptr;
+  ASSERT_EQ(procgen_connection_create_pool(connection.get(), &options, &named, &pool), PROCGEN_OK);
+  EXPECT_STREQ(procgen_pool_name(pool), "pools/mine");
+  EXPECT_THAT(CreateError(connection, options, PROCGEN_ALREADY_EXISTS, "mine"), HasSubstr("mine"));
+  procgen_pool_destroy(pool);
+  ASSERT_EQ(procgen_connection_create_pool(connection.get(), &options, &named, &pool), PROCGEN_OK)
+      << "destroying deletes: " << procgen_error_message();
+  procgen_pool_destroy(pool);
+}
+
+TEST_F(RemoteErrorTest, NoServerAndWrongAddressesAreErrors) {
+  ProcgenConnection* connection = nullptr;
+  EXPECT_EQ(procgen_connect("127.0.0.1:1", nullptr, &connection), PROCGEN_UNAVAILABLE);
+  EXPECT_STREQ(procgen_error_message(), "no server listens at 127.0.0.1:1: Connection refused");
+  EXPECT_EQ(procgen_connect("nowhere", nullptr, &connection), PROCGEN_INVALID_ARGUMENT);
+  EXPECT_EQ(procgen_connect(nullptr, nullptr, &connection), PROCGEN_INVALID_ARGUMENT);
+  EXPECT_STREQ(procgen_error_message(), "address is null");
+  ProcgenConnectOptions options = ConnectOptionsOf(-1);
+  EXPECT_EQ(procgen_connect("127.0.0.1:1", &options, &connection), PROCGEN_INVALID_ARGUMENT);
+  EXPECT_STREQ(procgen_error_message(), "reconnect_timeout_s is -1, must be at least 0");
+  options.struct_size = 0;
+  EXPECT_EQ(procgen_connect("127.0.0.1:1", &options, &connection), PROCGEN_INVALID_ARGUMENT);
+  options = ConnectOptionsOf();
+  options.certificate = "a certificate";
+  EXPECT_EQ(procgen_connect("127.0.0.1:1", &options, &connection), PROCGEN_INVALID_ARGUMENT);
+  EXPECT_EQ(connection, nullptr);
+}
+
+TEST_F(RemoteErrorTest, AnUnknownTokenIsUnauthenticated) {
+  const TemporaryFolder folder;
+  std::ofstream(folder.At("tokens")) << "alice 0123456789abcdef-alice\n";
+  ServerOptions server_options;
+  server_options.tokens = *TokenFile::Open(folder.At("tokens"));
+  Start(server_options);
+  ProcgenConnectOptions options = ConnectOptionsOf();
+  options.token = "0123456789abcdef-mallory";
+  CreateError(Connected(options), COptions("maze"), PROCGEN_UNAUTHENTICATED);
+  options.token = nullptr;
+  CreateError(Connected(options), COptions("maze"), PROCGEN_UNAUTHENTICATED);
+  options.token = "0123456789abcdef-alice";
+  const CConnection connection = Connected(options);
+  EXPECT_THAT(Steps(MadeOn(connection, COptions("maze")).get(), 4, 0, 2), testing::SizeIs(2));
+}
+
+TEST_F(RemoteErrorTest, AWrongRequestIsRejectedBeforeItIsSent) {
+  const CConnection connection = Connected();
+  const CPool pool = MadeOn(connection, COptions("maze"));
+  BatchBuffers buffers(4);
+  const BatchBuffers untouched = buffers;
+  const std::vector<int32_t> wrong = {4, 15, 4, 4};
+  EXPECT_EQ(Step(pool, StepOf(wrong), buffers), PROCGEN_INVALID_ARGUMENT);
+  EXPECT_THAT(procgen_error_message(), HasSubstr("action 15 of environment 1 is not in [-1, 14]"));
+  const std::vector<int32_t> actions(4, 4);
+  EXPECT_EQ(Step(pool, StepOf(actions, 1), buffers), PROCGEN_INVALID_ARGUMENT);
+  EXPECT_THAT(procgen_error_message(), HasSubstr("the slice is 4 environments from 1"));
+  ProcgenStep step = StepOf(actions);
+  step.annotation_count = 1;
+  EXPECT_EQ(Step(pool, step, buffers), PROCGEN_INVALID_ARGUMENT);
+  EXPECT_STREQ(procgen_error_message(), "annotations is null, its length is 1");
+  std::vector<uint8_t> frame(64);
+  EXPECT_EQ(procgen_render(pool.get(), 0, 0, 0, frame.data()), PROCGEN_INVALID_ARGUMENT);
+  EXPECT_STREQ(procgen_error_message(), "size_px is 0, must be in [16, 2048]");
+  EXPECT_EQ(procgen_unanswered_count(pool.get()), 0);
+  EXPECT_EQ(buffers, untouched);
+}
+
+TEST_F(RemoteErrorTest, ARequestThatTheServerRejectsChangesNothing) {
+  const CConnection connection = Connected();
+  const CPool pool = MadeOn(connection, COptions("maze"), PROCGEN_DELTA_ZSTD);
+  BatchBuffers buffers(4);
+  const std::vector<int32_t> actions(4, 4);
+  const std::vector<float> values(8);
+  const ProcgenAnnotation annotation = {.name = "a*b", .values = values.data(), .value_count = 2};
+  ProcgenStep step = StepOf(actions);
+  step.annotations = &annotation;
+  step.annotation_count = 1;
+  EXPECT_EQ(Step(pool, step, buffers), PROCGEN_INVALID_ARGUMENT);
+  EXPECT_THAT(procgen_error_message(), HasSubstr("a*b"));
+  EXPECT_EQ(Steps(pool.get(), 4, 0, 20), Steps(Made(COptions("maze")).get(), 4, 0, 20));
+  const int32_t source = 0;
+  const int32_t target = 9;
+  EXPECT_EQ(procgen_clone_states(pool.get(), &source, &target, 1), PROCGEN_INVALID_ARGUMENT);
+  const std::string damaged = "no snapshot";
+  const size_t offsets[] = {0, damaged.size()};
+  EXPECT_EQ(procgen_restore_states(pool.get(), &source, 1,
+                                   reinterpret_cast<const uint8_t*>(damaged.data()), offsets),
+            PROCGEN_DATA_LOSS);
+  EXPECT_EQ(Step(pool, StepOf(actions), buffers), PROCGEN_OK);
+}
+
+TEST_F(RemoteErrorTest, AnErrorAnswersItsOwnRequestOnly) {
+  COptions options("maze");
+  options.autoreset_mode = PROCGEN_DISABLED;
+  const CConnection connection = Connected();
+  const CPool pool = MadeOn(connection, options, PROCGEN_DELTA_ZSTD);
+  BatchBuffers buffers(4);
+  const ProcgenBatch batch = BatchIn(buffers);
+  const std::vector<int32_t> ends(4, -1);
+  const ProcgenStep step = StepOf(ends);
+  for (int i = 0; i < 3; ++i) {
+    ASSERT_EQ(procgen_send_step(pool.get(), &step, &batch), PROCGEN_OK);
+  }
+  ASSERT_EQ(procgen_send_observe(pool.get(), 0, 4, &batch), PROCGEN_OK);
+  EXPECT_EQ(procgen_receive(pool.get(), -1), PROCGEN_OK);
+  EXPECT_EQ(procgen_receive(pool.get(), -1), PROCGEN_FAILED_PRECONDITION);
+  EXPECT_THAT(procgen_error_message(), HasSubstr("reset"));
+  EXPECT_EQ(procgen_receive(pool.get(), 10), PROCGEN_FAILED_PRECONDITION);
+  EXPECT_EQ(procgen_unanswered_count(pool.get()), 1);
+  std::fill(buffers.terminated.begin(), buffers.terminated.end(), 0);
+  EXPECT_EQ(procgen_receive(pool.get(), -1), PROCGEN_OK) << procgen_error_message();
+  EXPECT_THAT(buffers.terminated, Each(1));
+  EXPECT_EQ(procgen_receive(pool.get(), -1), PROCGEN_FAILED_PRECONDITION);
+}
+
+TEST_F(RemoteErrorTest, OnlyAnIdlePoolIsSteppedSavedOrDrawn) {
+  const CConnection connection = Connected();
+  const CPool pool = MadeOn(connection, COptions("maze"));
+  BatchBuffers buffers(4);
+  const ProcgenBatch batch = BatchIn(buffers);
+  for (int i = 0; i < 16; ++i) {
+    ASSERT_EQ(procgen_send_observe(pool.get(), 0, 4, &batch), PROCGEN_OK);
+  }
+  EXPECT_EQ(procgen_send_observe(pool.get(), 0, 4, &batch), PROCGEN_FAILED_PRECONDITION);
+  EXPECT_THAT(procgen_error_message(), HasSubstr("16 requests are unanswered, at most 16"));
+  EXPECT_EQ(procgen_observe(pool.get(), 0, 4, &batch), PROCGEN_FAILED_PRECONDITION);
+  std::vector<uint8_t> frame(size_t{64} * 64 * 3);
+  EXPECT_EQ(procgen_render(pool.get(), 0, 64, 0, frame.data()), PROCGEN_FAILED_PRECONDITION);
+  for (int i = 0; i < 16; ++i) {
+    EXPECT_EQ(procgen_receive(pool.get(), -1), PROCGEN_OK);
+  }
+  EXPECT_EQ(procgen_render(pool.get(), 0, 64, 0, frame.data()), PROCGEN_OK);
+}
+
+}  // namespace
+}  // namespace procgen

@@ -1,0 +1,135 @@
+#include "server/pool/episodes/recent_episodes.h"
+
+#include <optional>
+
+#include "gtest/gtest.h"
+
+namespace procgen {
+namespace {
+
+EndedEpisode EpisodeOf(int32_t i) {
+  EndedEpisode episode;
+  episode.environment = i;
+  episode.total_reward = static_cast<float>(i);
+  episode.length = 2 * i;
+  return episode;
+}
+
+TEST(RecentEpisodesTest, WithoutEpisodesStatisticsAreZero) {
+  ByteBudget bytes(0);
+  const RecentEpisodes episodes(&bytes);
+  const RecentEpisodes::Summary none = episodes.Read();
+  EXPECT_EQ(none.count, 0);
+  EXPECT_EQ(none.mean_return, 0);
+  EXPECT_EQ(none.mean_length, 0);
+  EXPECT_EQ(episodes.ReadReturnSpread().deviation, 0);
+  EXPECT_TRUE(episodes.ReadList(0).episodes.empty());
+}
+
+TEST(RecentEpisodesTest, StatisticsCoverTheLastHundred) {
+  ByteBudget bytes(0);
+  RecentEpisodes episodes(&bytes);
+  for (int32_t i = 0; i < 150; ++i) {
+    episodes.Add(EpisodeOf(i), std::nullopt);
+  }
+  const RecentEpisodes::Summary summary = episodes.Read();
+  EXPECT_EQ(summary.count, 150);
+  EXPECT_FLOAT_EQ(summary.mean_return, 99.5);  // of 50 to 149
+  EXPECT_FLOAT_EQ(summary.mean_length, 199);
+  const RecentEpisodes::ReturnSpread spread = episodes.ReadReturnSpread();
+  EXPECT_EQ(spread.min, 50);
+  EXPECT_EQ(spread.max, 149);
+  EXPECT_NEAR(spread.deviation, 28.866, 0.001);  // sqrt((100^2 - 1) / 12)
+}
+
+TEST(RecentEpisodesTest, ListHasTheLastThousandOldestFirst) {
+  ByteBudget bytes(0);
+  RecentEpisodes episodes(&bytes);
+  for (int32_t i = 0; i < 2500; ++i) {
+    episodes.Add(EpisodeOf(i), std::nullopt);
+  }
+  const RecentEpisodes::List all = episodes.ReadList(0);
+  EXPECT_EQ(all.count, 2500);
+  ASSERT_EQ(all.episodes.size(), 1000U);
+  EXPECT_EQ(all.episodes.front().environment, 1500);
+  EXPECT_EQ(all.episodes.back().environment, 2499);
+  EXPECT_EQ(episodes.Read().mean_return, 2449.5);
+}
+
+TEST(RecentEpisodesTest, ListSkipsEpisodesThatTheReaderHas) {
+  ByteBudget bytes(0);
+  RecentEpisodes episodes(&bytes);
+  for (int32_t i = 0; i < 5; ++i) {
+    episodes.Add(EpisodeOf(i), std::nullopt);
+  }
+  const RecentEpisodes::List rest = episodes.ReadList(3);
+  EXPECT_EQ(rest.count, 5);
+  ASSERT_EQ(rest.episodes.size(), 2U);
+  EXPECT_EQ(rest.episodes.front().environment, 3);
+  EXPECT_TRUE(episodes.ReadList(5).episodes.empty());
+  EXPECT_TRUE(episodes.ReadList(9).episodes.empty());
+}
+
+// A recording of `bytes` bytes and `steps` steps.
+EpisodeRecording RecordingOf(int64_t bytes, int32_t steps) {
+  EpisodeRecording recording;
+  recording.Reallocate(bytes);
+  for (int32_t i = 0; i < steps; ++i) {
+    recording.AddStep(/*action=*/4, /*count=*/1, /*reward=*/0);
+  }
+  return recording;
+}
+
+EndedEpisode EpisodeWith(uint64_t fingerprint) {
+  EndedEpisode episode;
+  episode.environment = 3;
+  episode.fingerprint = fingerprint;
+  return episode;
+}
+
+TEST(RecentEpisodesTest, RecordingsAreFoundByFingerprint) {
+  ByteBudget bytes(1 << 20);
+  {
+    RecentEpisodes episodes(&bytes);
+    for (uint64_t i = 1; i <= 1005; ++i) {
+      episodes.Add(EpisodeWith(i), RecordingOf(64, static_cast<int32_t>(i % 40)));
+    }
+    EXPECT_EQ(episodes.ReadList(0).recorded_count, 1000);
+    EXPECT_EQ(episodes.Find(3, 5), std::nullopt) << "no longer in the list";
+    ASSERT_NE(episodes.Find(3, 6), std::nullopt);
+    EXPECT_EQ(episodes.Find(3, 6)->Decode().actions.size(), 6U);
+    EXPECT_EQ(episodes.Find(3, 1005)->Decode().actions.size(), 5U);
+    EXPECT_EQ(episodes.Find(4, 6), std::nullopt) << "of another environment";
+    EXPECT_GE(bytes.reserved_bytes(), 64'000);
+  }
+  EXPECT_EQ(bytes.reserved_bytes(), 0);
+}
+
+TEST(RecentEpisodesTest, OldestRecordingsAreDroppedForNewOnes) {
+  ByteBudget bytes(64 << 20);
+  RecentEpisodes episodes(&bytes);
+  for (uint64_t i = 1; i <= 10; ++i) {
+    episodes.Add(EpisodeWith(i), RecordingOf(1 << 20, 1));
+  }
+  EXPECT_EQ(episodes.ReadList(0).recorded_count, 3) << "of 1 MiB each, of at most 4 MiB";
+  EXPECT_EQ(episodes.ReadList(0).episodes.size(), 10U);
+  EXPECT_EQ(episodes.Find(3, 7), std::nullopt);
+  EXPECT_NE(episodes.Find(3, 8), std::nullopt);
+}
+
+TEST(RecentEpisodesTest, RecordingsTakeHalfOfTheBudget) {
+  ByteBudget bytes(20'000);
+  RecentEpisodes episodes(&bytes);
+  for (uint64_t i = 1; i <= 100; ++i) {
+    episodes.Add(EpisodeWith(i), RecordingOf(1000, 1));
+  }
+  EXPECT_LE(bytes.reserved_bytes(), 10'000);
+  EXPECT_GE(episodes.ReadList(0).recorded_count, 7);
+  bytes.Change(0, 9'500);  // for something else
+  episodes.Add(EpisodeWith(101), RecordingOf(1000, 1));
+  EXPECT_EQ(episodes.ReadList(0).recorded_count, 0);
+  EXPECT_EQ(episodes.ReadList(0).count, 101);
+}
+
+}  // namespace
+}  // namespace procgen

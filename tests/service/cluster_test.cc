@@ -1,0 +1,269 @@
+// Cluster discovery: server processes, observed over gRPC.
+
+#include <unistd.h>
+
+#include <csignal>
+#include <functional>
+#include <memory>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "absl/hash/hash.h"
+#include "absl/strings/str_cat.h"
+#include "absl/synchronization/notification.h"
+#include "absl/time/clock.h"
+#include "gmock/gmock.h"
+#include "gtest/gtest.h"
+#include "procgen_client/client.h"
+#include "tests/service/server_process.h"
+#include "tests/service/service_fixture.h"
+#include "tests/status_matchers.h"
+
+namespace procgen {
+namespace {
+
+using procgen_client::Client;
+using testing::ElementsAre;
+using testing::HasSubstr;
+
+// A lost node disappears within 2 s, or within 4 s of its first status, if it was lost before a
+// heartbeat. The rest is for a busy machine.
+constexpr absl::Duration kGoneWithin = absl::Seconds(5);
+// For changes that do not wait for a lease to expire.
+constexpr absl::Duration kGoneAtOnceWithin = absl::Seconds(1);
+constexpr absl::Duration kSeenWithin = absl::Seconds(20);
+
+// A server process that is a node of the test's cluster, and a client of it.
+class Node {
+ public:
+  Node(const std::string& node_id, const std::string& cluster,
+       const std::vector<std::string>& flags = {})
+      : process_(FlagsOf(node_id, cluster, flags)), address_(process_.Address()) {
+    absl::StatusOr<std::unique_ptr<Client>> client = Client::Connect(address_);
+    EXPECT_THAT(client, IsOk()) << process_.beginning();
+    client_ = *std::move(client);
+  }
+
+  ServerProcess& process() { return process_; }
+  const std::string& address() const { return address_; }
+  Client& client() { return *client_; }
+  std::shared_ptr<grpc::Channel> Channel() const { return ChannelTo(address_); }
+
+  // The ids of the nodes that this node lists.
+  std::vector<std::string> Listed() {
+    const auto nodes = client_->ListNodes();
+    EXPECT_THAT(nodes, IsOk());
+    return nodes.ok() ? IdsOf(*nodes) : std::vector<std::string>();
+  }
+
+  // Waits for a response that satisfies `is_expected`; returns false after `timeout`.
+  bool WaitForNodes(const std::function<bool(const v1::WatchNodesResponse&)>& is_expected,
+                    absl::Duration timeout = kSeenWithin) {
+    const auto watch = client_->WatchNodes();
+    absl::Notification done;
+    std::thread alarm([&] {
+      if (!done.WaitForNotificationWithTimeout(timeout)) {
+        watch->Stop();
+      }
+    });
+    absl::StatusOr<v1::WatchNodesResponse> nodes = watch->Next();
+    while (nodes.ok() && !is_expected(*nodes)) {
+      nodes = watch->Next();
+    }
+    done.Notify();
+    alarm.join();
+    return nodes.ok();
+  }
+
+  bool WaitForIds(const std::vector<std::string>& ids, absl::Duration timeout = kSeenWithin) {
+    return WaitForNodes([&](const v1::WatchNodesResponse& nodes) { return IdsOf(nodes) == ids; },
+                        timeout);
+  }
+
+ private:
+  static std::vector<std::string> FlagsOf(const std::string& node_id, const std::string& cluster,
+                                          const std::vector<std::string>& flags) {
+    std::vector<std::string> all = {"--address=127.0.0.1:0", "--workers=1", "--node_id=" + node_id,
+                                    "--cluster=" + cluster,
+                                    absl::StrCat("--cluster_domain=", getpid() % 100)};
+    all.insert(all.end(), flags.begin(), flags.end());
+    return all;
+  }
+
+  template <typename Nodes>
+  static std::vector<std::string> IdsOf(const Nodes& nodes) {
+    std::vector<std::string> ids;
+    for (const v1::Node& node : nodes.nodes()) {
+      ids.push_back(node.name().substr(std::string("nodes/").size()));
+    }
+    return ids;
+  }
+
+  ServerProcess process_;
+  const std::string address_;
+  std::unique_ptr<Client> client_;
+};
+
+class ClusterServiceTest : public testing::Test {
+ protected:
+  // Unique to this test and process.
+  const std::string cluster_ = absl::StrCat(
+      "test-", getpid(), "-",
+      absl::Hex(absl::HashOf(
+          std::string(testing::UnitTest::GetInstance()->current_test_info()->name()))));
+};
+
+TEST_F(ClusterServiceTest, ThreeServersListEachOther) {
+  Node a("a", cluster_);
+  Node b("b", cluster_);
+  Node c("c", cluster_);
+  PoolStream run(b.Channel());
+  ASSERT_THAT(run.Start(MazeSpec(7)), IsOk());
+  for (Node* node : {&a, &b, &c}) {
+    EXPECT_TRUE(node->WaitForIds({"a", "b", "c"}));
+    EXPECT_THAT(node->Listed(), ElementsAre("a", "b", "c"));
+    const auto nodes = node->client().ListNodes();
+    EXPECT_EQ(nodes->cluster(), cluster_);
+    EXPECT_EQ(nodes->nodes(1).address(), b.address());
+    EXPECT_TRUE(nodes->nodes(1).healthy());
+    EXPECT_FALSE(nodes->nodes(1).draining());
+    EXPECT_TRUE(node->WaitForNodes([](const v1::WatchNodesResponse& response) {
+      return response.nodes_size() == 3 && response.nodes(1).env_count() == 7 &&
+             response.nodes(1).pool_count() == 1;
+    }));
+  }
+  EXPECT_EQ(a.client().ListNodes()->local_node(), "nodes/a");
+}
+
+TEST_F(ClusterServiceTest, StepRatesAreReported) {
+  Node a("a", cluster_);
+  Node b("b", cluster_);
+  ASSERT_TRUE(a.WaitForIds({"a", "b"}));
+  PoolStream run(b.Channel());
+  ASSERT_THAT(run.Start(MazeSpec(4)), IsOk());
+  absl::Notification done;
+  std::thread learner([&] {
+    v1::Batch batch;
+    while (!done.HasBeenNotified() && run.Step({4, 4, 4, 4}, &batch).ok()) {
+    }
+  });
+  EXPECT_TRUE(a.WaitForNodes([](const v1::WatchNodesResponse& nodes) {
+    return nodes.nodes_size() == 2 && nodes.nodes(1).steps_per_second() > 10;
+  }));
+  done.Notify();
+  learner.join();
+  EXPECT_TRUE(a.WaitForNodes([](const v1::WatchNodesResponse& nodes) {
+    return nodes.nodes_size() == 2 && nodes.nodes(1).steps_per_second() == 0;
+  }));
+}
+
+TEST_F(ClusterServiceTest, KilledServerDisappearsWithinTwoSeconds) {
+  Node a("a", cluster_);
+  Node b("b", cluster_);
+  ASSERT_TRUE(a.WaitForIds({"a", "b"}));
+  b.process().Signal(SIGKILL);
+  EXPECT_TRUE(a.WaitForIds({"a"}, kGoneWithin));
+  EXPECT_THAT(a.Listed(), ElementsAre("a"));
+}
+
+TEST_F(ClusterServiceTest, PausedServerDisappearsAndReturns) {
+  Node a("a", cluster_);
+  Node b("b", cluster_);
+  ASSERT_TRUE(a.WaitForIds({"a", "b"}));
+  ASSERT_TRUE(b.WaitForIds({"a", "b"}));
+  b.process().Signal(SIGSTOP);
+  EXPECT_TRUE(a.WaitForIds({"a"}, kGoneWithin));
+  b.process().Signal(SIGCONT);
+  EXPECT_TRUE(a.WaitForIds({"a", "b"}));
+  EXPECT_TRUE(b.WaitForIds({"a", "b"}));
+}
+
+TEST_F(ClusterServiceTest, StoppingServerReportsDrainAndDisappears) {
+  Node a("a", cluster_);
+  Node b("b", cluster_);
+  ASSERT_TRUE(a.WaitForIds({"a", "b"}));
+  // The drain waits a second for the responses, which are not read.
+  PoolStream run(b.Channel());
+  ASSERT_THAT(run.Start(MazeSpec(1000)), IsOk());
+  for (int i = 0; i < 3; ++i) {
+    run.Write(SliceStepRequest(0, 1000, 4));
+  }
+  while (b.client().GetPool(run.name())->step_count() < 2000) {
+  }
+  b.process().Signal(SIGTERM);
+  EXPECT_TRUE(a.WaitForNodes([](const v1::WatchNodesResponse& nodes) {
+    return nodes.nodes_size() == 2 && nodes.nodes(1).draining() && !nodes.nodes(1).healthy();
+  }));
+  EXPECT_EQ(b.process().Wait(), 0);
+  EXPECT_TRUE(a.WaitForIds({"a"}, kGoneAtOnceWithin));
+}
+
+TEST_F(ClusterServiceTest, WatchNodesDoesNotDelayShutdown) {
+  Node a("a", cluster_);
+  const auto watch = a.client().WatchNodes();
+  ASSERT_THAT(watch->Next(), IsOk());
+  const absl::Time begin = absl::Now();
+  a.process().Signal(SIGTERM);
+  absl::StatusOr<v1::WatchNodesResponse> nodes = watch->Next();
+  while (nodes.ok()) {
+    nodes = watch->Next();
+  }
+  EXPECT_THAT(nodes, StatusIs(absl::StatusCode::kUnavailable, HasSubstr("the server stops")));
+  EXPECT_EQ(a.process().Wait(), 0);
+  EXPECT_LT(absl::Now() - begin, absl::Seconds(8));
+}
+
+TEST_F(ClusterServiceTest, ClustersWithDifferentNamesAreSeparate) {
+  Node a("a", cluster_);
+  Node other("other", cluster_ + ".");
+  Node b("b", cluster_);
+  EXPECT_TRUE(a.WaitForIds({"a", "b"}));
+  EXPECT_THAT(other.Listed(), ElementsAre("other"));
+  EXPECT_THAT(a.Listed(), ElementsAre("a", "b"));
+}
+
+TEST_F(ClusterServiceTest, PeersDiscoverEachOtherDespiteUnresolvablePeers) {
+  const std::vector<std::string> flags = {"--cluster_peers=localhost,node-7.nodes.invalid"};
+  Node a("a", cluster_, flags);
+  Node b("b", cluster_, flags);
+  EXPECT_THAT(a.process().beginning(), HasSubstr("peer node-7.nodes.invalid has no address"));
+  EXPECT_TRUE(a.WaitForIds({"a", "b"}));
+  EXPECT_TRUE(b.WaitForIds({"a", "b"}));
+}
+
+TEST_F(ClusterServiceTest, AdvertisedAddressIsReported) {
+  Node a("a", cluster_, {"--advertised_address=localhost:0"});
+  const std::string port = a.address().substr(a.address().rfind(':'));
+  EXPECT_EQ(a.client().ListNodes()->nodes(0).address(), "localhost" + port);
+}
+
+TEST_F(ClusterServiceTest, ServerWithoutAClusterListsItself) {
+  ServerProcess process({"--address=127.0.0.1:0", "--node_id=hermit", "--workers=1"});
+  const std::string address = process.Address();
+  const auto client = Client::Connect(address);
+  ASSERT_THAT(client, IsOk());
+  const auto nodes = (*client)->ListNodes();
+  ASSERT_THAT(nodes, IsOk());
+  EXPECT_EQ(nodes->cluster(), "");
+  ASSERT_EQ(nodes->nodes_size(), 1);
+  EXPECT_EQ(nodes->nodes(0).name(), "nodes/hermit");
+  EXPECT_EQ(nodes->nodes(0).address(), address);
+  EXPECT_EQ(nodes->nodes(0).environment_capacity(), Limits().env_count_max);
+  EXPECT_EQ(nodes->local_node(), "nodes/hermit");
+}
+
+TEST_F(ClusterServiceTest, InvalidFlagsAreReported) {
+  for (const auto& [flag, message] :
+       {std::pair<std::string, std::string>{"--cluster=a*", "--cluster is 'a*', allowed: 1 to 64"},
+        {"--cluster_peers=a", "--cluster is missing"},
+        {"--node_id=a b", "--node_id is 'a b'"},
+        {"--advertised_address=0.0.0.0:1", "--advertised_address is '0.0.0.0:1'"}}) {
+    ServerProcess process({"--address=127.0.0.1:0", flag});
+    EXPECT_EQ(process.Wait(), 2) << flag;
+    EXPECT_THAT(process.rest(), HasSubstr("procgen-server: " + message));
+  }
+}
+
+}  // namespace
+}  // namespace procgen
