@@ -15,10 +15,13 @@
 #include "grpcpp/support/byte_buffer.h"
 #include "procgen_client/observation_decoder.h"
 #include "procgen_client/run/batch_reader.h"
-#include "tests/fuzz/batch_shape.h"
 
 namespace procgen {
 namespace {
+
+// The pool of the batch, small so that inputs are; make_batch_corpus.cc makes batches of it.
+constexpr int32_t kFuzzedEnvCount = 3;
+constexpr size_t kFuzzedObservationBytes = 16 * 16 * 3;
 
 constexpr size_t kGuardRows = 64;
 constexpr uint8_t kGuard = 0xa5;

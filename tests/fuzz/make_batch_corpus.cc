@@ -1,22 +1,24 @@
 // procgen-make-batch-corpus FOLDER: writes the seed inputs of batch_fuzz to FOLDER/batch: valid
-// responses, raw and encoded, without and with ended episodes; and those of observation_fuzz to
-// FOLDER/observation: encoded observations. Overwrites existing files.
+// responses, raw and encoded, without and with ended episodes. Overwrites existing files.
 
+#include <cstddef>
+#include <cstdint>
 #include <filesystem>
 #include <fstream>
 #include <iostream>
-#include <random>
 #include <string>
 #include <vector>
 
 #include "procgen/v1/run.pb.h"
 #include "server/encoding/observation_encoder.h"
-#include "tests/fuzz/batch_shape.h"
 
 namespace procgen {
 namespace {
 
 constexpr int kBadUse = 2;
+// As in batch_fuzz.cc.
+constexpr int32_t kFuzzedEnvCount = 3;
+constexpr size_t kFuzzedObservationBytes = 16 * 16 * 3;
 constexpr size_t kBytes = kFuzzedEnvCount * kFuzzedObservationBytes;
 
 v1::RunPoolResponse Response(bool is_encoded, bool ends) {
@@ -64,24 +66,6 @@ bool WriteBatches(const std::filesystem::path& folder) {
   return is_written;
 }
 
-bool WriteObservations(const std::filesystem::path& folder) {
-  ObservationEncoder encoder(kFuzzedEnvCount, kFuzzedObservationBytes);
-  const auto encode = [&encoder](const std::vector<uint8_t>& observations) {
-    return encoder.Encode(0, kFuzzedEnvCount, observations);
-  };
-  std::minstd_rand random(1);
-  std::vector<uint8_t> noise(kBytes);
-  for (uint8_t& byte : noise) {
-    byte = static_cast<uint8_t>(random() >> 8);
-  }
-  std::vector<uint8_t> stripes(kBytes);
-  for (size_t i = 0; i < kBytes; ++i) {
-    stripes[i] = static_cast<uint8_t>(i / 48 % 5 * (i % 7) * 9);
-  }
-  return Write(folder / "stripes", encode(stripes)) && Write(folder / "equal", encode(stripes)) &&
-         Write(folder / "noise", encode(noise));
-}
-
 }  // namespace
 }  // namespace procgen
 
@@ -91,8 +75,7 @@ int main(int argument_count, char** arguments) {
     return procgen::kBadUse;
   }
   const std::filesystem::path folder = arguments[1];
-  if (!procgen::WriteBatches(folder / "batch") ||
-      !procgen::WriteObservations(folder / "observation")) {
+  if (!procgen::WriteBatches(folder / "batch")) {
     std::cerr << "procgen-make-batch-corpus: cannot write in " << folder << "\n";
     return procgen::kBadUse;
   }

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <utility>
 
-#include "absl/strings/str_cat.h"
 #include "envcore/pool/cpu_count.h"
 #include "envcore/pool/pool_input.h"
 #include "envcore/pool/scene_snapshot.h"
@@ -190,14 +189,6 @@ procgen::Status LocalPool::Render(int32_t environment, int32_t size_px, bool who
     return status;
   }
   return pool_->Render(environment, size_px, frame, whole_level);
-}
-
-procgen::Status LocalPool::CheckIdle() const {
-  if (unanswered_count_ > 0) {
-    return procgen::FailedPreconditionError(
-        absl::StrCat(unanswered_count_, " requests are unanswered: receive them first"));
-  }
-  return procgen::OkStatus();
 }
 
 }  // namespace procgen_client

@@ -65,7 +65,6 @@ class LocalPool final : public Pool {
   void Begin(Request* request);
   // Stores the result of the request that was executed, and begins the next one.
   void End(procgen::Status result);
-  procgen::Status CheckIdle() const;
 
   const std::string name_;
   const std::shared_ptr<procgen::WorkerPool> workers_;

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "absl/strings/str_cat.h"
 #include "absl/strings/string_view.h"
 #include "absl/types/span.h"
 #include "envcore/environment/level_sampler.h"
@@ -68,6 +69,15 @@ class Pool {
 
  protected:
   Pool() = default;
+
+  // FAILED_PRECONDITION a request is unanswered.
+  procgen::Status CheckIdle() const {
+    if (unanswered_count() > 0) {
+      return procgen::FailedPreconditionError(
+          absl::StrCat(unanswered_count(), " requests are unanswered: receive them first"));
+    }
+    return procgen::OkStatus();
+  }
 };
 
 }  // namespace procgen_client

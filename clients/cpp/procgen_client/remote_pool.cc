@@ -102,12 +102,9 @@ RemotePool::~RemotePool() {
   }
 }
 
-procgen::Status RemotePool::CheckIdle() const {
-  if (!unanswered_.empty()) {
-    return procgen::FailedPreconditionError(
-        absl::StrCat(unanswered_.size(), " requests are unanswered: receive them first"));
-  }
-  return StatusOf(stream_->ended());
+procgen::Status RemotePool::CheckReady() const {
+  procgen::Status status = CheckIdle();
+  return status.ok() ? StatusOf(stream_->ended()) : status;
 }
 
 procgen::Status RemotePool::Send(const procgen::StepInput& input,
@@ -329,7 +326,7 @@ absl::Status RemotePool::FillStacks() {
 procgen::Status RemotePool::Step(const procgen::StepInput& input,
                                  absl::Span<const Annotation> annotations,
                                  const procgen::Batch& batch) {
-  if (procgen::Status status = CheckIdle(); !status.ok()) {
+  if (procgen::Status status = CheckReady(); !status.ok()) {
     return status;
   }
   if (procgen::Status status = Send(input, annotations, batch); !status.ok()) {
@@ -353,7 +350,7 @@ absl::StatusOr<v1::RunPoolResponse> RemotePool::Call(v1::RunPoolRequest request)
 
 procgen::Status RemotePool::SetLevelSampler(
     std::shared_ptr<const procgen::LevelSampler> level_sampler) {
-  if (procgen::Status status = CheckIdle(); !status.ok()) {
+  if (procgen::Status status = CheckReady(); !status.ok()) {
     return status;
   }
   v1::RunPoolRequest request;
@@ -363,7 +360,7 @@ procgen::Status RemotePool::SetLevelSampler(
 
 procgen::StatusOr<std::vector<std::string>> RemotePool::SaveStates(
     absl::Span<const int32_t> environments) {
-  if (procgen::Status status = CheckIdle(); !status.ok()) {
+  if (procgen::Status status = CheckReady(); !status.ok()) {
     return status;
   }
   std::vector<std::string> snapshots;
@@ -399,7 +396,7 @@ procgen::StatusOr<std::vector<std::string>> RemotePool::SaveStates(
 }
 
 procgen::Status RemotePool::RestoreStates(absl::Span<const procgen::StateToRestore> states) {
-  if (procgen::Status status = CheckIdle(); !status.ok()) {
+  if (procgen::Status status = CheckReady(); !status.ok()) {
     return status;
   }
   v1::RunPoolRequest request;
@@ -427,7 +424,7 @@ procgen::Status RemotePool::RestoreStates(absl::Span<const procgen::StateToResto
 }
 
 procgen::Status RemotePool::CloneStates(absl::Span<const procgen::StateToClone> pairs) {
-  if (procgen::Status status = CheckIdle(); !status.ok() || pairs.empty()) {
+  if (procgen::Status status = CheckReady(); !status.ok() || pairs.empty()) {
     return status;
   }
   v1::RunPoolRequest request;
@@ -448,7 +445,7 @@ procgen::Status RemotePool::CloneStates(absl::Span<const procgen::StateToClone> 
 
 procgen::Status RemotePool::Render(int32_t environment, int32_t size_px, bool whole_level,
                                    absl::Span<uint8_t> frame) {
-  if (procgen::Status status = CheckIdle(); !status.ok()) {
+  if (procgen::Status status = CheckReady(); !status.ok()) {
     return status;
   }
   if (size_px < procgen::kHumanViewSizePxMin || size_px > procgen::kHumanViewSizePxMax) {

@@ -101,7 +101,8 @@ class RemotePool final : public Pool {
   // Number of environments whose batch fits in a response.
   int32_t RowsMax(const procgen::Batch& batch) const;
   bool is_stacked() const { return !stacks_.empty(); }
-  procgen::Status CheckIdle() const;
+  // As CheckIdle; also the error with which the stream has ended.
+  procgen::Status CheckReady() const;
   // Sends a request and waits for its response.
   absl::StatusOr<procgen::v1::RunPoolResponse> Call(procgen::v1::RunPoolRequest request);
   absl::Status Read(grpc::ByteBuffer response, const BatchShape& shape,

@@ -146,14 +146,6 @@ std::vector<std::weak_ptr<RecoveringStream>> ShardedPool::streams() const {
   return streams;
 }
 
-procgen::Status ShardedPool::CheckIdle() const {
-  if (!unanswered_.empty()) {
-    return procgen::FailedPreconditionError(
-        absl::StrCat(unanswered_.size(), " requests are unanswered: receive them first"));
-  }
-  return procgen::OkStatus();
-}
-
 procgen::Status ShardedPool::CheckEnvironment(int32_t environment) const {
   if (environment < 0 || environment >= options_.env_count) {
     return procgen::InvalidArgumentError(

@@ -67,7 +67,6 @@ class ShardedPool final : public Pool {
 
   explicit ShardedPool(const procgen::PoolOptions& options) : options_(options) {}
 
-  procgen::Status CheckIdle() const;
   // Whether `environment` is in the pool. Errors: INVALID_ARGUMENT.
   procgen::Status CheckEnvironment(int32_t environment) const;
   Shard& ShardOf(int32_t environment);

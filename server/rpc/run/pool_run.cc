@@ -68,9 +68,7 @@ void PoolRun::Start(const v1::StartPool& start) {
     status = CheckFits(one, *encoding, static_cast<int64_t>(options->observation_format.bytes()));
   }
   if (status.ok() && options->level_sampler != nullptr) {
-    auto held = HoldSampler(owner_, std::move(options->level_sampler), &supervisor_->quotas());
-    status = held.status();
-    options->level_sampler = held.ok() ? *std::move(held) : nullptr;
+    status = Hold(&options->level_sampler);
   }
   if (!status.ok()) {
     RespondWith(status);
@@ -119,6 +117,12 @@ void PoolRun::RespondStarted() {
   RespondWith(Serialized(response_));
 }
 
+absl::Status PoolRun::Hold(std::shared_ptr<const LevelSampler>* sampler) const {
+  auto held = HoldSampler(owner_, std::move(*sampler), &supervisor_->quotas());
+  *sampler = held.ok() ? *std::move(held) : nullptr;
+  return held.status();
+}
+
 absl::Status PoolRun::CheckFits(const Request& request, Encoding encoding,
                                 int64_t observation_bytes) const {
   return CheckResponseFits(request, encoding, observation_bytes,
@@ -129,9 +133,7 @@ void PoolRun::ExecuteBatch(const v1::RunPoolRequest& message, absl::Time arrival
   absl::Status status = ReadRequest(message, &memory_);
   Request* const request = &memory_.request;
   if (status.ok() && request->kind == Request::Kind::kSample) {
-    auto held = HoldSampler(owner_, std::move(request->level_sampler), &supervisor_->quotas());
-    status = held.status();
-    request->level_sampler = held.ok() ? *std::move(held) : nullptr;
+    status = Hold(&request->level_sampler);
   } else if (status.ok()) {
     status = CheckFits(*request, pool_->encoding(), pool_->observation_bytes());
   }

@@ -49,6 +49,8 @@ class PoolRun final : public ResponseSink, public std::enable_shared_from_this<P
   void Start(const v1::StartPool& start);
   void OnCreated(const v1::StartPool& start);
   void RespondStarted();
+  // Charges a level sampler to the owner for as long as it exists.
+  absl::Status Hold(std::shared_ptr<const LevelSampler>* sampler) const;
   // Checks that a response fits.
   absl::Status CheckFits(const Request& request, Encoding encoding,
                          int64_t observation_bytes) const;
