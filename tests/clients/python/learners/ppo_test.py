@@ -143,7 +143,9 @@ def test_training_survives_server_restarts(
 def _train_on_two_ranks(
     output: Path, servers: str, **others: Any  # noqa: ANN401
 ) -> dict[str, str]:
-    torchrun = ["torch.distributed.run", "--standalone", "--nproc_per_node", "2"]
+    # Not --standalone, which takes port 29400 in PyTorch 1.13, so that two runs exclude each other.
+    torchrun = ["torch.distributed.run", "--nproc_per_node", "2"]
+    torchrun += ["--rdzv_backend", "c10d", "--rdzv_endpoint", "localhost:0"]
     # PyTorch 1.13 needs -r and -t with Python 3.11.
     torchrun += ["-r", "1", "-t", "2", "--log_dir", str(output / "log")]
     words = options(output, servers, total_steps=2 * 2 * STEPS_OF_UPDATE, **others)
