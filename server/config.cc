@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <memory>
 #include <utility>
+#include <vector>
 
 #include "absl/status/statusor.h"
 #include "absl/strings/match.h"
@@ -174,6 +175,30 @@ absl::Status CheckCluster(const Config& config) {
   return CheckNodeId(cluster.node_id);
 }
 
+std::vector<Range> RangesOf(const Limits& limits) {
+#define PROCGEN_RANGE(name, value, least, most, what) {#name, limits.name, least, most},
+  return {PROCGEN_LIMITS(PROCGEN_RANGE)};
+#undef PROCGEN_RANGE
+}
+
+absl::Status CheckRanges(const Config& config) {
+  std::vector<Range> ranges = RangesOf(config.server.limits);
+  ranges.push_back({"workers", config.server.worker_count, 1, 1024});
+  ranges.push_back({"keepalive_time in milliseconds",
+                    absl::ToInt64Milliseconds(config.server.keepalive_time), 100, kKeepaliveMsMax});
+  ranges.push_back({"keepalive_timeout in milliseconds",
+                    absl::ToInt64Milliseconds(config.server.keepalive_timeout), 100,
+                    kKeepaliveMsMax});
+  ranges.push_back({"web_viewers_max", config.web_viewers_max, 1, 1024});
+  for (const Range& range : ranges) {
+    if (range.value < range.min || range.value > range.max) {
+      return absl::InvalidArgumentError(absl::StrCat("--", range.flag, " is ", range.value,
+                                                     ", allowed: ", range.min, " to ", range.max));
+    }
+  }
+  return absl::OkStatus();
+}
+
 }  // namespace
 
 absl::Status CheckConfig(const Config& config) {
@@ -186,26 +211,8 @@ absl::Status CheckConfig(const Config& config) {
   if (absl::Status status = CheckCluster(config); !status.ok()) {
     return status;
   }
-  const Limits& limits = config.server.limits;
-  for (const Range& range :
-       {Range{"workers", config.server.worker_count, 1, 1024},
-        Range{"env_count_max", limits.env_count_max, 1, 1 << 20},
-        Range{"request_bytes_max", limits.request_bytes_max, kMessageBytesMin, INT32_MAX},
-        Range{"response_bytes_max", limits.response_bytes_max, kMessageBytesMin, INT32_MAX},
-        Range{"episode_history_bytes_max", limits.episode_history_bytes_max, 0, int64_t{1} << 40},
-        Range{"keepalive_time in milliseconds",
-              absl::ToInt64Milliseconds(config.server.keepalive_time), 100, kKeepaliveMsMax},
-        Range{"keepalive_timeout in milliseconds",
-              absl::ToInt64Milliseconds(config.server.keepalive_timeout), 100, kKeepaliveMsMax},
-        Range{"owner_env_count_max", limits.owner_env_count_max, 1, 1 << 20},
-        Range{"owner_call_count_max", limits.owner_call_count_max, 1, 1 << 20},
-        Range{"owner_bytes_max", limits.owner_bytes_max, kMessageBytesMin, int64_t{1} << 40},
-        Range{"connection_count_max", limits.connection_count_max, 1, 1 << 20},
-        Range{"web_viewers_max", config.web_viewers_max, 1, 1024}}) {
-    if (range.value < range.min || range.value > range.max) {
-      return absl::InvalidArgumentError(absl::StrCat("--", range.flag, " is ", range.value,
-                                                     ", allowed: ", range.min, " to ", range.max));
-    }
+  if (absl::Status status = CheckRanges(config); !status.ok()) {
+    return status;
   }
   if (absl::Status status = CheckAccess(config); !status.ok()) {
     return status;

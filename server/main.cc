@@ -31,6 +31,7 @@
 #include "server/concurrency/deadline_timer.h"
 #include "server/config.h"
 #include "server/duration_flag.h"
+#include "server/limit_flags.h"
 #include "server/logging/event_log.h"
 #include "server/metrics/metrics_page.h"
 #include "server/net/address.h"
@@ -46,13 +47,6 @@ ABSL_FLAG(std::string, address, "127.0.0.1:50051",
 ABSL_FLAG(int32_t, workers, 0,
           "threads that step environments; 0: one per core available to the process (CPU affinity, "
           "cgroup quota)");
-ABSL_FLAG(int32_t, env_count_max, procgen::Limits().env_count_max, "environments of all pools");
-ABSL_FLAG(int64_t, request_bytes_max, procgen::Limits().request_bytes_max,
-          "size of a request message in bytes");
-ABSL_FLAG(int64_t, response_bytes_max, procgen::Limits().response_bytes_max,
-          "size of a response message in bytes");
-ABSL_FLAG(int64_t, episode_history_bytes_max, procgen::Limits().episode_history_bytes_max,
-          "bytes of the history of the last episodes, of all pools; 0: no history");
 ABSL_FLAG(procgen::DurationFlag, keepalive_time, {procgen::ServerOptions().keepalive_time},
           "idle time after which the server sends a keepalive ping");
 ABSL_FLAG(procgen::DurationFlag, keepalive_timeout, {procgen::ServerOptions().keepalive_timeout},
@@ -105,11 +99,7 @@ absl::StatusOr<Config> ReadConfig() {
   if (config.server.worker_count == 0) {
     config.server.worker_count = CpuCount();
   }
-  Limits& limits = config.server.limits;
-  limits.env_count_max = absl::GetFlag(FLAGS_env_count_max);
-  limits.request_bytes_max = absl::GetFlag(FLAGS_request_bytes_max);
-  limits.response_bytes_max = absl::GetFlag(FLAGS_response_bytes_max);
-  limits.episode_history_bytes_max = absl::GetFlag(FLAGS_episode_history_bytes_max);
+  config.server.limits = ReadLimitFlags();
   config.server.keepalive_time = absl::GetFlag(FLAGS_keepalive_time).value;
   config.server.keepalive_timeout = absl::GetFlag(FLAGS_keepalive_timeout).value;
   ReadSecurityFlags(&config);
@@ -330,6 +320,7 @@ int Main(int argc, char** argv) {
   const auto is_ours = [](absl::string_view file) {
     return absl::EndsWith(file, "server/main.cc") ||
            absl::EndsWith(file, "server/cluster_flags.cc") ||
+           absl::EndsWith(file, "server/limit_flags.cc") ||
            absl::EndsWith(file, "server/security_flags.cc") ||
            absl::EndsWith(file, "server/web_flags.cc");
   };

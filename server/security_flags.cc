@@ -30,13 +30,6 @@ ABSL_FLAG(
     bool, allow_insecure, false,
     "allow listening beyond loopback without TLS or without authentication, also for metrics and "
     "pages");
-ABSL_FLAG(int32_t, owner_env_count_max, 0, "environments of one owner; 0: --env_count_max");
-ABSL_FLAG(int32_t, owner_call_count_max, procgen::Limits().owner_call_count_max,
-          "calls of one owner in progress, with the streams of its pools");
-ABSL_FLAG(int64_t, owner_bytes_max, procgen::Limits().owner_bytes_max,
-          "memory of the pools and level samplers of one owner, in bytes");
-ABSL_FLAG(int32_t, connection_count_max, procgen::Limits().connection_count_max,
-          "connections of all callers");
 
 namespace procgen {
 
@@ -46,13 +39,6 @@ void ReadSecurityFlags(Config* config) {
   config->tls.client_ca = absl::GetFlag(FLAGS_tls_client_ca);
   config->tokens = absl::GetFlag(FLAGS_tokens);
   config->allow_insecure = absl::GetFlag(FLAGS_allow_insecure);
-  Limits& limits = config->server.limits;
-  const int32_t owner_env_count_max = absl::GetFlag(FLAGS_owner_env_count_max);
-  limits.owner_env_count_max =
-      owner_env_count_max == 0 ? limits.env_count_max : owner_env_count_max;
-  limits.owner_call_count_max = absl::GetFlag(FLAGS_owner_call_count_max);
-  limits.owner_bytes_max = absl::GetFlag(FLAGS_owner_bytes_max);
-  limits.connection_count_max = absl::GetFlag(FLAGS_connection_count_max);
 }
 
 absl::StatusOr<std::string> MakeCredentialsOfFlags(const std::string& address) {

@@ -21,7 +21,7 @@ namespace procgen {
 // Threads: any method from any thread.
 class Connections {
  public:
-  explicit Connections(int32_t count_max) : count_max_(static_cast<size_t>(count_max)) {}
+  explicit Connections(int64_t count_max) : count_max_(static_cast<size_t>(count_max)) {}
 
   // Registers an accepted connection. False: the limit is reached; the caller closes it.
   bool Add(int connection, const sockaddr* address) ABSL_LOCKS_EXCLUDED(mutex_);

@@ -38,7 +38,7 @@ absl::Status SystemError(absl::string_view what) {
 
 // Raises the soft limit of open files, up to the hard limit, to what `connection_count_max`
 // connections and other files need.
-void RaiseDescriptorLimit(int32_t connection_count_max) {
+void RaiseDescriptorLimit(int64_t connection_count_max) {
   constexpr rlim_t kOtherFiles = 1024;
   rlimit files = {};
   if (getrlimit(RLIMIT_NOFILE, &files) != 0) {
@@ -110,7 +110,7 @@ bool SomebodyListensAt(const sockaddr_un& address) {
 }  // namespace
 
 absl::StatusOr<std::unique_ptr<Listener>> Listener::Listen(const Address& address,
-                                                           int32_t connection_count_max) {
+                                                           int64_t connection_count_max) {
   RaiseDescriptorLimit(connection_count_max);
   std::unique_ptr<Listener> listener(new Listener(connection_count_max));
   absl::Status status = address.unix_path.empty() ? listener->ListenOnHost(address)
@@ -122,7 +122,7 @@ absl::StatusOr<std::unique_ptr<Listener>> Listener::Listen(const Address& addres
   return listener;
 }
 
-absl::StatusOr<std::unique_ptr<Listener>> Listener::ListenInternal(int32_t connection_count_max) {
+absl::StatusOr<std::unique_ptr<Listener>> Listener::ListenInternal(int64_t connection_count_max) {
   std::unique_ptr<Listener> listener(new Listener(connection_count_max));
   absl::Status status = listener->ListenOnAbstractName();
   status.Update(listener->OpenStopPipe());

@@ -27,10 +27,10 @@ class Listener {
   // Listens without accepting yet. Port 0: any free port. An existing socket file is removed if
   // no process listens on it. `connection_count_max`: as of Connections. Errors: UNAVAILABLE.
   static absl::StatusOr<std::unique_ptr<Listener>> Listen(const Address& address,
-                                                          int32_t connection_count_max);
+                                                          int64_t connection_count_max);
   // Listens for connections of this process; those of other processes are closed. Errors:
   // UNAVAILABLE.
-  static absl::StatusOr<std::unique_ptr<Listener>> ListenInternal(int32_t connection_count_max);
+  static absl::StatusOr<std::unique_ptr<Listener>> ListenInternal(int64_t connection_count_max);
   // Stops listening. Accepted connections stay open.
   ~Listener();
   Listener(const Listener&) = delete;
@@ -45,7 +45,7 @@ class Listener {
   void Start(Take take);
 
  private:
-  explicit Listener(int32_t connection_count_max) : connections_(connection_count_max) {}
+  explicit Listener(int64_t connection_count_max) : connections_(connection_count_max) {}
   absl::Status ListenOnHost(const Address& address);
   absl::Status ListenOnPath(const std::string& path);
   absl::Status ListenOnAbstractName();

@@ -223,7 +223,7 @@ class GrpcServer final : public Server {
     NodeStatus status;
     status.address = advertised_address_;
     status.server_version = PROCGEN_SERVER_VERSION;
-    status.environment_capacity = supervisor_.limits().env_count_max;
+    status.environment_capacity = static_cast<int32_t>(supervisor_.limits().env_count_max);
     status.env_count = load.env_count;
     status.pool_count = load.pool_count;
     status.worker_count = load.worker_count;

@@ -107,16 +107,13 @@ void FillActions(v1::Catalog* catalog) {
 }
 
 void FillLimits(const Limits& limits, v1::Limits* message) {
-  message->set_env_count_max(limits.env_count_max);
-  message->set_owner_env_count_max(limits.owner_env_count_max);
-  message->set_owner_bytes_max(limits.owner_bytes_max);
-  message->set_owner_call_count_max(limits.owner_call_count_max);
-  message->set_request_bytes_max(limits.request_bytes_max);
-  message->set_response_bytes_max(limits.response_bytes_max);
+#define PROCGEN_SET(name, value, least, most, what) \
+  message->set_##name(static_cast<decltype(message->name())>(limits.name));
+  PROCGEN_LIMITS(PROCGEN_SET)
+#undef PROCGEN_SET
   message->set_observation_size_px_min(kObservationSizePxMin);
   message->set_observation_size_px_max(kObservationSizePxMax);
   message->set_frame_stack_max(kFrameStackMax);
-  message->set_episode_history_bytes_max(limits.episode_history_bytes_max);
 }
 
 void FillLatencyHistogram(const HistogramCounts& seconds, v1::LatencyHistogram* message) {

@@ -5,23 +5,30 @@
 
 namespace procgen {
 
-// Limits of a server. Each has a flag of the same name and is reported by the catalog.
-// A request beyond a limit gets RESOURCE_EXHAUSTED; the message contains the limit's name.
-struct Limits {
-  int32_t env_count_max = 16384;  // environments of all pools, and so pools, together
-  // Of one owner. The default of the first equals the server's limit.
-  int32_t owner_env_count_max = 16384;
-  int64_t owner_bytes_max = int64_t{4} << 30;  // memory of pools (PoolBytes) and level samplers
-  int32_t owner_call_count_max = 1024;         // calls in progress, with the streams of pools
-  int64_t request_bytes_max = 4 << 20;         // one request message, in bytes
-  int64_t response_bytes_max = 64 << 20;       // one response message, in bytes
-  int32_t connection_count_max = 4096;         // of all callers together; not in the catalog
-  // Episode history of all pools together, in bytes; 0: none is kept.
-  int64_t episode_history_bytes_max = int64_t{256} << 20;
-};
+// The limits of a server: LIMIT(name, default, least, most, what it limits). From this table come
+// the members of Limits, the flags of procgen-server with their help and their ranges, and the
+// catalog's limits (proto: Limits). A request beyond a limit gets RESOURCE_EXHAUSTED; the message
+// contains the limit's name.
+#define PROCGEN_LIMITS(LIMIT)                                                                     \
+  LIMIT(env_count_max, 16384, 1, 1 << 20, "environments of all pools, and so pools")              \
+  LIMIT(owner_env_count_max, 1 << 20, 1, 1 << 20,                                                 \
+        "environments of the pools of one owner; --env_count_max if that is less")                \
+  LIMIT(owner_bytes_max, int64_t{4} << 30, 64 << 10, int64_t{1} << 40,                            \
+        "memory of one owner in bytes: of each environment of its pools 64 KiB and four "         \
+        "observations, and of level samplers")                                                    \
+  LIMIT(owner_call_count_max, 1024, 1, 1 << 20,                                                   \
+        "calls of one owner in progress, with the streams of its pools")                          \
+  LIMIT(request_bytes_max, 4 << 20, 64 << 10, INT32_MAX, "size of a request message in bytes")    \
+  LIMIT(response_bytes_max, 64 << 20, 64 << 10, INT32_MAX, "size of a response message in bytes") \
+  LIMIT(connection_count_max, 4096, 1, 1 << 20, "connections of all callers")                     \
+  LIMIT(episode_history_bytes_max, int64_t{256} << 20, 0, int64_t{1} << 40,                       \
+        "bytes of the history of the last episodes, of all pools; 0: no history")
 
-// Lower bound of a limit in bytes: a few observations.
-inline constexpr int64_t kMessageBytesMin = 64 << 10;
+struct Limits {
+#define PROCGEN_MEMBER(name, value, least, most, what) int64_t name = value;
+  PROCGEN_LIMITS(PROCGEN_MEMBER)
+#undef PROCGEN_MEMBER
+};
 
 // Memory that is reserved for a pool of `env_count` environments: of each 64 KiB and four
 // observations, for two responses, an encoder and a watch.

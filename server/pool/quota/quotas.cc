@@ -10,19 +10,16 @@ namespace {
 // A limit of what one owner may hold.
 struct Quota {
   int64_t Usage::*count;
-  int64_t (*max)(const Limits& limits);
+  int64_t Limits::*max;
   absl::string_view counted;
   absl::string_view name;
 };
 
 constexpr Quota kQuotas[] = {
-    {&Usage::env_count, [](const Limits& limits) -> int64_t { return limits.owner_env_count_max; },
-     "environments", "owner_env_count_max"},
-    {&Usage::bytes, [](const Limits& limits) { return limits.owner_bytes_max; },
-     "bytes of pools and level samplers", "owner_bytes_max"},
-    {&Usage::call_count,
-     [](const Limits& limits) -> int64_t { return limits.owner_call_count_max; }, "calls under way",
-     "owner_call_count_max"},
+    {&Usage::env_count, &Limits::owner_env_count_max, "environments", "owner_env_count_max"},
+    {&Usage::bytes, &Limits::owner_bytes_max, "bytes of pools and level samplers",
+     "owner_bytes_max"},
+    {&Usage::call_count, &Limits::owner_call_count_max, "calls under way", "owner_call_count_max"},
 };
 
 std::string NameOf(absl::string_view owner) {
@@ -63,7 +60,7 @@ absl::StatusOr<Quotas::Reservation> Quotas::Reserve(absl::string_view owner, con
   const Usage held = found == usage_by_owner_.end() ? Usage() : found->second;
   Usage sum;
   for (const Quota& quota : kQuotas) {
-    const int64_t max = quota.max(limits_);
+    const int64_t max = limits_.*quota.max;
     if (part.*quota.count > max - held.*quota.count) {
       return absl::ResourceExhaustedError(absl::StrCat(
           NameOf(owner), " has ", held.*quota.count, " ", quota.counted, " and asks for ",
