@@ -1,7 +1,7 @@
-"""The exceptions from the rules: all of them, each with its reason.
+"""All exceptions from the rules, each with its reason.
 
-An entry is (rule, path, reason); '*' in the path matches anything. An entry that matches no
-violation although its path exists is reported, which keeps the list short.
+An entry is (rule, path, reason); '*' in the path matches anything. An entry whose path exists but
+matches no violation is reported.
 """
 
 EXCEPTIONS = (

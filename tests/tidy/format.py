@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
-"""Checks that clang-format would change no C++ file of the repository.
+"""Checks that all C++ files are formatted as by clang-format 14.
 
-Usage: tests/tidy/format.py [--fix]. With --fix the files are formatted instead.
-Exit status: 0 well formatted, 1 not, 77 clang-format is not installed (CTest: skipped).
+Usage: tests/tidy/format.py [--fix]. --fix formats the files.
+Exit status: 0 formatted, 1 not formatted, 77 clang-format is not installed (CTest: skipped).
 """
 
 import pathlib
@@ -10,8 +10,8 @@ import shutil
 import subprocess
 import sys
 
-sys.dont_write_bytecode = True
-import source_tree  # noqa: E402  (after the line above, so that no cache lands in the tree)
+sys.dont_write_bytecode = True  # Set before the import below: no caches in the tree.
+import source_tree  # noqa: E402
 
 _NOT_INSTALLED = 77
 
@@ -20,10 +20,10 @@ def main(arguments):
     if arguments not in ([], ["--fix"]):
         print("Usage: tests/tidy/format.py [--fix]", file=sys.stderr)
         return 2
-    # The version by name first: another one formats differently.
+    # Prefer version 14: others format differently.
     program = shutil.which("clang-format-14") or shutil.which("clang-format")
     if program is None:
-        print("clang-format is not installed; nothing was checked")
+        print("clang-format is not installed; no file was checked")
         return _NOT_INSTALLED
     root = pathlib.Path(__file__).resolve().parents[2]
     files = [path for path in source_tree.list_files(root) if path.endswith((".h", ".cc"))]

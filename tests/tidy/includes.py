@@ -1,16 +1,14 @@
-"""The dependency table: which folder may include, link and use which."""
+"""The dependency table: which folders a folder may include and link."""
 
 import posixpath
 import re
 
 from source_tree import Violation
 
-# Module: the modules that it may include, besides itself. A module is the longest folder here that
-# holds the file. Read it as a map: state <- random <- world <- level <- scene <- {games,
-# render} <- environment <- pool, over any number of steps; render and games do not know each other;
-# the server knows the engine by envcore/pool alone. The C++ client is pools in this process or on a
-# server; the C ABI, libenv, top and the Python client's native module are over it. Another client
-# knows the contract alone.
+# DEPENDENCIES: for each module, the other modules that it may include. A file's module is the
+# longest of these folders that contains it. In the engine:
+#     status <- state <- random <- world <- level <- scene <- {games, render} <- environment <- pool
+# The server uses the engine through envcore/pool. clients/c and clients/libenv use clients/cpp.
 _BELOW_SCENE = ("envcore/status", "envcore/state", "envcore/random", "envcore/world",
                 "envcore/level")
 _BELOW_POOL = ("envcore/pool", "server/concurrency", "server/encoding", "server/metrics")
@@ -20,9 +18,8 @@ _POOL = {
     "server/pool": (*_BELOW_POOL, "server/logging", "server/pool/episodes", "server/pool/quota"),
     "server/pool/watch": (*_BELOW_POOL, "server/pool"),
 }
-_BELOW_FRONTS = ("server/concurrency", "server/logging", "server/wire", "proto")
-# gRPC's types, the door; then the stream, watching and the services.
-_BELOW_RPC = ("envcore/pool", *_BELOW_FRONTS, *_POOL, "server/cluster", "server/encoding",
+_BELOW_RPC_AND_WEB = ("server/concurrency", "server/logging", "server/wire", "proto")
+_BELOW_RPC = ("envcore/pool", *_BELOW_RPC_AND_WEB, *_POOL, "server/cluster", "server/encoding",
               "server/metrics", "server/net")
 _RPC = {
     "server/rpc/grpc": ("proto",),
@@ -32,18 +29,18 @@ _RPC = {
 for _folder in ("run", "watch", "services"):
     _RPC[f"server/rpc/{_folder}"] = (*_BELOW_RPC, *_RPC)
 _RPC["server/rpc"] = (*_BELOW_RPC, *_RPC)
-# Down from a connection to what is played; each knows those above it.
+# Each folder may include the ones before it.
 _BELOW_WEB = ("envcore/pool", "envcore/environment", "envcore/trace", "envcore/games",
-              *_BELOW_FRONTS, "server/encoding", "server/net", "clients/cpp")
+              *_BELOW_RPC_AND_WEB, "server/encoding", "server/net", "clients/cpp")
 _WEB = {"server/web/json": _BELOW_WEB}
 for _folder in ("/play", "/session", "/http", ""):
     _WEB[f"server/web{_folder}"] = (*_BELOW_WEB, *_WEB)
-# The bytes of a frame, the shapes, the pictures, the scene.
+# Each folder may include the ones before it.
 _RENDER = {"envcore/render/output": _BELOW_SCENE}
 for _folder in ("raster", "art", "scene"):
     _RENDER[f"envcore/render/{_folder}"] = (*_BELOW_SCENE, "envcore/scene", "envcore/art", *_RENDER)
 _BELOW_ENVIRONMENT = (*_BELOW_SCENE, "envcore/scene", "envcore/games", *_RENDER, "envcore/art")
-ARROWS = {
+DEPENDENCIES = {
     "envcore/status": (),
     "envcore/state": ("envcore/status",),
     "envcore/random": ("envcore/status", "envcore/state"),
@@ -57,7 +54,6 @@ ARROWS = {
     "envcore/pool": (*_BELOW_ENVIRONMENT, "envcore/environment"),
     "envcore/trace": (*_BELOW_ENVIRONMENT, "envcore/environment"),
     "proto": (),
-    # How threads start and wait, for all folders of the server, and what is logged.
     "server/concurrency": (),
     "server/logging": ("server/concurrency",),
     "server/cluster": ("server/concurrency",),
@@ -68,10 +64,9 @@ ARROWS = {
     "server/wire": ("envcore/pool", "server/cluster", "server/encoding", *_POOL,
                     "proto"),
     **_RPC,
-    # A client of the very server that it lives in, so it knows clients/cpp.
+    # The pages are a client of their own server: they use clients/cpp.
     **_WEB,
-    # The program itself: flags, wiring, signals, shutdown.
-    "server": ("envcore/pool", *_BELOW_FRONTS, *_POOL, "server/rpc", "server/rpc/auth",
+    "server": ("envcore/pool", *_BELOW_RPC_AND_WEB, *_POOL, "server/rpc", "server/rpc/auth",
                "server/rpc/services", "server/net", "server/metrics",
                "server/cluster", "server/web"),
     "clients/cpp": ("proto", "envcore/status", "envcore/environment", "envcore/pool"),
@@ -79,34 +74,32 @@ ARROWS = {
                   "clients/cpp"),
     "clients/libenv": ("proto", "envcore/pool", "clients/cpp"),
     "clients": ("proto",),
-    # Programs for people, over the engine or over a server.
     "tools": (*_BELOW_ENVIRONMENT, "envcore/environment", "envcore/pool", "envcore/trace", "proto",
               "clients/cpp"),
 }
 # Folders whose files may include anything.
-_FREE = ("tests",)
+_UNRESTRICTED = ("tests",)
 
 # Headers that only some folders may include: pattern, folders, what to do.
 _GUARDED_HEADERS = (
     (r"grpc(pp)?/|.*\.grpc\.pb\.h$", ("server/rpc", "clients", "tests"),
-     "only server/rpc and the clients speak gRPC; put the call behind an interface of this module"),
+     "only server/rpc and the clients use gRPC; call it through an interface of this module"),
     (r".*\.pb\.h$",
      ("server/rpc", "server/wire", "server/web", "clients", "tests"),
-     "messages of the wire stop at server/wire; convert them there to a type of this module"),
+     "server/wire converts messages to types of this module"),
     (r"(.*/)?dds/|(.*/)?dds\.h$|server/cluster/topics\.h$", ("server/cluster", "tests"),
-     "only server/cluster knows Cyclone DDS"),
+     "only server/cluster uses Cyclone DDS"),
     (r"boost/", ("server/web", "tests"),
-     "only server/web knows Boost, for HTTP and WebSocket"),
+     "only server/web uses Boost, for HTTP and WebSocket"),
     (r"prometheus/", ("server/metrics", "tests"),
-     "only server/metrics knows Prometheus; count what you do with class Metrics"),
+     "only server/metrics uses prometheus-cpp; count with class Metrics"),
 )
-# What the engine never includes, and where threads are allowed in it.
+# Headers that the engine must not include; threads are allowed in envcore/pool.
 _CLOCKS_AND_SOCKETS = re.compile(
     r"(chrono|ctime|time\.h|absl/time/.*|sys/socket\.h|netinet/.*|unistd\.h)$")
 _THREADS = re.compile(r"(thread|future|condition_variable|pthread\.h)$")
 
-# Libraries that are installed have an include folder of their own: their headers are included, and
-# guarded, by the path from there.
+# Include folders of installed libraries: includes and include guards are relative to them.
 INCLUDE_ROOTS = ("clients/cpp/",)
 
 _INCLUDE = re.compile(r'\s*#\s*include\s*[<"]([^">]+)[">]')
@@ -121,7 +114,7 @@ def includes_of(tree, path):
 
 
 def _from_root(tree, included):
-    """The path of an included file of ours from the root of the repository."""
+    """Returns the path, from the root of the repository, of an included file."""
     paths = (root + included for root in INCLUDE_ROOTS)
     return next((path for path in paths if path in tree), included)
 
@@ -131,9 +124,9 @@ def cpp_files(tree):
 
 
 def module_of(path):
-    """The module that a file of ours belongs to, '' if it is in none."""
+    """Returns the module of a file, '' if it is in none."""
     folder = posixpath.dirname(path)
-    while folder and folder not in ARROWS:
+    while folder and folder not in DEPENDENCIES:
         folder = posixpath.dirname(folder)
     return folder
 
@@ -144,37 +137,37 @@ def _is_under(path, folders):
 
 def _may_use(source_path, target_path):
     source, target = module_of(source_path), module_of(target_path)
-    if target in ARROWS[source]:
+    if target in DEPENDENCIES[source]:
         return True
     if source != target:
         return False
-    # The clients form one module here, but each knows only itself.
+    # The other clients form one module, but must not include each other.
     same_client = source_path.split("/")[:2] == target_path.split("/")[:2]
     return source != "clients" or same_client
 
 
-def check_include_arrows(tree):
-    """An include follows an arrow of the table."""
+def check_include_directions(tree):
+    """DEPENDENCIES allows every include."""
     for path in cpp_files(tree):
-        if _is_under(path, _FREE):
+        if _is_under(path, _UNRESTRICTED):
             continue
         source = module_of(path)
         if not source:
-            yield Violation(path, 1, "this folder is in no module; add it to ARROWS in "
-                                     "tests/tidy/includes.py with the modules that it may include")
+            yield Violation(path, 1, "this folder is in no module; add it to DEPENDENCIES in "
+                                     "tests/tidy/includes.py")
             continue
         for number, included in includes_of(tree, path):
-            if _is_under(included, _FREE):
-                yield Violation(path, number, f"{source} includes {included}: nothing but a test "
-                                              "includes what is under tests")
+            if _is_under(included, _UNRESTRICTED):
+                yield Violation(path, number, f"{source} includes {included}: only tests may "
+                                              "include files of tests")
             elif module_of(included) and not _may_use(path, included):
-                allowed = ", ".join(ARROWS[source]) or "nothing else of ours"
+                allowed = ", ".join(DEPENDENCIES[source]) or "no other module"
                 yield Violation(path, number,
                                 f"{source} must not include {included}; it may include {allowed}")
 
 
 def check_guarded_headers(tree):
-    """gRPC, generated messages and DDS stay behind their borders."""
+    """Only the folders of _GUARDED_HEADERS include gRPC, messages, DDS and other libraries."""
     for path in cpp_files(tree):
         for number, included in includes_of(tree, path):
             for pattern, folders, advice in _GUARDED_HEADERS:
@@ -190,8 +183,8 @@ def check_engine_purity(tree):
             continue
         for number, included in includes_of(tree, path):
             if _CLOCKS_AND_SOCKETS.match(included):
-                yield Violation(path, number, f"includes <{included}>: the engine knows no clock "
-                                              "and no socket; give it what it needs as a value")
+                yield Violation(path, number, f"includes <{included}>: the engine must not use "
+                                              "clocks and sockets; pass values instead")
             elif _THREADS.match(included) and not _is_under(path, ("envcore/pool",)):
                 yield Violation(path, number, f"includes <{included}>: in the engine only "
                                               "envcore/pool has threads")
@@ -203,22 +196,24 @@ _ENGINE_TARGETS = ("state", "random", "world", "level", "scene", "games", "art",
                    "environment", "pool", "trace")
 
 
-def check_link_arrows(tree):
-    """The direction of linking is the direction of includes, also for the clients."""
+def check_link_directions(tree):
+    """DEPENDENCIES allows every link between targets of the engine, clients and server."""
     for path in tree.with_suffix("CMakeLists.txt"):
         folder = posixpath.dirname(path)
         module = module_of(path)
-        if not module or _is_under(path, _FREE):
+        if not module or _is_under(path, _UNRESTRICTED):
             continue
         text = tree.text(path)
         for link in _LINK.finditer(text):
             number = text.count("\n", 0, link.start()) + 1
+            allowed = (folder, *DEPENDENCIES[module])
             for name in _TARGET.findall(link.group(1)):
                 target = f"envcore/{name}"
                 if name in _ENGINE_TARGETS and not any(
-                        _is_under(allowed, (target,)) for allowed in (folder, *ARROWS[module])):
+                        _is_under(other, (target,)) for other in allowed):
                     yield Violation(path, number, f"{module} must not link procgen::{name}; "
-                                                  f"see ARROWS in tests/tidy/includes.py")
+                                                  f"see DEPENDENCIES in tests/tidy/includes.py")
 
 
-RULES = (check_include_arrows, check_guarded_headers, check_engine_purity, check_link_arrows)
+RULES = (check_include_directions, check_guarded_headers, check_engine_purity,
+         check_link_directions)

@@ -37,7 +37,7 @@ def check_sources_are_built(tree):
     mentions = _cmake_mentions(tree)
     for path in tree.with_suffix(".cc", ".proto"):
         if not _is_listed(path, mentions):
-            yield Violation(path, 1, "no CMakeLists.txt names it; add it to a target or remove it")
+            yield Violation(path, 1, "is in no CMakeLists.txt; add it to a target or remove it")
 
 
 def check_headers_are_included(tree):
@@ -50,7 +50,7 @@ def check_headers_are_included(tree):
                 included.update((name, relative))
     for path in tree.with_suffix(".h"):
         if path not in included:
-            yield Violation(path, 1, "no file includes it; remove it or use it")
+            yield Violation(path, 1, "is included by no file; remove it or use it")
 
 
 def check_python_is_used(tree):
@@ -68,44 +68,44 @@ def check_python_is_used(tree):
         runs = tree.text(path).startswith("#!") or stem in ("__init__", "__main__", "setup",
                                                             "conftest")
         if not runs and stem not in imported and not _is_listed(path, mentions):
-            yield Violation(path, 1, "no file imports it, no CMakeLists.txt names it and it has no "
-                                     "'#!' line; use it or remove it")
+            yield Violation(path, 1, "is not imported, in no CMakeLists.txt and without a '#!' "
+                                     "line; use it or remove it")
 
 
-# A folder that holds such a file wants explaining; data (pictures, recordings) does not.
-_EXPLAINED = (".h", ".cc", ".py", ".sh", ".proto", ".js", ".yaml", ".yml",
-              "CMakeLists.txt", "Dockerfile")
-# Under tests, what mirrors the tree is explained by what it mirrors.
+# A folder with such a file needs a README.md; data (pictures, recordings) does not.
+_SOURCES = (".h", ".cc", ".py", ".sh", ".proto", ".js", ".yaml", ".yml",
+            "CMakeLists.txt", "Dockerfile")
+# Test folders that mirror the tree need none.
 _MIRROR = re.compile(r"tests/(envcore|server|clients|proto|deploy|tools)(/|$)")
 
 
 def check_readmes(tree):
-    """A folder with sources has a README.md that says what it is."""
-    needing = {posixpath.dirname(path) for path in tree.with_suffix(*_EXPLAINED)}
-    for folder in sorted(needing):
+    """A folder with sources has a README.md that describes it."""
+    folders = {posixpath.dirname(path) for path in tree.with_suffix(*_SOURCES)}
+    for folder in sorted(folders):
         hidden = folder.startswith(".") or "/." in folder
         readme = posixpath.join(folder, "README.md")
         if not hidden and not _MIRROR.match(folder) and readme not in tree.paths:
-            yield Violation(readme, 1, "is missing; say what this folder is, where things are and "
-                                       "why it is so")
+            yield Violation(readme, 1, "is missing; describe what the folder is for, how it works "
+                                       "and why")
         elif readme in tree.paths and len(tree.text(readme).split()) < 20:
-            yield Violation(readme, 1, "says too little; what is this folder, where are things, "
-                                       "why is it so?")
+            yield Violation(readme, 1, "has fewer than 20 words; describe what the folder is for, "
+                                       "how it works and why")
 
 
 _LINK = re.compile(r"\]\(([^)#\s]+)(?:#[^)\s]*)?\)")
 
 
 def check_links(tree):
-    """A relative link in a Markdown file leads to a file or folder of ours."""
+    """The target of a relative link in a Markdown file exists."""
     known = set(tree.paths) | set(tree.folders)
     for path in tree.with_suffix(".md"):
         for number, line in tree.lines(path):
             for target in _LINK.findall(line):
-                place = posixpath.normpath(posixpath.join(posixpath.dirname(path), target))
-                if "://" not in target and not target.startswith("mailto:") and place not in known \
-                        and place != ".":
-                    yield Violation(path, number, f"links to {target}, which is not there")
+                resolved = posixpath.normpath(posixpath.join(posixpath.dirname(path), target))
+                if "://" not in target and not target.startswith("mailto:") and \
+                        resolved not in known and resolved != ".":
+                    yield Violation(path, number, f"links to {target}, which does not exist")
 
 
 RULES = (check_sources_are_built, check_headers_are_included, check_python_is_used, check_readmes,

@@ -18,10 +18,10 @@ def check_line_length(tree):
     """C++ and Python lines have at most 100 characters."""
     for path in tree.with_suffix(".h", ".cc", ".py"):
         for number, line in tree.lines(path):
-            # A path or a link that cannot be broken may stand out.
+            # Includes and links cannot be broken.
             unbreakable = line.lstrip().startswith("#include") or "://" in line
             if len(line) > LINE_LENGTH_MAX and not unbreakable:
-                yield Violation(path, number, f"has {len(line)} characters; break it at "
+                yield Violation(path, number, f"has {len(line)} characters; the limit is "
                                               f"{LINE_LENGTH_MAX}")
 
 
@@ -30,36 +30,36 @@ def check_file_length(tree):
     for path in tree.with_suffix(*_SOURCES):
         count = len(tree.lines(path))
         if count > FILE_LINES_MAX:
-            yield Violation(path, count, f"has {count} lines, at most {FILE_LINES_MAX} are "
-                                         "allowed; look for the second concept in it")
+            yield Violation(path, count, f"has {count} lines; the limit is {FILE_LINES_MAX}; "
+                                         "split it by concept")
 
 
 def check_python_function_length(tree):
-    """A Python function fits on a screen (70 lines); tests may be longer."""
+    """A Python function has at most 70 lines; tests may be longer."""
     for path in tree.with_suffix(".py"):
         if _may_be_long(path):
             continue
         try:
             module = ast.parse(tree.text(path))
         except SyntaxError as error:
-            yield Violation(path, error.lineno or 1, "is not Python; mend the syntax")
+            yield Violation(path, error.lineno or 1, "has a syntax error")
             continue
         for node in ast.walk(module):
             if isinstance(node, (ast.FunctionDef, ast.AsyncFunctionDef)):
-                yield from _judge(path, node.name, node.lineno, node.end_lineno)
+                yield from _check_length(path, node.name, node.lineno, node.end_lineno)
 
 
 def check_cpp_function_length(tree):
-    """A C++ function fits on a screen (70 lines); tests may be longer."""
+    """A C++ function has at most 70 lines; tests may be longer."""
     for path in cpp_files(tree):
         if not _may_be_long(path):
             for name, first, last in cpp_functions(tree.text(path)):
-                yield from _judge(path, name, first, last)
+                yield from _check_length(path, name, first, last)
 
 
 def check_class_length(tree):
-    """A C++ class, its methods in all files of its folder included, has at most 600 lines."""
-    sizes = {}  # (folder, class): [lines, where it is declared]
+    """A C++ class has at most 600 lines, with its methods in all files of its folder."""
+    sizes = {}  # (folder, class): [lines, (path, line) of the declaration]
     for path in cpp_files(tree):
         folder = path.rpartition("/")[0]
         for name, first, last in cpp_classes(tree.text(path)):
@@ -73,19 +73,19 @@ def check_class_length(tree):
                 size[0] += last - first + 1
     for (_, name), (count, (path, line)) in sizes.items():
         if count > CLASS_LINES_MAX:
-            yield Violation(path, line, f"{name} has {count} lines in all its files, at most "
-                                        f"{CLASS_LINES_MAX} are allowed; give a duty of it a class")
+            yield Violation(path, line, f"{name} has {count} lines in all its files; the limit is "
+                                        f"{CLASS_LINES_MAX}; extract a class")
 
 
 def _may_be_long(path):
     return path.startswith("tests/") and path.endswith(("_test.cc", "_test.py"))
 
 
-def _judge(path, name, first, last):
+def _check_length(path, name, first, last):
     count = last - first + 1
     if count > FUNCTION_LINES_MAX:
-        yield Violation(path, first, f"{name} has {count} lines, at most {FUNCTION_LINES_MAX} are "
-                                     "allowed; give a part of it a name")
+        yield Violation(path, first, f"{name} has {count} lines; the limit is "
+                                     f"{FUNCTION_LINES_MAX}; extract a function")
 
 
 _NOT_CODE = re.compile(
@@ -100,9 +100,9 @@ _FUNCTION_NAME = re.compile(r"([\w:~]+)\s*\(")
 def cpp_functions(text):
     """Yields (name, first line, last line) of the functions with a body.
 
-    An approximation that suffices with clang-format's layout: a brace opens a function if the text
-    since the last ';', '{' or '}' has a parameter list and opens no type or namespace. Blocks,
-    lambdas and local types within a function belong to it.
+    An approximation that is exact enough with clang-format's layout: a brace opens a function if
+    the text since the last ';', '{' or '}' has a parameter list and opens no type or namespace.
+    Blocks, lambdas and local types belong to the function that contains them.
     """
     text = _code_of(text)
     depth, function, head_start = 0, None, 0
@@ -127,7 +127,7 @@ _CLASS = re.compile(r"\b(?:class|struct)\s+([\w:]+)(?:\s+final)?\s*(?::[^;{}()]*
 
 
 def cpp_classes(text):
-    """Yields (name, first line, last line) of the classes with a body that are in no other one."""
+    """Yields (name, first line, last line) of the classes with a body, except nested ones."""
     text = _code_of(text)
     end = 0
     for match in _CLASS.finditer(text):
@@ -142,7 +142,7 @@ def cpp_classes(text):
 
 
 def _code_of(text):
-    """The text without comments, literals and preprocessor lines, each character in its place."""
+    """Replaces comments, literals and preprocessor lines by blanks; offsets stay the same."""
     text = _DIGIT_SEPARATOR.sub("", text)
     text = _NOT_CODE.sub(_blank, text)
     return re.sub(r"^[ \t]*#(?:[^\n]*\\\n)*[^\n]*", _blank, text, flags=re.MULTILINE)

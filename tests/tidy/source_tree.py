@@ -1,4 +1,4 @@
-"""The files of the repository as the tidy rules see them."""
+"""The files of the repository, as input of the tidy rules."""
 
 import dataclasses
 import functools
@@ -9,7 +9,7 @@ import subprocess
 
 @dataclasses.dataclass(frozen=True, order=True)
 class Violation:
-    """A place where a repository rule is broken; `message` says what to do about it."""
+    """A place that violates a rule; `message` has the problem and its remedy."""
 
     path: str
     line: int
@@ -20,7 +20,7 @@ class Violation:
 
 
 class SourceTree:
-    """Paths (with '/', from the root of the repository) and texts; binary files have none."""
+    """Paths, relative to the root with '/', and texts; binary files have no text."""
 
     def __init__(self, texts):
         """`texts`: a dictionary from path to text, or to None for a binary file."""
@@ -45,7 +45,7 @@ class SourceTree:
 
     @functools.cached_property
     def folders(self):
-        """Every folder that holds a file, however deep below; the root is ''."""
+        """All folders; the root is ''."""
         found = {""}
         for path in self._texts:
             folder = posixpath.dirname(path)
@@ -62,9 +62,9 @@ class SourceTree:
 
 
 def list_files(root):
-    """The paths below `root` that belong to the project and exist."""
+    """Returns the paths of the project's files below `root`."""
     root = pathlib.Path(root)
-    # safe.directory: the tests may run as root in a checkout that belongs to somebody else.
+    # safe.directory: the tests may run as root in a checkout of another user.
     command = ["git", "-c", "safe.directory=*", "-C", str(root), "ls-files", "-z"]
     try:
         output = subprocess.run(command, capture_output=True, check=True).stdout.decode()
@@ -78,7 +78,7 @@ def list_files(root):
 
 def _read_text(path):
     data = path.read_bytes()
-    # A recorded message may be text by chance.
+    # A recorded message may happen to be valid text.
     if path.suffix == ".bin" or b"\0" in data:
         return None
     try:

@@ -1,20 +1,17 @@
 #!/usr/bin/env python3
 """Proves that every tidy rule can fail, and that it accepts valid input.
 
-Each case is a small made-up repository. A rule without a case fails the test as well.
+Each case is a small made-up repository. A rule without a case fails the test.
 """
 
 import sys
 import unittest
 
-sys.dont_write_bytecode = True
-import comments  # noqa: E402  (after the line above, so that no cache lands in the tree)
+sys.dont_write_bytecode = True  # Set before the imports below: no caches in the tree.
 import exceptions  # noqa: E402
 import includes  # noqa: E402
 import listing  # noqa: E402
 import names  # noqa: E402
-import prose  # noqa: E402
-import retired  # noqa: E402
 import sizes  # noqa: E402
 import tidy  # noqa: E402
 import traces  # noqa: E402
@@ -36,12 +33,10 @@ def _cpp_function(line_count):
 
 _README = "# Grid\n" + "What this is, where things are in it and why it is so. " * 3 + "\n"
 _MARK = "TO" + "DO"
-# Retired names, taken apart so that this file does not report itself.
-_SIDE, _SIGHT, _FLAG = "si" + "de", "Si" + "ght", "--" + "art"
 
-# Rule: (a tree that breaks it, where) ...; then trees that keep it.
+# For each rule: pairs of a tree that breaks it and the reported place.
 _BROKEN = {
-    includes.check_include_arrows: (
+    includes.check_include_directions: (
         ({"envcore/world/grid.h": _include("envcore/level/maze.h")}, "envcore/world/grid.h:1"),
         ({"envcore/render/raster/x.cc": _include("envcore/games/game.h")},
          "envcore/render/raster/x.cc:1"),
@@ -70,7 +65,7 @@ _BROKEN = {
         ({"envcore/pool/pool.cc": _include("absl/time/clock.h")}, "envcore/pool/pool.cc:1"),
         ({"envcore/render/x.cc": "#include <thread>\n"}, "envcore/render/x.cc:1"),
     ),
-    includes.check_link_arrows: (
+    includes.check_link_directions: (
         ({"envcore/world/CMakeLists.txt": "\ntarget_link_libraries(w PUBLIC procgen::level)\n"},
          "envcore/world/CMakeLists.txt:2"),
         ({"clients/cpp/CMakeLists.txt": "target_link_libraries(c PRIVATE procgen::games)\n"},
@@ -133,7 +128,7 @@ _BROKEN = {
         ({"CMakeLists.txt": "add(x)\n=======\nadd(y)\n" + ">" * 7 + " d9b092e\n"},
          "CMakeLists.txt:4"),
     ),
-    traces.check_machine_paths: (
+    traces.check_local_paths: (
         ({"x.md": "cd /ho" + "me/ada/procgen\n"}, "x.md:1"),
         ({"x.sh": "cd /wo" + "rk/main\n"}, "x.sh:1"),
     ),
@@ -143,25 +138,11 @@ _BROKEN = {
         ({"x.md": "a"}, "x.md:1"),
         ({"x.md": "a\n\n"}, "x.md:2"),
     ),
-    prose.check_prose: (
-        ({"x.md": "It tells.\n", prose.CEILINGS: "who 0\ntells 0\n"}, f"{prose.CEILINGS}:2"),
-        ({"x.md": "Whoever asks.\n"}, f"{prose.CEILINGS}:1"),
-        ({"x.h": "// The stream goes\n// on.\n"}, f"{prose.CEILINGS}:1"),
-        ({"x.md": "", prose.CEILINGS: "for ever 1\n"}, f"{prose.CEILINGS}:1"),
-    ),
-    retired.check_retired_names: (
-        ({"x.cc": f"\nint {_SIDE}_px;\n"}, "x.cc:2"),
-        ({"x.h": f"int k{_SIDE.title()}PxMax;\n"}, "x.h:1"),
-        ({"x.js": f"pool.{_SIDE}Px\n"}, "x.js:1"),
-        ({"x.proto": f"{_SIDE.upper()}_PX_DEFAULT = 1;\n"}, "x.proto:1"),
-        ({f"a/{_SIDE}_px.h": ""}, f"a/{_SIDE}_px.h:1"),
-        ({"x.h": f"class {_SIGHT} {{}};\n"}, "x.h:1"),
-        ({"x.md": f"start it with `{_FLAG}=FOLDER`\n"}, "x.md:1"),
-    ),
 }
 
+# For each rule: trees that keep it.
 _KEPT = {
-    includes.check_include_arrows: (
+    includes.check_include_directions: (
         {"envcore/pool/pool.cc": _include("envcore/random/random_stream.h", "absl/status/status.h",
                                           "envcore/pool/pool.h", "envcore/games/game_catalog.h")},
         {"server/main.cc": _include("server/rpc/server.h", "envcore/pool/pool.h")},
@@ -179,7 +160,7 @@ _KEPT = {
         {"envcore/pool/worker_pool.cc": "#include <thread>\n"},
         {"server/pool/x.cc": "#include <chrono>\n"},
     ),
-    includes.check_link_arrows: (
+    includes.check_link_directions: (
         {"envcore/world/CMakeLists.txt": "target_link_libraries(w PUBLIC procgen::random)\n"},
         {"clients/libenv/CMakeLists.txt": "target_link_libraries(c PRIVATE procgen::pool)\n"},
         {"tests/CMakeLists.txt": "target_link_libraries(t PRIVATE procgen::games)\n"},
@@ -188,7 +169,7 @@ _KEPT = {
     names.check_declared_names: ({"x.cc": "class DataProcessor {\n  // a common helper\n"},),
     names.check_header_guards: (
         {"clients/cpp/p/x.h": "#ifndef P_X_H_\n#define P_X_H_\n\n#endif  // P_X_H_\n"},
-        {"a/b_c.h": "// Rights.\n#ifndef A_B_C_H_\n#define A_B_C_H_\n\n#endif  // A_B_C_H_\n"},
+        {"a/b_c.h": "// Licence.\n#ifndef A_B_C_H_\n#define A_B_C_H_\n\n#endif  // A_B_C_H_\n"},
     ),
     names.check_impl_names: ({"server/rpc/x.h": "class PoolsImpl final : public Service {\n"},),
     sizes.check_line_length: ({"x.cc": "x" * 100 + "\n", "y.md": "x" * 200 + "\n"},),
@@ -225,20 +206,10 @@ _KEPT = {
     ),
     traces.check_markers: ({"x.md": "The list of what to do; a todo list.\n"},),
     traces.check_conflicts: ({"x.md": "Title\n=======\n>>> print(1)\n"},),
-    traces.check_machine_paths: (
+    traces.check_local_paths: (
         {"x.sh": "#!/usr/bin/env bash\ncd $HOME/work/x\n# rest at/work/ing\n"},
     ),
     traces.check_blanks: ({"x.md": "a\n\nb\n", "Makefile": "\tx\n"},),
-    prose.check_prose: (
-        {"x.md": "It tells who.\n", "y.js": "/* who */", prose.CEILINGS: "who 2\ntells 1\n"},
-        {"x.js": 'const tells = "// who";\n', "x.py": "tells = 'anew'\n", "x.sh": "# who\n"},
-        {"x.md": "It goes\n\non; the whole foretells renewal.\n"},
-    ),
-    retired.check_retired_names: (
-        {"x.h": f"int in{_SIDE}_px; int {_SIDE}_of_px;\n"},
-        {"x.md": f"The episode ends at first {_SIGHT.lower()}; {_FLAG}_dir is a flag.\n"},
-        {"CHANGELOG.md": f"- {_SIDE}_px is size_px\n"},
-    ),
 }
 
 
@@ -246,7 +217,7 @@ class RulesTest(unittest.TestCase):
     def test_every_rule_can_fail(self):
         for rule in tidy.RULES:
             with self.subTest(rule=rule.__name__):
-                self.assertIn(rule, _BROKEN, "give the rule a tree that breaks it")
+                self.assertIn(rule, _BROKEN, "add a tree that breaks the rule")
                 for texts, place in _BROKEN[rule]:
                     found = [f"{violation.path}:{violation.line}"
                              for violation in rule(SourceTree(texts))]
@@ -255,44 +226,31 @@ class RulesTest(unittest.TestCase):
     def test_no_rule_rejects_valid_input(self):
         for rule in tidy.RULES:
             with self.subTest(rule=rule.__name__):
-                self.assertIn(rule, _KEPT, "give the rule a tree that keeps it")
+                self.assertIn(rule, _KEPT, "add a tree that keeps the rule")
                 for texts in _KEPT[rule]:
                     self.assertEqual(list(rule(SourceTree(texts))), [], texts)
 
-    def test_allowed_includes_form_no_cycle(self):
+    def test_allowed_includes_have_no_cycle(self):
         def reach(module, seen):
             self.assertNotIn(module, seen)
-            for target in includes.ARROWS[module]:
+            for target in includes.DEPENDENCIES[module]:
                 reach(target, (*seen, module))
-        for module in includes.ARROWS:
+        for module in includes.DEPENDENCIES:
             reach(module, ())
 
 
-class CommentsTest(unittest.TestCase):
-    def test_comments_are_found_with_their_lines(self):
-        for path, text, expected in (
-            ("x.cc", 'Go("// no", \'"\');  // yes\n/* two\n * three */\n',
-             [(1, "yes"), (2, "two"), (3, "three")]),
-            ("x.js", "a = `\n// no\n`\n// yes\n", [(4, "yes")]),
-            ("x.py", '"""Yes.\n\nMore.\n"""\nx = "no"  # so\n',
-             [(1, "Yes."), (2, ""), (3, "More."), (4, ""), (5, "so")]),
-            ("x.sh", "# no\n", []),
-        ):
-            self.assertEqual(comments.prose_of(path, text), expected, path)
-
-
 class ExceptionsTest(unittest.TestCase):
-    def test_exception_excuses_its_rule_and_path_only(self):
+    def test_an_exception_applies_to_its_rule_and_path_only(self):
         tree = SourceTree({"a/x.cc": "y" * 101 + "\n", "b/x.cc": "y" * 101 + "\n"})
-        excused = (("check_line_length", "a/*", "because"),)
-        found = tidy.check(tree, (sizes.check_line_length,), excused)
+        excepted = (("check_line_length", "a/*", "because"),)
+        found = tidy.check(tree, (sizes.check_line_length,), excepted)
         self.assertEqual([violation.path for violation, _ in found], ["b/x.cc"])
 
-    def test_exception_that_excuses_nothing_is_reported(self):
+    def test_an_exception_without_a_violation_is_reported(self):
         tree = SourceTree({"a/x.cc": "y\n"})
-        excused = (("check_line_length", "a/*", "because"),)
-        found = tidy.check(tree, (sizes.check_line_length,), excused)
-        self.assertIn("excuses nothing", str(found[0][0]))
+        excepted = (("check_line_length", "a/*", "because"),)
+        found = tidy.check(tree, (sizes.check_line_length,), excepted)
+        self.assertIn("matches no violation", str(found[0][0]))
 
     def test_every_exception_names_a_rule_and_has_a_reason(self):
         known = {rule.__name__ for rule in tidy.RULES}

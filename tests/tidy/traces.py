@@ -1,36 +1,36 @@
-"""Traces of work that must not be published: markers, conflicts, machine paths."""
+"""Text that must not be published: markers, merge conflicts, local paths; white space."""
 
 import re
 
 from source_tree import Violation
 
 # Files with text from other projects.
-_FOREIGN = ("LICENSE",)
+_THIRD_PARTY = ("LICENSE",)
 
-# Taken apart so that this file does not report itself.
+# Split so that this file does not report itself.
 _MARKER = re.compile(r"\b(TO" r"DO|FIX" r"ME|XX" r"X|HA" r"CK)\b")
-# Places that exist on somebody's machine only.
-_MACHINE_PATH = re.compile(r"(?<![\w.~$}])/(work|ro" r"ot|home/\w+|Users/\w+|mnt/\w+)/\w"
+# Paths of a developer's machine.
+_LOCAL_PATH = re.compile(r"(?<![\w.~$}])/(work|ro" r"ot|home/\w+|Users/\w+|mnt/\w+)/\w"
                            r"|\b[A-Z]:\\Users\\")
 
 
 def _text_lines(tree):
     for path in tree.paths:
-        if path not in _FOREIGN:
+        if path not in _THIRD_PARTY:
             for number, line in tree.lines(path):
                 yield path, number, line
 
 
 def check_markers(tree):
-    """No marker of unfinished work stays in a file; the list of work is kept elsewhere."""
+    """No file contains a marker of unfinished work."""
     for path, number, line in _text_lines(tree):
         match = _MARKER.search(line)
         if match:
-            yield Violation(path, number, f"{match.group(1)}: do it or open an issue; markers in "
-                                          "files are forgotten")
+            yield Violation(path, number, f"{match.group(1)} marks unfinished work; finish it "
+                                          "or open an issue")
 
 
-# "=======" alone would do for Markdown's headings, so it does not count.
+# "=======" underlines headings in Markdown, so it does not count.
 _CONFLICT = re.compile(r"(<{7}|>{7}|\|{7})( |$)")
 
 
@@ -38,23 +38,23 @@ def check_conflicts(tree):
     """No file contains merge conflict markers."""
     for path, number, line in _text_lines(tree):
         if _CONFLICT.match(line):
-            yield Violation(path, number, "a merge was not finished here; choose what stays")
+            yield Violation(path, number, "is a conflict marker; finish the merge")
 
 
-def check_machine_paths(tree):
+def check_local_paths(tree):
     """No file contains a path of a developer's machine."""
     for path, number, line in _text_lines(tree):
-        match = _MACHINE_PATH.search(line)
+        match = _LOCAL_PATH.search(line)
         if match:
-            yield Violation(path, number, f"'{match.group()}...' is a path of one machine; make it "
-                                          "relative or an option")
+            yield Violation(path, number, f"'{match.group()}...' is a local path; make it relative "
+                                          "or an option")
 
 
 def check_blanks(tree):
-    """No line ends with a blank, no source has a tab, a text ends with exactly one newline."""
+    """No trailing blanks, no tabs in sources, exactly one newline at the end of a file."""
     for path in tree.paths:
         text = tree.text(path)
-        if path in _FOREIGN or not text:
+        if path in _THIRD_PARTY or not text:
             continue
         for number, line in tree.lines(path):
             if line != line.rstrip():
@@ -65,4 +65,4 @@ def check_blanks(tree):
             yield Violation(path, len(tree.lines(path)), "end the file with exactly one newline")
 
 
-RULES = (check_markers, check_conflicts, check_machine_paths, check_blanks)
+RULES = (check_markers, check_conflicts, check_local_paths, check_blanks)
