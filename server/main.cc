@@ -1,5 +1,5 @@
 // procgen-server: hosts pools of Procgen environments behind a gRPC API. `procgen-server --help`
-// lists the flags; server/README.md explains them.
+// explains the flags.
 
 #include <unistd.h>
 

@@ -6,10 +6,12 @@ import struct
 from pathlib import Path
 
 import pytest
+from hpack import write_headers
 from http2 import (
     CONTINUATION,
     DATA,
     END_HEADERS,
+    END_STREAM,
     HEADERS,
     INITIAL_WINDOW_SIZE,
     PING,
@@ -85,6 +87,22 @@ def test_metadata_of_a_known_caller_may_be_continued(tmp_path: Path) -> None:
         connection.windows[1] = connection.stream_window
         connection.send(1, b"\0\0\0\0\0", ends=True)
         assert connection.trailers(1)["grpc-status"] == "3"
+
+
+@pytest.mark.parametrize("name", ["te", ":scheme", "grpclb_client_stats"])
+def test_invalid_headers_beyond_the_limit_end_only_their_call(tmp_path: Path, name: str) -> None:
+    # CVE-2023-1428: gRPC 1.51 may abort. The limit applies once the server's settings are known.
+    fields = {
+        ":method": "POST", ":scheme": "http", ":path": f"/{GET_POOL}", ":authority": "server",
+        "te": "trailers", "content-type": "application/grpc",
+    }  # fmt: skip
+    block = write_headers([*(fields | {name: "x"}).items(), ("large", "v" * 9_000)])
+    with serve(tmp_path) as server, Http2Connection(server.address) as connection:
+        identify(connection)
+        connection.waiting += frame(HEADERS, END_STREAM | END_HEADERS, 3, block)
+        assert connection.trailers(3)["grpc-status"] == "8"
+        with server.client() as client:
+            assert client.catalog().games
 
 
 @pytest.mark.parametrize("kind", _CONTROL_FRAMES)
