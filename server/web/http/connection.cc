@@ -3,13 +3,11 @@
 #include <chrono>
 #include <optional>
 #include <string>
-#include <type_traits>
 #include <utility>
 
 #include "boost/asio/dispatch.hpp"
 #include "boost/beast/core/flat_buffer.hpp"
 #include "boost/beast/http.hpp"
-#include "boost/beast/ssl/ssl_stream.hpp"
 #include "boost/beast/websocket/rfc6455.hpp"
 
 namespace procgen::web {
@@ -43,42 +41,31 @@ std::string TextOf(const asio::ip::address& address) {
   return address.to_string();
 }
 
-template <typename Stream>
-constexpr bool kIsSecure = std::is_same_v<Stream, SecureStream>;
-
-template <typename Stream>
-class Connection final : public std::enable_shared_from_this<Connection<Stream>> {
+class Connection final : public std::enable_shared_from_this<Connection> {
  public:
-  Connection(Stream stream, const ConnectionContext& context)
+  Connection(ByteStream stream, const ConnectionContext& context)
       : stream_(std::move(stream)), context_(context) {
     error_code error;
-    local_host_ = TextOf(Lowest().socket().local_endpoint(error).address());
+    local_host_ = TextOf(stream_.Socket().local_endpoint(error).address());
   }
 
   void Start() {
-    if constexpr (kIsSecure<Stream>) {
-      Lowest().expires_after(kAskTimeout);
-      stream_.async_handshake(asio::ssl::stream_base::server,
-                              [self = this->shared_from_this()](error_code error) {
-                                if (!error) {
-                                  self->Read();
-                                }
-                              });
-    } else {
-      Read();
-    }
+    stream_.ExpiresAfter(kAskTimeout);
+    stream_.Handshake([self = shared_from_this()](error_code error) {
+      if (!error) {
+        self->Read();
+      }
+    });
   }
 
  private:
-  beast::tcp_stream& Lowest() { return beast::get_lowest_layer(stream_); }
-
   void Read() {
     parser_.emplace();
     parser_->header_limit(kHeaderBytesMax);
     parser_->body_limit(0);
-    Lowest().expires_after(kAskTimeout);
+    stream_.ExpiresAfter(kAskTimeout);
     http::async_read(stream_, buffer_, *parser_,
-                     [self = this->shared_from_this()](error_code error, size_t) {
+                     [self = shared_from_this()](error_code error, size_t) {
                        if (error) {
                          self->RejectInvalidRequest(error);
                          return;
@@ -107,7 +94,7 @@ class Connection final : public std::enable_shared_from_this<Connection<Stream>>
     info.if_none_match = HeaderOf(request, http::field::if_none_match);
     info.wants_socket = beast::websocket::is_upgrade(request);
     info.local_host = local_host_;
-    info.is_secure = kIsSecure<Stream>;
+    info.is_secure = stream_.is_secure();
     return info;
   }
 
@@ -147,9 +134,9 @@ class Connection final : public std::enable_shared_from_this<Connection<Stream>>
       response_.body() = std::move(body);
     }
     response_.keep_alive(keep_alive);
-    Lowest().expires_after(kAnswerTimeout);
+    stream_.ExpiresAfter(kAnswerTimeout);
     http::async_write(stream_, response_,
-                      [self = this->shared_from_this(), keep_alive](error_code error, size_t) {
+                      [self = shared_from_this(), keep_alive](error_code error, size_t) {
                         if (error) {
                           return;
                         }
@@ -162,16 +149,11 @@ class Connection final : public std::enable_shared_from_this<Connection<Stream>>
   }
 
   void Close() {
-    if constexpr (kIsSecure<Stream>) {
-      Lowest().expires_after(kAskTimeout);
-      stream_.async_shutdown([self = this->shared_from_this()](error_code) {});
-    } else {
-      error_code ignored;
-      Lowest().socket().shutdown(asio::ip::tcp::socket::shutdown_send, ignored);
-    }
+    stream_.ExpiresAfter(kAskTimeout);
+    stream_.Shutdown([self = shared_from_this()](error_code) {});
   }
 
-  Stream stream_;
+  ByteStream stream_;
   const ConnectionContext& context_;
   std::string local_host_;
   beast::flat_buffer buffer_{kHeaderBytesMax * 2};
@@ -183,17 +165,10 @@ class Connection final : public std::enable_shared_from_this<Connection<Stream>>
 
 void StartConnection(asio::ip::tcp::socket socket, const std::shared_ptr<asio::ssl::context>& tls,
                      const ConnectionContext& context) {
-  beast::tcp_stream stream(std::move(socket));
   // On a strand, so that the handlers of a connection do not run concurrently.
-  const auto executor = stream.get_executor();
-  if (tls == nullptr) {
-    auto connection = std::make_shared<Connection<PlainStream>>(std::move(stream), context);
-    asio::dispatch(executor, [connection] { connection->Start(); });
-  } else {
-    auto connection =
-        std::make_shared<Connection<SecureStream>>(SecureStream(std::move(stream), *tls), context);
-    asio::dispatch(executor, [connection] { connection->Start(); });
-  }
+  const auto executor = socket.get_executor();
+  auto connection = std::make_shared<Connection>(ByteStream(std::move(socket), tls), context);
+  asio::dispatch(executor, [connection] { connection->Start(); });
 }
 
 }  // namespace procgen::web

@@ -15,7 +15,6 @@
 #include "boost/beast/core/buffers_to_string.hpp"
 #include "boost/beast/core/flat_buffer.hpp"
 #include "boost/beast/websocket.hpp"
-#include "boost/beast/websocket/ssl.hpp"
 
 namespace procgen::web {
 namespace {
@@ -45,18 +44,17 @@ constexpr size_t kReasonBytesMax = 123;
 
 // One WebSocket. Runs on the strand of its stream. The methods of Outbox and BeginClose may be
 // called from any thread and post to the strand.
-template <typename Stream>
 class Socket final : public Outbox,
                      public OpenSockets::Closable,
-                     public std::enable_shared_from_this<Socket<Stream>> {
+                     public std::enable_shared_from_this<Socket> {
  public:
-  Socket(Stream stream, OpenSockets* sockets)
+  Socket(ByteStream stream, OpenSockets* sockets)
       : socket_(std::move(stream)), sockets_(sockets), timer_(socket_.get_executor()) {}
 
   // Performs the WebSocket handshake and serves the socket until it is closed.
   void Start(const UpgradeRequest& request) {
-    beast::get_lowest_layer(socket_).expires_never();  // the WebSocket has its own timeouts
-    setsockopt(beast::get_lowest_layer(socket_).socket().native_handle(), IPPROTO_TCP,
+    socket_.next_layer().ExpiresNever();  // the WebSocket has its own timeouts
+    setsockopt(socket_.next_layer().Socket().native_handle(), IPPROTO_TCP,
                TCP_NOTSENT_LOWAT, &kUnsentBytesMax, sizeof(kUnsentBytesMax));
     websocket::stream_base::timeout timeouts = {};
     timeouts.handshake_timeout = kHandshakeTimeout;
@@ -64,7 +62,7 @@ class Socket final : public Outbox,
     timeouts.keep_alive_pings = true;
     socket_.set_option(timeouts);
     socket_.read_message_max(kFirstMessageBytesMax);
-    socket_.async_accept(request, [self = this->shared_from_this()](error_code error) {
+    socket_.async_accept(request, [self = shared_from_this()](error_code error) {
       if (error) {
         self->Finish();
         return;
@@ -135,7 +133,7 @@ class Socket final : public Outbox,
   template <typename Work>
   void OnStrand(Work work) {
     asio::post(socket_.get_executor(),
-               [self = this->shared_from_this(), work = std::move(work)]() mutable {
+               [self = shared_from_this(), work = std::move(work)]() mutable {
                  if (!self->is_finished_) {
                    work(*self);
                  }
@@ -167,7 +165,7 @@ class Socket final : public Outbox,
       Write();
       return;
     }
-    page_session_ = std::make_shared<PageSession>(sockets_->context_, this->shared_from_this());
+    page_session_ = std::make_shared<PageSession>(sockets_->context_, shared_from_this());
     if (const absl::Status status =
             sockets_->threads_->Start([page_session = page_session_] { page_session->Run(); });
         !status.ok()) {
@@ -176,7 +174,7 @@ class Socket final : public Outbox,
       return;
     }
     timer_.expires_after(kHelloTimeout);
-    timer_.async_wait([self = this->shared_from_this()](error_code error) {
+    timer_.async_wait([self = shared_from_this()](error_code error) {
       if (!error && !self->is_welcome_ && !self->is_finished_) {
         self->CloseNow(kClosePolicy, "no hello that was accepted within 10 seconds");
       }
@@ -191,7 +189,7 @@ class Socket final : public Outbox,
       return;
     }
     is_reading_ = true;
-    socket_.async_read(buffer_, [self = this->shared_from_this()](error_code error, size_t) {
+    socket_.async_read(buffer_, [self = shared_from_this()](error_code error, size_t) {
       self->is_reading_ = false;
       if (error) {
         self->Finish();
@@ -233,7 +231,7 @@ class Socket final : public Outbox,
     written_ = TakeNext();
     socket_.binary(written_.message.is_binary);
     socket_.async_write(asio::buffer(written_.message.bytes),
-                        [self = this->shared_from_this()](error_code error, size_t) {
+                        [self = shared_from_this()](error_code error, size_t) {
                           self->is_writing_ = false;
                           if (error) {
                             self->Finish();
@@ -268,7 +266,7 @@ class Socket final : public Outbox,
     reason_ = websocket::close_reason(static_cast<websocket::close_code>(code),
                                       reason.substr(0, kReasonBytesMax));
     timer_.expires_after(kCloseTimeout);
-    timer_.async_wait([self = this->shared_from_this()](error_code error) {
+    timer_.async_wait([self = shared_from_this()](error_code error) {
       if (!error) {
         self->Finish();
       }
@@ -281,7 +279,7 @@ class Socket final : public Outbox,
       return;
     }
     is_close_sent_ = true;
-    socket_.async_close(reason_, [self = this->shared_from_this()](error_code) { self->Finish(); });
+    socket_.async_close(reason_, [self = shared_from_this()](error_code) { self->Finish(); });
   }
 
   // Called when the connection has ended.
@@ -295,11 +293,11 @@ class Socket final : public Outbox,
       page_session_.reset();  // it holds a reference to this
     }
     timer_.cancel();
-    beast::get_lowest_layer(socket_).close();
+    socket_.next_layer().Close();
     sockets_->Remove(this);
   }
 
-  websocket::stream<Stream, /*deflateSupported=*/false> socket_;
+  websocket::stream<ByteStream, /*deflateSupported=*/false> socket_;
   OpenSockets* const sockets_;
   asio::steady_timer timer_;  // for hello, then for the close
   std::shared_ptr<PageSession> page_session_;
@@ -318,9 +316,8 @@ class Socket final : public Outbox,
   bool is_finished_ = false;
 };
 
-template <typename Stream>
-void OpenSockets::OpenOn(Stream stream, const UpgradeRequest& request) {
-  auto socket = std::make_shared<Socket<Stream>>(std::move(stream), this);
+void OpenSockets::Open(ByteStream stream, const UpgradeRequest& request) {
+  auto socket = std::make_shared<Socket>(std::move(stream), this);
   {
     absl::MutexLock lock(&mutex_);
     if (is_closing_) {
@@ -329,14 +326,6 @@ void OpenSockets::OpenOn(Stream stream, const UpgradeRequest& request) {
     sockets_[socket.get()] = socket;
   }
   socket->Start(request);
-}
-
-void OpenSockets::Open(PlainStream stream, const UpgradeRequest& request) {
-  OpenOn(std::move(stream), request);
-}
-
-void OpenSockets::Open(SecureStream stream, const UpgradeRequest& request) {
-  OpenOn(std::move(stream), request);
 }
 
 void OpenSockets::Remove(const Closable* socket) {

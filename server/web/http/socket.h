@@ -9,19 +9,16 @@
 #include "absl/base/thread_annotations.h"
 #include "absl/synchronization/mutex.h"
 #include "absl/time/time.h"
-#include "boost/beast/core/tcp_stream.hpp"
 #include "boost/beast/http/empty_body.hpp"
 #include "boost/beast/http/message.hpp"
-#include "boost/beast/ssl/ssl_stream.hpp"
 #include "server/concurrency/steady_time.h"
 #include "server/concurrency/thread_group.h"
+#include "server/web/http/byte_stream.h"
 #include "server/web/session/outbox.h"
 #include "server/web/session/page_session.h"
 
 namespace procgen::web {
 
-using PlainStream = boost::beast::tcp_stream;
-using SecureStream = boost::beast::ssl_stream<boost::beast::tcp_stream>;
 using UpgradeRequest = boost::beast::http::request<boost::beast::http::empty_body>;
 
 // The set of open WebSockets. Threads: any method from any thread.
@@ -31,8 +28,7 @@ class OpenSockets {
       : context_(context), threads_(threads) {}
 
   // Upgrades a connection to a WebSocket and runs its page session on a new thread.
-  void Open(PlainStream stream, const UpgradeRequest& request);
-  void Open(SecureStream stream, const UpgradeRequest& request);
+  void Open(ByteStream stream, const UpgradeRequest& request);
 
   // Notifies all pages that the server stops, stops their sessions and closes the sockets. Sockets
   // of unresponsive pages are aborted after a timeout.
@@ -41,7 +37,6 @@ class OpenSockets {
   void AwaitClosed(absl::Duration timeout);
 
  private:
-  template <typename Stream>
   friend class Socket;
 
   // Interface of a socket for shutdown.
@@ -51,8 +46,6 @@ class OpenSockets {
     virtual void BeginClose() = 0;
   };
 
-  template <typename Stream>
-  void OpenOn(Stream stream, const UpgradeRequest& request);
   void Remove(const Closable* socket);
 
   const PageSessionContext& context_;
