@@ -174,6 +174,8 @@ absl::StatusOr<std::unique_ptr<web::WebServer>> StartWebServer(const Config& con
        .requires_token = config.server.tokens != nullptr,
        .version = PROCGEN_SERVER_VERSION,
        .channel = server.MakeChannel(),
+       .make_stub = [&server] { return server.MakeStub(); },
+       .request_bytes_max = config.server.limits.request_bytes_max,
        .report_pools = [&server] { return ReportPools(server); },
        .report_episodes = [&server](
                               const std::string& owner, const std::string& name,

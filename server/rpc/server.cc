@@ -20,6 +20,7 @@
 #include "server/pool/pool_supervisor.h"
 #include "server/rpc/auth/authenticator.h"
 #include "server/rpc/auth/tls_credentials.h"
+#include "server/rpc/bridge/generic_stub.h"
 #include "server/rpc/grpc/grpc_deadline.h"
 #include "server/rpc/node_reporter.h"
 #include "server/rpc/services/catalog_service.h"
@@ -51,6 +52,8 @@ constexpr absl::Duration kHandshakeTimeout = absl::Seconds(10);
 constexpr absl::Duration kIdleTimeout = absl::Minutes(10);
 // Bytes that gRPC reads and parses at a time, so at most before it notices a shutdown.
 constexpr int kReadBytesMax = 64 << 10;
+// Bytes of a stream that are sent to a page's call before it reads them.
+constexpr int kStubWindowBytes = 64 << 10;
 // Shortest allowed interval between keepalive pings of a client.
 constexpr absl::Duration kPingIntervalMin = absl::Milliseconds(100);
 
@@ -171,12 +174,15 @@ class GrpcServer final : public Server {
   const Metrics& metrics() const override { return metrics_; }
 
   std::shared_ptr<grpc::Channel> MakeChannel() const override {
+    return MakeChannel(grpc::ChannelArguments());
+  }
+
+  std::unique_ptr<GenericStub> MakeStub() const override {
     grpc::ChannelArguments arguments;
-    arguments.SetMaxReceiveMessageSize(-1);
-    arguments.SetInt(GRPC_ARG_ENABLE_HTTP_PROXY, 0);
-    // Not gRPC's in-process transport, which leaks streams that end while their client writes.
-    return grpc::CreateCustomChannel(internal_listener_->internal_target(),
-                                     grpc::InsecureChannelCredentials(), arguments);
+    // The window of a stream, which gRPC otherwise enlarges by what the connection carries.
+    arguments.SetInt(GRPC_ARG_HTTP2_BDP_PROBE, 0);
+    arguments.SetInt(GRPC_ARG_HTTP2_STREAM_LOOKAHEAD_BYTES, kStubWindowBytes);
+    return MakeGenericStub(MakeChannel(std::move(arguments)));
   }
 
   std::vector<std::shared_ptr<PoolSession>> ListAllPools() const override {
@@ -206,6 +212,14 @@ class GrpcServer final : public Server {
   }
 
  private:
+  std::shared_ptr<grpc::Channel> MakeChannel(grpc::ChannelArguments arguments) const {
+    arguments.SetMaxReceiveMessageSize(-1);
+    arguments.SetInt(GRPC_ARG_ENABLE_HTTP_PROXY, 0);
+    // Not gRPC's in-process transport, which leaks streams that end while their client writes.
+    return grpc::CreateCustomChannel(internal_listener_->internal_target(),
+                                     grpc::InsecureChannelCredentials(), arguments);
+  }
+
   // Sets the status that the health service reports for the server and for each service.
   void SetServing(bool is_serving) {
     grpc::HealthCheckServiceInterface* const health = server_->GetHealthCheckService();

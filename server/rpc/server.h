@@ -15,6 +15,7 @@
 #include "server/net/tls_files.h"
 #include "server/pool/quota/limits.h"
 #include "server/rpc/auth/token_file.h"
+#include "server/rpc/bridge/generic_call.h"
 
 namespace procgen {
 
@@ -55,6 +56,10 @@ class Server {
   // Returns a channel for clients in this process, with the same authentication as any other. Valid
   // while the server exists.
   virtual std::shared_ptr<grpc::Channel> MakeChannel() const = 0;
+  // Returns a stub by which pages call this server, with the same authentication as any other
+  // client. It buffers little, so that a slow page delays its streams. Valid while the server
+  // exists.
+  virtual std::unique_ptr<GenericStub> MakeStub() const = 0;
   // Returns the pools of all owners. The caller must show a pool only to its owner.
   virtual std::vector<std::shared_ptr<PoolSession>> ListAllPools() const = 0;
 

@@ -15,8 +15,10 @@
 #include "server/concurrency/thread_group.h"
 #include "server/net/address.h"
 #include "server/net/listener.h"
+#include "server/web/http/bridge_socket.h"
 #include "server/web/http/connection.h"
 #include "server/web/http/embedded_pages.h"
+#include "server/web/http/open_sockets.h"
 #include "server/web/http/site.h"
 #include "server/web/http/socket.h"
 #include "server/web/http/tls_contexts.h"
@@ -31,6 +33,8 @@ namespace asio = boost::asio;
 constexpr int kIoThreadCount = 2;
 // Connections in addition to viewers' sockets: HTTP requests and silent connections.
 constexpr int32_t kOtherConnectionsMax = 192;
+// Bytes of a BridgeRequest besides its message.
+constexpr int64_t kEnvelopeBytes = 64;
 // Timeout of in-process calls; longer than any call takes.
 constexpr absl::Duration kCallTimeout = absl::Seconds(60);
 // Grace period for sockets at shutdown, in addition to their close timeout.
@@ -81,13 +85,19 @@ class BeastServer final : public WebServer {
             static_cast<size_t>(options.viewers_max),
             absl::StrCat("the server has no room for another page, --web_viewers_max is ",
                          options.viewers_max))),
-        sockets_(page_session_context_, page_session_threads_.get()),
-        connection_context_{&site_, &sockets_},
+        stub_(options.make_stub()),
+        connection_context_{&site_,
+                            {&page_session_context_, page_session_threads_.get()},
+                            &bridge_context_,
+                            &sockets_},
         work_(asio::make_work_guard(io_)),
         listener_(std::move(listener)) {
     for (int i = 0; i < kIoThreadCount; ++i) {
       io_threads_.emplace_back([this] { io_.run(); });
     }
+    bridge_context_.stub = stub_.get();
+    bridge_context_.message_bytes_max = options.request_bytes_max + kEnvelopeBytes;
+    bridge_context_.viewers_max = options.viewers_max;
     listener_->Start([this](int /*listening*/, int connection) { Take(connection); });
   }
 
@@ -98,6 +108,7 @@ class BeastServer final : public WebServer {
     for (std::thread& thread : io_threads_) {
       thread.join();
     }
+    stub_.reset();                  // waits for the calls of the sockets, which have cancelled them
     page_session_threads_.reset();  // all were stopped; messages that they still send are dropped
     watch_threads_.reset();
     feed_.reset();
@@ -137,6 +148,8 @@ class BeastServer final : public WebServer {
   std::unique_ptr<ThreadGroup> watch_threads_;
   const PageSessionContext page_session_context_;
   std::unique_ptr<ThreadGroup> page_session_threads_;
+  std::unique_ptr<GenericStub> stub_;
+  BridgeContext bridge_context_;
   OpenSockets sockets_;
   const ConnectionContext connection_context_;
   asio::io_context io_;  // its pending handlers are destroyed before the other members

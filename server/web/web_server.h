@@ -10,6 +10,7 @@
 #include "absl/status/statusor.h"
 #include "procgen_client/client.h"
 #include "server/net/tls_files.h"
+#include "server/rpc/bridge/generic_call.h"
 #include "server/web/session/pool_report.h"
 
 namespace procgen::web {
@@ -23,6 +24,9 @@ struct WebOptions {
   std::string version;                     // of the server
   // In-process channel to the server itself.
   std::shared_ptr<grpc::Channel> channel;
+  // Returns a stub of the server itself, for the calls of pages.
+  std::function<std::unique_ptr<GenericStub>()> make_stub;
+  int64_t request_bytes_max = 4 << 20;  // Limits.request_bytes_max of the server
   // Returns the pools of all owners.
   std::function<std::vector<PoolReport>()> report_pools;
   // Returns the last episodes of a pool, without the first `after`.

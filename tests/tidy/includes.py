@@ -26,13 +26,15 @@ _RPC = {
     "server/rpc/auth": ("server/logging", "server/metrics", "server/net", "server/rpc/grpc",
                         "server/pool/quota"),
 }
+_RPC["server/rpc/bridge"] = ()
 for _folder in ("run", "watch", "services"):
     _RPC[f"server/rpc/{_folder}"] = (*_BELOW_RPC, *_RPC)
 _RPC["server/rpc"] = (*_BELOW_RPC, *_RPC)
 # Each folder may include the ones before it.
 _BELOW_WEB = ("envcore/pool", "envcore/environment", "envcore/trace", "envcore/games",
-              *_BELOW_RPC_AND_WEB, "server/encoding", "server/net", "clients/cpp")
-_WEB = {"server/web/json": _BELOW_WEB}
+              *_BELOW_RPC_AND_WEB, "server/encoding", "server/net", "server/rpc/bridge",
+              "clients/cpp")
+_WEB = {"server/web/json": _BELOW_WEB, "server/web/bridge": ("proto", "server/rpc/bridge")}
 for _folder in ("/play", "/session", "/http", ""):
     _WEB[f"server/web{_folder}"] = (*_BELOW_WEB, *_WEB)
 # Each folder may include the ones before it.

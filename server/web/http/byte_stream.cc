@@ -86,8 +86,7 @@ std::unique_ptr<ByteStream::Transport> TransportOf(asio::ip::tcp::socket socket,
 
 }  // namespace
 
-ByteStream::ByteStream(asio::ip::tcp::socket socket,
-                       const std::shared_ptr<asio::ssl::context>& tls)
+ByteStream::ByteStream(asio::ip::tcp::socket socket, const std::shared_ptr<asio::ssl::context>& tls)
     : transport_(TransportOf(std::move(socket), tls)), is_secure_(tls != nullptr) {}
 
 }  // namespace procgen::web

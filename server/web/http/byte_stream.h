@@ -92,7 +92,8 @@ class ByteStream {
   }
 
  private:
-  // The first `count` buffers that are not empty: an operation may handle fewer bytes than it could.
+  // The first `count` buffers that are not empty: an operation may handle fewer bytes than it
+  // could.
   template <typename Buffer, size_t count, typename Buffers>
   static std::array<Buffer, count> FirstOf(const Buffers& buffers) {
     std::array<Buffer, count> first;

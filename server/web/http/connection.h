@@ -5,6 +5,8 @@
 
 #include "boost/asio/ip/tcp.hpp"
 #include "boost/asio/ssl/context.hpp"
+#include "server/web/http/bridge_socket.h"
+#include "server/web/http/open_sockets.h"
 #include "server/web/http/site.h"
 #include "server/web/http/socket.h"
 
@@ -13,6 +15,8 @@ namespace procgen::web {
 // Shared by all connections.
 struct ConnectionContext {
   const Site* site = nullptr;
+  PageContext page;
+  BridgeContext* bridge = nullptr;
   OpenSockets* sockets = nullptr;
 };
 

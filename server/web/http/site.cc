@@ -26,9 +26,11 @@ constexpr int kMisdirected = 421;
 constexpr int kUpgradeRequired = 426;
 
 constexpr absl::string_view kSocketPath = "/socket";
+constexpr absl::string_view kBridgePath = "/bridge";
 
 absl::string_view ContentTypeOf(absl::string_view name) {
   static constexpr std::pair<absl::string_view, absl::string_view> kTypes[] = {
+      {".binpb", "application/octet-stream"},
       {".css", "text/css; charset=utf-8"},
       {".html", "text/html; charset=utf-8"},
       {".js", "text/javascript; charset=utf-8"},
@@ -127,8 +129,8 @@ Reply Site::ReplyToSocket(const HttpRequestInfo& request) const {
   if (!IsOurHost(request)) {
     return WrongHost(request);
   }
-  if (PathIn(request.target) != kSocketPath) {
-    return TextReply(kNotFound, "Not found. The WebSocket is at /socket.\n");
+  if (PathIn(request.target) != kSocketPath && !IsBridge(request)) {
+    return TextReply(kNotFound, "Not found. The WebSockets are at /bridge and /socket.\n");
   }
   const std::string ours =
       absl::StrCat(request.is_secure ? "https://" : "http://", absl::AsciiStrToLower(request.host));
@@ -142,6 +144,10 @@ Reply Site::ReplyToSocket(const HttpRequestInfo& request) const {
   return reply;
 }
 
+bool Site::IsBridge(const HttpRequestInfo& request) {
+  return PathIn(request.target) == kBridgePath;
+}
+
 Reply Site::ReplyToPage(const HttpRequestInfo& request) const {
   if (!IsOurHost(request)) {
     return WrongHost(request);
@@ -150,7 +156,7 @@ Reply Site::ReplyToPage(const HttpRequestInfo& request) const {
     return TextReply(kMethodNotAllowed, "Pages are there to be read: GET or HEAD.\n");
   }
   const absl::string_view path = PathIn(request.target);
-  if (path == kSocketPath) {
+  if (path == kSocketPath || path == kBridgePath) {
     return TextReply(kUpgradeRequired, "This is a WebSocket.\n");
   }
   const auto found = files_.find(path);

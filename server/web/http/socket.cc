@@ -40,22 +40,23 @@ constexpr int kUnsentBytesMax = 32 << 10;
 // Maximum length of a close reason in RFC 6455.
 constexpr size_t kReasonBytesMax = 123;
 
-}  // namespace
-
 // One WebSocket. Runs on the strand of its stream. The methods of Outbox and BeginClose may be
 // called from any thread and post to the strand.
 class Socket final : public Outbox,
                      public OpenSockets::Closable,
                      public std::enable_shared_from_this<Socket> {
  public:
-  Socket(ByteStream stream, OpenSockets* sockets)
-      : socket_(std::move(stream)), sockets_(sockets), timer_(socket_.get_executor()) {}
+  Socket(ByteStream stream, const PageContext& context, OpenSockets* sockets)
+      : socket_(std::move(stream)),
+        context_(context),
+        sockets_(sockets),
+        timer_(socket_.get_executor()) {}
 
   // Performs the WebSocket handshake and serves the socket until it is closed.
   void Start(const UpgradeRequest& request) {
     socket_.next_layer().ExpiresNever();  // the WebSocket has its own timeouts
-    setsockopt(socket_.next_layer().Socket().native_handle(), IPPROTO_TCP,
-               TCP_NOTSENT_LOWAT, &kUnsentBytesMax, sizeof(kUnsentBytesMax));
+    setsockopt(socket_.next_layer().Socket().native_handle(), IPPROTO_TCP, TCP_NOTSENT_LOWAT,
+               &kUnsentBytesMax, sizeof(kUnsentBytesMax));
     websocket::stream_base::timeout timeouts = {};
     timeouts.handshake_timeout = kHandshakeTimeout;
     timeouts.idle_timeout = kIdleTimeout;
@@ -165,9 +166,9 @@ class Socket final : public Outbox,
       Write();
       return;
     }
-    page_session_ = std::make_shared<PageSession>(sockets_->context_, shared_from_this());
+    page_session_ = std::make_shared<PageSession>(*context_.session, shared_from_this());
     if (const absl::Status status =
-            sockets_->threads_->Start([page_session = page_session_] { page_session->Run(); });
+            context_.threads->Start([page_session = page_session_] { page_session->Run(); });
         !status.ok()) {
       page_session_.reset();
       CloseNow(websocket::close_code::try_again_later, std::string(status.message()));
@@ -298,6 +299,7 @@ class Socket final : public Outbox,
   }
 
   websocket::stream<ByteStream, /*deflateSupported=*/false> socket_;
+  const PageContext& context_;
   OpenSockets* const sockets_;
   asio::steady_timer timer_;  // for hello, then for the close
   std::shared_ptr<PageSession> page_session_;
@@ -316,45 +318,14 @@ class Socket final : public Outbox,
   bool is_finished_ = false;
 };
 
-void OpenSockets::Open(ByteStream stream, const UpgradeRequest& request) {
-  auto socket = std::make_shared<Socket>(std::move(stream), this);
-  {
-    absl::MutexLock lock(&mutex_);
-    if (is_closing_) {
-      return;
-    }
-    sockets_[socket.get()] = socket;
-  }
-  socket->Start(request);
-}
+}  // namespace
 
-void OpenSockets::Remove(const Closable* socket) {
-  absl::MutexLock lock(&mutex_);
-  sockets_.erase(socket);
-  removed_.NotifyAll();
-}
-
-void OpenSockets::BeginClose() {
-  std::vector<std::shared_ptr<Closable>> sockets;
-  {
-    absl::MutexLock lock(&mutex_);
-    is_closing_ = true;
-    for (const auto& [key, socket] : sockets_) {
-      sockets.push_back(socket.lock());
-    }
+void OpenPageSocket(ByteStream stream, const UpgradeRequest& request, const PageContext& context,
+                    OpenSockets* sockets) {
+  const auto socket = std::make_shared<Socket>(std::move(stream), context, sockets);
+  if (sockets->Add(socket)) {
+    socket->Start(request);
   }
-  for (const std::shared_ptr<Closable>& socket : sockets) {
-    if (socket != nullptr) {
-      socket->BeginClose();
-    }
-  }
-}
-
-void OpenSockets::AwaitClosed(absl::Duration timeout) {
-  absl::MutexLock lock(&mutex_);
-  const auto have_gone = [this]()
-                             ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_) { return sockets_.empty(); };
-  removed_.AwaitUntil(&mutex_, SteadyNow() + timeout, have_gone);
 }
 
 }  // namespace procgen::web
