@@ -7,8 +7,6 @@ from __future__ import annotations
 
 import argparse
 import os
-import sys
-import time
 from collections.abc import Iterator
 from typing import Any, NamedTuple
 
@@ -16,21 +14,13 @@ import numpy as np
 import torch
 
 from procgen_client import Batch, DoubleBufferedSampler, Pool, catalog
-from procgen_client.errors import (
-    DeadlineExceededError,
-    InvalidArgumentError,
-    NotFoundError,
-    UnavailableError,
-)
+from procgen_client._place import SERVER_VARIABLE
+from procgen_client.errors import InvalidArgumentError
 from procgen_client.tools.evaluation import return_range
-
-# Errors of a stopped server, after which the pool is created again.
-LOST = (UnavailableError, NotFoundError, DeadlineExceededError)
-_RETRY_INTERVAL = 1.0
 
 
 class Environments:
-    """A pool in two halves, which is made again after a restart of its server.
+    """A pool in two halves.
 
     Attributes:
         env_count: Number of environments, N.
@@ -62,12 +52,14 @@ class Environments:
         """
         self.env_count = env_count
         self._game = game
-        self._server = server
-        self._server_timeout = server_timeout
-        self._options = options
-        self._pool: Pool
-        self._sampler: DoubleBufferedSampler
-        self._open(None)
+        server = server or os.environ.get(SERVER_VARIABLE)
+        self._client = None
+        if server:
+            from procgen_client import Client  # Needs Protocol Buffers.
+
+            self._client = Client(server, reconnect_timeout=server_timeout)
+        self._pool = Pool(game, env_count, server=self._client, **options)
+        self._sampler = DoubleBufferedSampler(self._pool)
 
     @property
     def halves(self) -> tuple[slice, slice]:
@@ -77,11 +69,7 @@ class Environments:
     def rollout(
         self, step_count: int, out: torch.Tensor
     ) -> Iterator[tuple[int, slice, Batch]]:
-        """Yields (t, rows, batch) of each half; as DoubleBufferedSampler.rollout.
-
-        Raises:
-            LOST: The server stopped; :meth:`reopen` makes the pool again.
-        """
+        """Yields (t, rows, batch) of each half; as DoubleBufferedSampler.rollout."""
         return self._sampler.rollout(step_count, out=out)
 
     def send(self, actions: np.ndarray, rows: slice | None = None) -> None:
@@ -92,39 +80,19 @@ class Environments:
         """Returns a snapshot of each environment. No request may be in flight."""
         return self._pool.save_states()
 
+    def restore_states(self, states: list[bytes]) -> None:
+        """Restores a snapshot of each environment. No request may be in flight."""
+        self._pool.restore_states(states)
+
     def return_range(self, mode: str) -> tuple[float, float]:
         """Returns the returns that are normalised to 0 and 1; hard mode's if `mode` has none."""
         return return_range_or_none(self._game, mode) or return_range(self._game, "hard")
 
-    def reopen(self, states: list[bytes] | None) -> None:
-        """Makes the pool again, also on a restarted server.
-
-        Args:
-            states: Snapshots to restore. None: a new pool's states.
-
-        Raises:
-            ProcgenError: No server answered within server_timeout.
-        """
-        deadline = time.monotonic() + self._server_timeout
-        self.close()
-        while True:
-            try:
-                return self._open(states)
-            except LOST as error:
-                if time.monotonic() >= deadline:
-                    raise
-                print(f"waiting for the server: {error}", file=sys.stderr)
-                time.sleep(_RETRY_INTERVAL)
-
     def close(self) -> None:
-        """Closes the pool."""
+        """Closes the pool, and its connection."""
         self._pool.close()
-
-    def _open(self, states: list[bytes] | None) -> None:
-        self._pool = Pool(self._game, self.env_count, server=self._server, **self._options)
-        self._sampler = DoubleBufferedSampler(self._pool)
-        if states is not None:
-            self._pool.restore_states(states)
+        if self._client is not None:
+            self._client.close()
 
 
 def pool_options(options: argparse.Namespace, rank: int, rank_count: int) -> dict[str, Any]:

@@ -13,6 +13,7 @@ from torch import nn
 from torch.nn import functional as F  # noqa: N812 - the usual name
 
 NETWORKS = ("impala", "nature")
+INITS = ("glorot", "pytorch")
 
 
 class Encoder(nn.Module):
@@ -163,15 +164,23 @@ class ResidualBlock(nn.Module):
         return x + self.second(F.relu(self.first(F.relu(x))))
 
 
-def make_encoder(name: str, width: int, precision: torch.dtype) -> Encoder:
+def make_encoder(
+    name: str, width: int, precision: torch.dtype, init: str = "glorot"
+) -> Encoder:
     """Makes an encoder.
 
     Args:
         name: One of NETWORKS.
         width: Factor of the number of channels; 1, 2 or 4 in the paper.
         precision: torch.float32 or torch.bfloat16.
+        init: Initial weights of IMPALA: "glorot", uniform with biases of 0, or PyTorch's own.
     """
     layers = _impala(width) if name == "impala" else _nature(width)
+    if name == "impala" and init == "glorot":
+        for layer in nn.Sequential(*layers).modules():
+            if isinstance(layer, nn.Conv2d | nn.Linear):
+                nn.init.xavier_uniform_(layer.weight)
+                nn.init.zeros_(layer.bias)
     feature_count = 256 if name == "impala" else 512
     return Encoder(nn.Sequential(*layers), feature_count, precision)
 

@@ -8,7 +8,7 @@ import os
 import torch
 
 from learners import cpu
-from learners.networks import NETWORKS, default_precision
+from learners.networks import INITS, NETWORKS, default_precision
 from procgen_client import ENV_NAMES
 
 TRAIN_LEVELS = {"easy": 200, "hard": 500}  # As in the paper.
@@ -29,6 +29,7 @@ def run_parser(program: str, description: str) -> argparse.ArgumentParser:
     what("--sequential-levels", action="store_true", help="play the levels in order")
     what("--network", default="impala", choices=NETWORKS)
     what("--width", type=int, default=1, help="factor of its channels: 1, 2 or 4 in the paper")
+    what("--init", default="glorot", choices=INITS, help="weights of IMPALA; default: %(default)s")
     what("--seed", type=int, default=0)
     what("--num-envs", type=int, default=64, help="of each rank; default: %(default)s")
     run = parser.add_argument_group("the run").add_argument
@@ -37,7 +38,7 @@ def run_parser(program: str, description: str) -> argparse.ArgumentParser:
     run("--resume", action="store_true", help="continue from the checkpoint in DIR, if any")
     run("--checkpoint-interval", type=float, default=300, help="in seconds; default: %(default)s")
     run("--time-limit", type=float, default=float("inf"), help="in seconds; then save and stop")
-    run("--server", help="address, or one per rank, comma-separated; default: in this process")
+    run("--server", help="its address, or several; default: in this process")
     run("--server-timeout", type=float, default=600, help="wait for a stopped server; in seconds")
     speed = parser.add_argument_group("speed").add_argument
     speed("--device", default="cuda" if torch.cuda.is_available() else "cpu")

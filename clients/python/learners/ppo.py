@@ -25,13 +25,7 @@ import torch
 from torch import nn
 from torch.nn import functional as F  # noqa: N812 - the usual name
 
-from learners.environments import (
-    LOST,
-    Environments,
-    Episode,
-    episodes_of,
-    pool_options,
-)
+from learners.environments import Environments, Episode, episodes_of, pool_options
 from learners.gradients import ChunkedGradients
 from learners.networks import captured, make_encoder
 from learners.options import complete, run_parser, set_device
@@ -44,10 +38,12 @@ from procgen_client.errors import ProcgenError
 class Agent(nn.Module):
     """An actor and a critic with a shared encoder."""
 
-    def __init__(self, network: str, width: int, precision: torch.dtype) -> None:
-        """Makes the network; its encoder is described in networks.py."""
+    def __init__(
+        self, network: str, width: int, precision: torch.dtype, init: str = "glorot"
+    ) -> None:
+        """Makes the network; the arguments are those of networks.make_encoder."""
         super().__init__()
-        self.encoder = make_encoder(network, width, precision)
+        self.encoder = make_encoder(network, width, precision, init)
         self.policy = nn.Linear(self.encoder.feature_count, ACTION_COUNT)
         self.value = nn.Linear(self.encoder.feature_count, 1)
         for head, gain in ((self.policy, 0.01), (self.value, 1.0)):
@@ -105,7 +101,9 @@ def estimate_advantages(
 class Ppo:
     """The algorithm of one rank: agent, optimiser, environments, random generators."""
 
-    metric_names = ("policy_loss", "value_loss", "entropy", "kl", "clip_fraction")
+    metric_names = (
+        *("policy_loss", "value_loss", "entropy", "kl", "clip_fraction", "explained_variance"),
+    )
     needs_checkpoint = False
 
     def __init__(
@@ -117,7 +115,8 @@ class Ppo:
         on_gpu = self.device.type == "cuda"
         torch.manual_seed(options.seed)
         precision = getattr(torch, options.precision)
-        self.agent = Agent(options.network, options.width, precision).to(self.device)
+        self.agent = Agent(options.network, options.width, precision, options.init)
+        self.agent.to(self.device)
         self.parameters = list(self.agent.parameters())
         self.optimizer = torch.optim.Adam(
             self.parameters, options.learning_rate, eps=1e-5, fused=on_gpu
@@ -125,12 +124,11 @@ class Ppo:
         if on_gpu and options.compile:
             # Compiled twice: for the rows of a half and for those of a minibatch.
             self.agent.compile(dynamic=False)
-        self.normalize = NormalizeReward(options.num_envs, gamma=options.gamma)
+        self.normalize = NormalizeReward(options.num_envs, gamma=options.reward_gamma)
         # The device's generator is for actions, the host's for minibatches.
         seed = options.seed + 1_000_003 * ranks.rank
         self.random = torch.Generator(self.device).manual_seed(seed)
         self.host_random = torch.Generator().manual_seed(seed)
-        self.states: list[bytes] | None = None  # Snapshots before the next rollout.
 
         shape = (options.num_steps + 1, options.num_envs)  # [T + 1, N]
         self.observations = torch.zeros(
@@ -162,19 +160,7 @@ class Ppo:
 
     def update(self) -> Update:
         """Collects a rollout and learns from it."""
-        random, normalizer = self.random.get_state(), self.normalize.state_dict()
-        while True:
-            try:
-                update = self.collect()
-                begin = time.perf_counter()
-                self.states = self.environments.save_states()
-                waited = update.environment_seconds + time.perf_counter() - begin
-                break
-            except LOST:  # The server was restarted: repeat the same steps.
-                self.environments.reopen(self.states)
-                self.random.set_state(random)
-                self.normalize.load_state_dict(normalizer)
-        return update._replace(environment_seconds=waited, metrics=self.learn())
+        return self.collect()._replace(metrics=self.learn())
 
     def collect(self) -> Update:
         """Takes T steps, and fills the rollout."""
@@ -255,17 +241,19 @@ class Ppo:
         torch.add(self.rollout.advantages, self.rollout.values, out=self.rollout.returns)
 
     def learn(self) -> list[float]:
-        """Optimises the agent on the rollout; returns the means of metric_names."""
-        sums = torch.zeros(len(self.metric_names), device=self.device)
+        """Optimises the agent on the rollout; returns metric_names, means over minibatches."""
+        sums = torch.zeros(len(self.metric_names) - 1, device=self.device)
+        # Of the returns, by the critic that acted.
+        explained = 1 - self.rollout.advantages.var() / self.rollout.returns.var()
         size = len(self.rollout.actions)
         for _ in range(self.options.epochs):
             order = torch.randperm(size, generator=self.host_random).to(self.device)
             for indices in order.chunk(self.options.minibatches):
                 sums += self.optimize(indices)
-        return (sums / (size * self.options.epochs)).tolist()
+        return [*(sums / (size * self.options.epochs)).tolist(), float(explained)]
 
     def optimize(self, indices: torch.Tensor) -> torch.Tensor:
-        """Takes an optimiser step on a minibatch; returns the sums of metric_names."""
+        """Takes an optimiser step on a minibatch; returns the sums of its metrics."""
         gradients, metrics = self.gradients(indices)
         self.ranks.average(gradients)
         for parameter, gradient in zip(self.parameters, gradients, strict=True):
@@ -277,7 +265,7 @@ class Ppo:
     def minibatch_gradients(
         self, indices: torch.Tensor
     ) -> tuple[list[torch.Tensor], torch.Tensor]:
-        """Returns the gradients of a minibatch and the sums of metric_names."""
+        """Returns the gradients of a minibatch and the sums of its metrics."""
         advantages = self.rollout.advantages[indices]
         advantages = (advantages - advantages.mean()) / (advantages.std() + 1e-8)
         gradients, metrics = self.chunked(self.loss, indices, advantages)
@@ -286,7 +274,7 @@ class Ppo:
     def loss(
         self, part: torch.Tensor, advantages: torch.Tensor
     ) -> tuple[torch.Tensor, torch.Tensor]:
-        """Returns the loss and metric_names, summed over a part of the rollout."""
+        """Returns the loss and the metrics of minibatches, summed over a part of the rollout."""
         rollout, clip = self.rollout, self.options.clip
         logits, values = self.agent(rollout.observations[part])
         log_softmax = F.log_softmax(logits, -1)
@@ -317,7 +305,7 @@ class Ppo:
             "normalizer": self.normalize.state_dict(),
             "random": self.random.get_state(),
             "host_random": self.host_random.get_state(),
-            "states": self.states,
+            "states": self.environments.save_states(),
         }
 
     def restore(self, state: dict[str, Any], rank_state: dict[str, Any]) -> None:
@@ -327,8 +315,7 @@ class Ppo:
         self.normalize.load_state_dict(rank_state["normalizer"])
         self.random.set_state(rank_state["random"])
         self.host_random.set_state(rank_state["host_random"])
-        self.states = rank_state["states"]
-        self.environments.reopen(self.states)
+        self.environments.restore_states(rank_state["states"])
 
 
 def _called(function: Callable[..., float], *arguments: Any) -> Future[float]:  # noqa: ANN401
@@ -349,6 +336,7 @@ def parse(arguments: Sequence[str] | None = None) -> argparse.Namespace:
     for name, value in {
         "--learning-rate": 5e-4,
         "--gamma": 0.999,
+        "--reward-gamma": 0.99,
         "--gae-lambda": 0.95,
         "--clip": 0.2,
         "--entropy-coefficient": 0.01,
@@ -368,11 +356,10 @@ def train(
     """Trains, and returns the exit status. learners.upstream passes `make_environments`."""
     device = set_device(options)
     ranks = Ranks("nccl" if device.type == "cuda" else "gloo")
-    servers = options.server.split(",") if options.server else [None]
     environments = make_environments(
         options.game,
         options.num_envs,
-        server=servers[ranks.rank % len(servers)],
+        server=options.server,
         server_timeout=options.server_timeout,
         **pool_options(options, ranks.rank, ranks.count),
     )

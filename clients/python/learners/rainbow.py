@@ -24,13 +24,7 @@ import torch
 from torch import nn
 from torch.nn import functional as F  # noqa: N812 - the usual name
 
-from learners.environments import (
-    LOST,
-    Environments,
-    Episode,
-    episodes_of,
-    pool_options,
-)
+from learners.environments import Environments, Episode, episodes_of, pool_options
 from learners.gradients import ChunkedGradients
 from learners.networks import captured, make_encoder
 from learners.options import complete, run_parser, set_device
@@ -149,7 +143,6 @@ class Rainbow:
         )
         self.random = torch.Generator(self.device).manual_seed(options.seed)
         self.host_random = np.random.default_rng(options.seed)
-        self.states: list[bytes] | None = None  # Snapshots before the next update.
         self.saved_row_count = 0  # Rows of the replay at the last checkpoint.
         self.received = torch.zeros((options.num_envs, 64, 64, 3), dtype=torch.uint8)
         if on_gpu:
@@ -164,26 +157,13 @@ class Rainbow:
         return added + self.options.num_steps > self.replay.slack
 
     def update(self) -> Update:
-        """Takes num_steps steps of each environment, and learns after each.
-
-        A restart of the server ends the update early: the steps that were taken count, and the
-        environments continue from the update's start.
-        """
+        """Takes num_steps steps of each environment, and learns after each."""
         episodes: list[Episode] = []
         metrics: list[torch.Tensor] = []
         seconds = np.zeros(2)
-        first_row = self.replay.row_count
-        while self.replay.row_count == first_row:
-            try:
-                self.collect(episodes, metrics, seconds)
-                begin = time.perf_counter()
-                self.states = self.environments.save_states()
-                seconds[0] += time.perf_counter() - begin
-            except LOST:
-                self.environments.reopen(self.states)
-                self.replay.cut()
+        self.collect(episodes, metrics, seconds)
         means = torch.stack(metrics).mean(0).tolist() if metrics else ["", ""]
-        return Update(self.replay.row_count - first_row, episodes, *seconds.tolist(), means)
+        return Update(self.options.num_steps, episodes, *seconds.tolist(), means)
 
     def collect(
         self, episodes: list[Episode], metrics: list[torch.Tensor], seconds: np.ndarray
@@ -273,7 +253,7 @@ class Rainbow:
             "replay": self.replay.state(),
             "random": self.random.get_state(),
             "host_random": self.host_random.bit_generator.state,
-            "states": self.states,
+            "states": self.environments.save_states(),
         }
 
     def restore(self, state: dict[str, Any], rank_state: dict[str, Any]) -> None:
@@ -285,8 +265,7 @@ class Rainbow:
         self.saved_row_count = self.replay.row_count
         self.random.set_state(rank_state["random"])
         self.host_random.bit_generator.state = rank_state["host_random"]
-        self.states = rank_state["states"]
-        self.environments.reopen(self.states)
+        self.environments.restore_states(rank_state["states"])
 
 
 def make_network(options: dict[str, Any]) -> QNetwork:

@@ -118,7 +118,6 @@ class Replay:
         self._ended = np.zeros(shape, bool)
         self._tree = SumTree(self._rows * env_count)
         self._priority_max = 1.0
-        self._row_of_gap = 0
         self.row_count = 0
 
     def add(self, rows: slice, observations: np.ndarray, actions: np.ndarray) -> None:
@@ -135,7 +134,7 @@ class Replay:
         """
         newest = self.row_count
         self.row_count += 1
-        if newest - self._n >= self._row_of_gap:
+        if newest >= self._n:
             self._tree[self._leaves(newest - self._n)] = self._priority_max
         if newest >= self._capacity:
             self._tree[self._leaves(newest - self._capacity)] = 0.0
@@ -144,10 +143,6 @@ class Replay:
         """Writes rewards and ends of the row that was ended last."""
         row = (self.row_count - 1) % self._rows
         self._rewards[row, rows], self._ended[row, rows] = rewards, ended
-
-    def cut(self) -> None:
-        """Prevents transitions across this point, where environments were restored."""
-        self._row_of_gap = self.row_count
 
     def sample(self, size: int, beta: float, random: np.random.Generator) -> Transitions:
         """Draws transitions by priority, one from each of `size` equal parts of their sum."""
@@ -187,7 +182,6 @@ class Replay:
             "ended": self._ended,
             "priorities": self._tree.leaves(),
             "priority_max": self._priority_max,
-            "row_of_gap": self._row_of_gap,
             "row_count": self.row_count,
         }
 
@@ -196,8 +190,7 @@ class Replay:
         self._actions, self._rewards = state["actions"], state["rewards"]
         self._ended = state["ended"]
         self._tree[np.arange(len(state["priorities"]))] = state["priorities"]
-        self._priority_max, self._row_of_gap = state["priority_max"], state["row_of_gap"]
-        self.row_count = state["row_count"]
+        self._priority_max, self.row_count = state["priority_max"], state["row_count"]
 
     def _leaves(self, row: int) -> np.ndarray:
         first = row % self._rows * self._env_count

@@ -85,7 +85,7 @@ class UpstreamEnvironments:
         """Returns an empty list: a run cannot be continued."""
         return []
 
-    def reopen(self, states: list[bytes] | None) -> None:
+    def restore_states(self, states: list[bytes]) -> None:
         """Refuses to continue a run."""
         raise SystemExit("a run on upstream's package cannot be continued")
 

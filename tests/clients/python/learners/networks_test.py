@@ -9,7 +9,7 @@ import torch
 from torch.nn import functional as F  # noqa: N812 - the usual name
 
 from learners.gradients import ChunkedGradients
-from learners.networks import Convolution, MaxPool
+from learners.networks import Convolution, MaxPool, make_encoder
 
 Function = Callable[[torch.Tensor], torch.Tensor]
 
@@ -54,6 +54,22 @@ def test_selected_maxima_are_those_of_max_pool() -> None:
     torch.manual_seed(0)
     pixels = torch.randint(0, 3, (4, 5, 16, 8))  # Nearly every window has several maxima.
     _assert_equal(lambda x: F.max_pool2d(x, 3, 2, 1), MaxPool.selected, pixels)
+
+
+def test_impala_has_uniform_glorot_weights_and_no_biases() -> None:
+    torch.manual_seed(0)
+    layers = [
+        layer
+        for layer in make_encoder("impala", 1, torch.float32).modules()
+        if isinstance(layer, torch.nn.Conv2d | torch.nn.Linear)
+    ]
+    assert len(layers) == 3 * 5 + 1
+    for layer in layers:
+        area = layer.weight[0, 0].numel()
+        bound = (6 / (area * sum(layer.weight.shape[:2]))) ** 0.5
+        assert 0.95 * bound < layer.weight.abs().max() <= bound
+        assert layer.weight.std().item() == pytest.approx(bound / 3**0.5, rel=0.1)
+        assert not layer.bias.any()
 
 
 def test_gradients_have_the_layout_of_their_parameter() -> None:

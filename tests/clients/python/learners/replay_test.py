@@ -71,15 +71,6 @@ def test_larger_losses_are_sampled_more_often_with_smaller_weight(tmp_path: Path
     assert sample.weights[~preferred] == pytest.approx(1)
 
 
-def test_transitions_do_not_cross_a_cut(tmp_path: Path) -> None:
-    replay = _make(tmp_path)
-    _play(replay, 5)
-    replay.cut()
-    _play(replay, 5)
-    sample = replay.sample(200, 1.0, np.random.default_rng(0))
-    assert set(sample.observations[:, 0, 0, 0]) == {0, 1, 2, 5, 6, 7}
-
-
 def test_restored_replay_has_the_rows_of_its_state(tmp_path: Path) -> None:
     replay = _make(tmp_path)
     _play(replay, 33)
