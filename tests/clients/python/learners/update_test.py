@@ -1,0 +1,81 @@
+"""The GPU's path through an update (merged columns, selected maxima, prepared kernels; on a GPU also
+graphs) gives the policy and the weights of PyTorch's layers on the CPU.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+torch = pytest.importorskip("torch")
+
+from small_runs import options
+
+from learners import networks, ppo
+from learners.environments import Environments, pool_options
+from learners.ranks import Ranks
+
+# On the CPU the path is forced.
+_DEVICES = ["cpu", *(["cuda"] if torch.cuda.is_available() else [])]
+_PRECISIONS = ("float32", "bfloat16")
+_COMPILED = ("compile", "no-compile") if torch.cuda.is_available() else ("no-compile",)
+
+
+@pytest.fixture(scope="module")
+def environments() -> Iterator[Environments]:
+    """Eight environments."""
+    parsed = ppo.parse(options(Path(), None, num_envs=8))
+    made = Environments("bigfish", 8, **pool_options(parsed, 0, 1))
+    yield made
+    made.close()
+
+
+def _learner(environments: Environments, device: str, precision: str, compiled: str) -> ppo.Ppo:
+    words = {"network": "impala", "num_envs": 8, "minibatches": 4, compiled: True}
+    words |= {"device": device, "precision": precision, "chunk_size": 0}
+    return ppo.Ppo(ppo.parse(options(Path(), None, **words)), Ranks("gloo"), environments)
+
+
+def _moves(learner: ppo.Ppo, before: list[torch.Tensor]) -> list[torch.Tensor]:
+    return [after.detach().cpu() - old for after, old in zip(learner.parameters, before, strict=True)]
+
+
+@pytest.mark.parametrize("device", _DEVICES)
+@pytest.mark.parametrize("precision", _PRECISIONS)
+@pytest.mark.parametrize("compiled", _COMPILED)
+def test_update_on_the_path_of_a_gpu_equals_that_of_plain_layers(
+    environments: Environments,
+    monkeypatch: pytest.MonkeyPatch,
+    device: str,
+    precision: str,
+    compiled: str,
+) -> None:
+    plain = _learner(environments, "cpu", "float32", "no-compile")
+    plain.collect()
+    merged = _learner(environments, device, precision, compiled)
+    merged.agent.load_state_dict(plain.agent.state_dict())
+    before = [parameter.detach().cpu().clone() for parameter in plain.parameters]
+    monkeypatch.setattr(networks, "merges_columns", lambda device: True)
+    for mine, its in zip(merged.rollout, plain.rollout, strict=True):
+        mine.copy_(its)
+
+    merged.agent.encoder.prepare()
+    with torch.no_grad():
+        logits, values = merged.agent(merged.rollout.observations)
+    tolerance = {"float32": 1e-5, "bfloat16": 0.03}[precision]
+    log_probabilities = torch.log_softmax(logits.cpu(), -1)
+    chosen = log_probabilities.gather(-1, plain.rollout.actions[:, None]).squeeze(-1)
+    assert (chosen - plain.rollout.log_probabilities).abs().max() < tolerance
+    assert (values.cpu() - plain.rollout.values).abs().max() < tolerance * 10
+
+    metrics = merged.learn()
+    monkeypatch.undo()
+    expected = plain.learn()
+    # Rounding changes some decisions to clip, and Adam magnifies small gradients.
+    is_exact = precision == "float32"
+    assert metrics == pytest.approx(expected, rel=0.02 if is_exact else 0.1, abs=1e-3)
+    cosine_min = 0.995 if is_exact else 0.95
+    for mine, its in zip(_moves(merged, before), _moves(plain, before), strict=True):
+        assert torch.cosine_similarity(mine.flatten(), its.flatten(), 0) > cosine_min
