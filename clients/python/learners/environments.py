@@ -102,7 +102,9 @@ def pool_options(options: argparse.Namespace, rank: int, rank_count: int) -> dic
     """
     ranks_here = int(os.environ.get("LOCAL_WORLD_SIZE", 1))
     threads = max(len(os.sched_getaffinity(0)) // ranks_here - 1, 0)
+    frames = getattr(options, "frame_stack", 1)
     return {
+        **({"frame_stack": frames} if frames > 1 else {}),
         **({"num_threads": threads} if ranks_here > 1 else {}),
         "distribution_mode": options.mode,
         "num_levels": options.levels,

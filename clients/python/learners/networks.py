@@ -1,6 +1,7 @@
 """Convolutional encoders of the paper (Cobbe et al., 2020): IMPALA and Nature CNN.
 
-Both map observations, uint8 [n, 64, 64, 3], to features, float32 [n, feature_count].
+Both map observations, uint8 [n, 64, 64, 3], to features, float32 [n, feature_count]. Observations of
+k > 1 frames are [n, k, 64, 64, 3].
 """
 
 from __future__ import annotations
@@ -32,7 +33,7 @@ class Encoder(nn.Module):
     """
 
     def __init__(self, layers: nn.Sequential, feature_count: int, precision: torch.dtype) -> None:
-        """Takes the layers, from pixels in [0, 1], [n, 3, 64, 64], to features."""
+        """Takes the layers, from pixels in [0, 1], [n, 3 * k, 64, 64], to features."""
         super().__init__()
         self.layers = layers.to(memory_format=torch.channels_last)
         self.feature_count = feature_count
@@ -45,7 +46,9 @@ class Encoder(nn.Module):
                 layer.prepare(self.precision)
 
     def forward(self, observations: torch.Tensor) -> torch.Tensor:
-        """Returns features, float32 [n, feature_count], of uint8 [n, 64, 64, 3]."""
+        """Returns features, float32 [n, feature_count], of uint8 [n, k, 64, 64, 3]."""
+        if observations.dim() == 5:
+            observations = observations.movedim(1, 3).flatten(3)
         pixels = observations.permute(0, 3, 1, 2).to(self.precision).mul_(1 / 255)
         # Autocast can be captured in a CUDA graph only without its cache of weights.
         with torch.autocast(
@@ -170,7 +173,7 @@ class ResidualBlock(nn.Module):
 
 
 def make_encoder(
-    name: str, width: int, precision: torch.dtype, init: str = "glorot"
+    name: str, width: int, precision: torch.dtype, init: str = "glorot", frames: int = 1
 ) -> Encoder:
     """Makes an encoder.
 
@@ -179,8 +182,9 @@ def make_encoder(
         width: Factor of the number of channels; 1, 2 or 4 in the paper.
         precision: torch.float32 or torch.bfloat16.
         init: Initial weights of IMPALA: "glorot", uniform with biases of 0, or PyTorch's own.
+        frames: Number of frames in an observation, k.
     """
-    layers = _impala(width) if name == "impala" else _nature(width)
+    layers = (_impala if name == "impala" else _nature)(width, 3 * frames)
     if name == "impala" and init == "glorot":
         for layer in nn.Sequential(*layers).modules():
             if isinstance(layer, nn.Conv2d | nn.Linear):
@@ -190,10 +194,9 @@ def make_encoder(
     return Encoder(nn.Sequential(*layers), feature_count, precision)
 
 
-def _impala(width: int) -> list[nn.Module]:
+def _impala(width: int, in_channels: int) -> list[nn.Module]:
     """Three stages that halve the resolution, each with two residual blocks (Espeholt et al.)."""
     layers: list[nn.Module] = []
-    in_channels = 3
     for channels in (16 * width, 32 * width, 32 * width):
         layers += [
             Convolution(in_channels, channels),
@@ -205,10 +208,10 @@ def _impala(width: int) -> list[nn.Module]:
     return [*layers, nn.Flatten(), nn.ReLU(), nn.Linear(in_channels * 8 * 8, 256), nn.ReLU()]
 
 
-def _nature(width: int) -> list[nn.Module]:
+def _nature(width: int, in_channels: int) -> list[nn.Module]:
     """Three convolutions and a linear layer (Mnih et al., 2015), on colour at 64 x 64."""
     layers = [
-        nn.Conv2d(3, 32 * width, 8, stride=4),
+        nn.Conv2d(in_channels, 32 * width, 8, stride=4),
         nn.Conv2d(32 * width, 64 * width, 4, stride=2),
         nn.Conv2d(64 * width, 64 * width, 3),
         nn.Linear(64 * width * 4 * 4, 512),

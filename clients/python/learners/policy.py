@@ -13,16 +13,16 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import torch
 
-from learners import checkpoint_file, cpu, ppo, rainbow
+from learners import checkpoint_file, cpu, rainbow
+from learners.agent import Agent, AgentPolicy
 from learners.run_folder import CHECKPOINT
-from procgen_client import ACTION_COUNT
 from procgen_client.errors import InvalidArgumentError
 
 RUN_VARIABLE = "PROCGEN_RUN"
 
-Policy = Callable[[np.ndarray], np.ndarray]  # uint8 [N, 64, 64, 3] -> int [N]
+# From uint8 [N, 64, 64, 3] to int [N]; that of PPO has a second parameter `first`, bool [N].
+Policy = Callable[..., np.ndarray]
 
 
 def load(game: str) -> Policy:
@@ -55,17 +55,10 @@ def load_run(folder: Path, game: str | None = None) -> Policy:
     cpu.use_one_thread()
     if _is_rainbow(options):
         return rainbow.load_policy(options, checkpoint["learner"])
-    agent = _agent_of(checkpoint)
-    random = torch.Generator().manual_seed(0)
-
-    def act(observations: np.ndarray) -> np.ndarray:
-        noise = torch.empty(len(observations), ACTION_COUNT).exponential_(generator=random)
-        return agent.act(torch.from_numpy(observations), noise)[0].numpy()
-
-    return act
+    return AgentPolicy(_agent_of(checkpoint))
 
 
-def load_agent(folder: Path) -> tuple[ppo.Agent, dict[str, Any]]:
+def load_agent(folder: Path) -> tuple[Agent, dict[str, Any]]:
     """Returns the agent of a run of PPO, and the run's options.
 
     Raises:
@@ -83,8 +76,7 @@ def _is_rainbow(options: dict[str, Any]) -> bool:
     return "value_max" in options
 
 
-def _agent_of(checkpoint: dict[str, Any]) -> ppo.Agent:
-    options = checkpoint["options"]
-    agent = ppo.Agent(options["network"], options["width"], getattr(torch, options["precision"]))
+def _agent_of(checkpoint: dict[str, Any]) -> Agent:
+    agent = Agent(checkpoint["options"])
     agent.load_state_dict(checkpoint["learner"]["agent"])
     return agent

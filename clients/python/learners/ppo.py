@@ -7,7 +7,8 @@ The environments are one pool in two halves: the server steps one half while the
 the other. The checkpoint has the complete state of a run, so a run that is stopped and continued
 (--resume) equals an uninterrupted one; on a CPU, bit for bit.
 
-T: steps in a rollout; N: environments of this process; B = T * N.
+T: steps in a rollout; N: environments of this process; B = T * N; F: the shape of an observation,
+[64, 64, 3], or with a stack of k frames [k, 64, 64, 3].
 """
 
 from __future__ import annotations
@@ -25,9 +26,10 @@ import torch
 from torch import nn
 from torch.nn import functional as F  # noqa: N812 - the usual name
 
+from learners.agent import MEMORY_SIZE, Agent, AgentPolicy, sampled
 from learners.environments import Environments, Episode, episodes_of, pool_options
 from learners.gradients import ChunkedGradients
-from learners.networks import captured, make_encoder
+from learners.networks import captured
 from learners.options import complete, run_parser, set_device
 from learners.ranks import Ranks
 from learners.training_run import TrainingRun, Update
@@ -35,47 +37,10 @@ from procgen_client import ACTION_COUNT, NormalizeReward
 from procgen_client.errors import ProcgenError
 
 
-class Agent(nn.Module):
-    """An actor and a critic with a shared encoder."""
-
-    def __init__(
-        self, network: str, width: int, precision: torch.dtype, init: str = "glorot"
-    ) -> None:
-        """Makes the network; the arguments are those of networks.make_encoder."""
-        super().__init__()
-        self.encoder = make_encoder(network, width, precision, init)
-        self.policy = nn.Linear(self.encoder.feature_count, ACTION_COUNT)
-        self.value = nn.Linear(self.encoder.feature_count, 1)
-        for head, gain in ((self.policy, 0.01), (self.value, 1.0)):
-            nn.init.orthogonal_(head.weight, gain)
-            nn.init.zeros_(head.bias)
-
-    def forward(self, observations: torch.Tensor) -> tuple[torch.Tensor, torch.Tensor]:
-        """Returns logits [n, ACTION_COUNT] and values [n] of observations, uint8 [n, 64, 64, 3]."""
-        features = self.encoder(observations)
-        return self.policy(features), self.value(features).squeeze(-1)
-
-    @torch.no_grad()
-    def act(
-        self, observations: torch.Tensor, noise: torch.Tensor
-    ) -> tuple[torch.Tensor, torch.Tensor, torch.Tensor]:
-        """Samples actions; `noise` [n, ACTION_COUNT] is exponentially distributed.
-
-        The Gumbel-max trick: the largest of logits plus Gumbel noise is a sample of their softmax.
-
-        Returns:
-            actions [n], their log-probabilities [n], values [n].
-        """
-        logits, values = self(observations)
-        log_probabilities = F.log_softmax(logits, -1)
-        actions = (log_probabilities - noise.log()).argmax(-1)
-        return actions, log_probabilities.gather(-1, actions[:, None]).squeeze(-1), values
-
-
 class Rollout(NamedTuple):
     """T steps of N environments, flat: row t * N + i is step t of environment i."""
 
-    observations: torch.Tensor  # uint8   [B, 64, 64, 3]
+    observations: torch.Tensor  # uint8   [B, *F]
     actions: torch.Tensor  # int64   [B]
     log_probabilities: torch.Tensor  # Of the actions, at their choice   float32 [B]
     values: torch.Tensor  # Of the critic, at that time   float32 [B]
@@ -114,16 +79,15 @@ class Ppo:
         self.device = torch.device(options.device)
         on_gpu = self.device.type == "cuda"
         torch.manual_seed(options.seed)
-        precision = getattr(torch, options.precision)
-        self.agent = Agent(options.network, options.width, precision, options.init)
-        self.agent.to(self.device)
+        self.agent = Agent(vars(options)).to(self.device)
+        self.policy = AgentPolicy(self.agent)  # For tests during the training.
         self.parameters = list(self.agent.parameters())
         self.optimizer = torch.optim.Adam(
             self.parameters, options.learning_rate, eps=1e-5, fused=on_gpu
         )
         if on_gpu and options.compile:
             # Compiled twice: for the rows of a half and for those of a minibatch.
-            self.agent.compile(dynamic=False)
+            (self.agent.encoder if options.lstm else self.agent).compile(dynamic=False)
         self.normalize = NormalizeReward(options.num_envs, gamma=options.reward_gamma)
         # The device's generator is for actions, the host's for minibatches.
         seed = options.seed + 1_000_003 * ranks.rank
@@ -131,9 +95,17 @@ class Ppo:
         self.host_random = torch.Generator().manual_seed(seed)
 
         shape = (options.num_steps + 1, options.num_envs)  # [T + 1, N]
+        frames = (options.frame_stack,) if options.frame_stack > 1 else ()
         self.observations = torch.zeros(
-            (*shape, 64, 64, 3), dtype=torch.uint8, device=self.device
+            (*shape, *frames, 64, 64, 3), dtype=torch.uint8, device=self.device
         )
+        # Whether an observation is the first of its episode, and the memory before it.
+        self.first = torch.zeros(shape, device=self.device)
+        self.memories = None
+        if options.lstm:
+            self.memories = torch.zeros(
+                (shape[0] + 1, 2, shape[1], MEMORY_SIZE), device=self.device
+            )
         self.noise = torch.ones((*shape, ACTION_COUNT), device=self.device)
         self.actions = torch.zeros(shape, dtype=torch.int64, device=self.device)
         self.log_probabilities = torch.zeros(shape, device=self.device)
@@ -142,13 +114,19 @@ class Ppo:
         advantages, returns = torch.zeros((2, shape[0] - 1, shape[1]), device=self.device)
         rollout = [*(tensor[:-1] for tensor in kept), advantages, returns]
         self.rollout = Rollout(*(tensor.flatten(0, 1) for tensor in rollout))
+        # With a memory, minibatches consist of environments, each with all of its steps.
+        self.row_count_of_index = options.num_steps if options.lstm else 1
+        self.rows = torch.arange(len(self.rollout.actions), device=self.device)
+        chunk_size = options.chunk_size and max(1, options.chunk_size // self.row_count_of_index)
         self.chunked = ChunkedGradients(
-            self.parameters, options.chunk_size, 1 if on_gpu else options.threads
+            self.parameters, chunk_size, 1 if on_gpu else options.threads
         )
         self.received = self.observations  # Where the client writes them.
         self.gradients = self.minibatch_gradients
         if on_gpu:
-            self.received = torch.zeros((shape[1], 64, 64, 3), dtype=torch.uint8).pin_memory()
+            self.received = torch.zeros(self.observations.shape[1:], dtype=torch.uint8)
+            self.received = self.received.pin_memory()
+            self.received_first = torch.zeros(shape[1]).pin_memory()
             self.chosen = torch.zeros(shape[1], dtype=torch.int64).pin_memory()
             self.steps = torch.arange(shape[0], device=self.device).split(1)  # [1] each.
             self.graphs = {
@@ -170,6 +148,8 @@ class Ppo:
         episodes: list[Episode] = []
         environment_seconds = policy_seconds = 0.0
         self.noise.exponential_(generator=self.random)
+        if self.memories is not None:
+            self.memories[0] = self.memories[-2] * (1 - self.first[-1, :, None])
         if self.device.type == "cuda":
             self.prepare()
         clock = time.perf_counter
@@ -179,7 +159,7 @@ class Ppo:
             submit = sender.submit if self.sends_in_background() else _called
             for t, rows, batch in self.environments.rollout(step_count, self.received):
                 received = clock()
-                choice = self.choose(t, rows)
+                choice = self.choose(t, rows, batch.ended)
                 sent = sending.result()  # The other half has its actions.
                 sending = submit(self.send, choice, rows if t < step_count else None)
                 waited = clock() - received
@@ -204,8 +184,13 @@ class Ppo:
             self.environments.send(actions, rows)
         return time.perf_counter() - begin
 
-    def choose(self, t: int, rows: slice) -> Callable[[], np.ndarray]:
-        """Starts to choose the actions of step t; the result waits for them, int64 [rows]."""
+    def choose(self, t: int, rows: slice, first: np.ndarray) -> Callable[[], np.ndarray]:
+        """Starts to choose the actions of step t; the result waits for them, int64 [rows].
+
+        `first` [rows]: whether their observations are the first of an episode.
+        """
+        received = self.first[t, rows] if self.device.type != "cuda" else self.received_first[rows]
+        received.copy_(torch.from_numpy(first))
         if self.device.type != "cuda":
             return self.act(t, rows).numpy
         self.graphs[rows.start](self.steps[t])
@@ -220,14 +205,25 @@ class Ppo:
 
     def act(self, t: int | torch.Tensor, rows: slice) -> torch.Tensor:
         """Chooses the actions of step t, an integer or int64 [1], and keeps the choice."""
-        observations, noise = self.observations[t, rows], self.noise[t, rows]
-        choice = self.agent.act(observations.view(-1, 64, 64, 3), noise.view(-1, ACTION_COUNT))
-        self.actions[t, rows], self.log_probabilities[t, rows], self.values[t, rows] = choice
-        return choice[0]
+        memory, first = None, self.first[t, rows].view(1, -1)
+        if self.memories is not None:
+            memory = self.memories[t, :, rows].view(2, -1, MEMORY_SIZE)
+        with torch.no_grad():
+            observations = self.observations[t, rows].view(-1, *self.observations.shape[2:])
+            logits, self.values[t, rows], memory = self.agent(observations, memory, first)
+            log_softmax = F.log_softmax(logits, -1)
+            actions = sampled(log_softmax, self.noise[t, rows].view(-1, ACTION_COUNT))
+            self.actions[t, rows] = actions
+            chosen = log_softmax.gather(-1, actions[:, None]).squeeze(-1)
+            self.log_probabilities[t, rows] = chosen
+            if self.memories is not None:
+                self.memories[t + 1, :, rows] = memory
+        return actions
 
     def act_on_gpu(self, t: torch.Tensor, rows: slice) -> None:
         """Copies received observations to the GPU, and chooses and copies actions, as a graph."""
         self.observations[t, rows] = self.received[rows].to(self.device, non_blocking=True)
+        self.first[t, rows] = self.received_first[rows].to(self.device, non_blocking=True)
         self.chosen[rows].copy_(self.act(t, rows), non_blocking=True)
 
     def estimate_returns(self, rewards: np.ndarray, ended: np.ndarray) -> None:
@@ -247,13 +243,18 @@ class Ppo:
         explained = 1 - self.rollout.advantages.var() / self.rollout.returns.var()
         size = len(self.rollout.actions)
         for _ in range(self.options.epochs):
-            order = torch.randperm(size, generator=self.host_random).to(self.device)
+            order = torch.randperm(
+                size // self.row_count_of_index, generator=self.host_random
+            ).to(self.device)
             for indices in order.chunk(self.options.minibatches):
                 sums += self.optimize(indices)
         return [*(sums / (size * self.options.epochs)).tolist(), float(explained)]
 
     def optimize(self, indices: torch.Tensor) -> torch.Tensor:
-        """Takes an optimiser step on a minibatch; returns the sums of its metrics."""
+        """Takes an optimiser step on a minibatch; returns the sums of its metrics.
+
+        `indices`: of rows of the rollout; with a memory, of environments.
+        """
         gradients, metrics = self.gradients(indices)
         self.ranks.average(gradients)
         for parameter, gradient in zip(self.parameters, gradients, strict=True):
@@ -266,17 +267,30 @@ class Ppo:
         self, indices: torch.Tensor
     ) -> tuple[list[torch.Tensor], torch.Tensor]:
         """Returns the gradients of a minibatch and the sums of its metrics."""
-        advantages = self.rollout.advantages[indices]
-        advantages = (advantages - advantages.mean()) / (advantages.std() + 1e-8)
-        gradients, metrics = self.chunked(self.loss, indices, advantages)
+        advantages = self.rollout.advantages[self.rows_of(indices)]
+        loss = partial(self.loss, mean=advantages.mean(), deviation=advantages.std() + 1e-8)
+        gradients, metrics = self.chunked(loss, indices)
         return gradients, torch.stack(metrics).sum(0)
 
+    def rows_of(self, indices: torch.Tensor) -> torch.Tensor:
+        """Returns rows of the rollout, ordered by step."""
+        if self.memories is None:
+            return indices
+        return self.rows.view(-1, self.options.num_envs)[:, indices].flatten()
+
     def loss(
-        self, part: torch.Tensor, advantages: torch.Tensor
+        self, indices: torch.Tensor, mean: torch.Tensor, deviation: torch.Tensor
     ) -> tuple[torch.Tensor, torch.Tensor]:
-        """Returns the loss and the metrics of minibatches, summed over a part of the rollout."""
+        """Returns the loss and the metrics of minibatches, summed over a part of the rollout.
+
+        `mean`, `deviation`: of the advantages of the minibatch.
+        """
         rollout, clip = self.rollout, self.options.clip
-        logits, values = self.agent(rollout.observations[part])
+        part = self.rows_of(indices)
+        memory = None if self.memories is None else self.memories[0][:, indices]
+        first = None if self.memories is None else self.first[:-1, indices]
+        logits, values, _ = self.agent(rollout.observations[part], memory, first)
+        advantages = (rollout.advantages[part] - mean) / deviation
         log_softmax = F.log_softmax(logits, -1)
         log_probabilities = log_softmax.gather(-1, rollout.actions[part, None]).squeeze(-1)
         log_ratio = log_probabilities - rollout.log_probabilities[part]
@@ -293,7 +307,7 @@ class Ppo:
         kl = (ratio - 1 - log_ratio).sum()  # Estimate, from old to new policy.
         clipped = ((ratio - 1).abs() > clip).sum()
         metrics = torch.stack([policy_loss, value_loss, entropy, kl, clipped])
-        return loss, metrics.detach()
+        return loss / self.row_count_of_index, metrics.detach()
 
     def state(self) -> dict[str, Any]:
         """Returns the state that all ranks share, for a checkpoint."""
@@ -306,6 +320,8 @@ class Ppo:
             "random": self.random.get_state(),
             "host_random": self.host_random.get_state(),
             "states": self.environments.save_states(),
+            "first": self.first[-1],
+            "memory": None if self.memories is None else self.memories[-2],
         }
 
     def restore(self, state: dict[str, Any], rank_state: dict[str, Any]) -> None:
@@ -316,6 +332,9 @@ class Ppo:
         self.random.set_state(rank_state["random"])
         self.host_random.set_state(rank_state["host_random"])
         self.environments.restore_states(rank_state["states"])
+        self.first[-1] = rank_state["first"]
+        if self.memories is not None:
+            self.memories[-2] = rank_state["memory"]
 
 
 def _called(function: Callable[..., float], *arguments: Any) -> Future[float]:  # noqa: ANN401
@@ -330,6 +349,8 @@ def parse(arguments: Sequence[str] | None = None) -> argparse.Namespace:
     parser = run_parser("ppo", __doc__)
     add = parser.add_argument_group("hyperparameters").add_argument
     add("--chunk-size", type=int, help="observations per pass; 0: all; default: 256, on a GPU 0")
+    add("--frame-stack", type=int, default=1, help="frames in an observation; default: 1")
+    add("--lstm", action="store_true", help="an LSTM behind the encoder")
     add("--num-steps", type=int, default=256, help="per rollout; default: %(default)s")
     add("--epochs", type=int, default=3, help="default: %(default)s")
     add("--minibatches", type=int, default=8, help="default: %(default)s")

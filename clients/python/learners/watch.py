@@ -12,13 +12,10 @@ import time
 from collections.abc import Sequence
 from pathlib import Path
 
-import torch
-import torch.nn.functional as F  # noqa: N812
-
 import procgen_client
 from learners import cpu
+from learners.agent import AgentPolicy
 from learners.policy import load_agent
-from procgen_client import ACTION_COUNT
 
 
 def main(argv: Sequence[str] | None = None) -> None:
@@ -36,22 +33,18 @@ def main(argv: Sequence[str] | None = None) -> None:
         agent, options = load_agent(arguments.run)
     except procgen_client.ProcgenError as error:
         parser.error(error.message)
-    random = torch.Generator().manual_seed(0)
+    policy = AgentPolicy(agent)
     with procgen_client.connect(arguments.server) as client, client.create_pool(
         options["game"], arguments.environments, distribution_mode=options["mode"]
     ) as pool:
         print(f"playing {options['game']} as {pool.name}; Ctrl-C ends it", flush=True)
-        observations = pool.observe().observations
+        batch = pool.observe()
         due = time.monotonic()
         try:
             while True:
-                with torch.no_grad():
-                    logits, values = agent(torch.from_numpy(observations))
-                probabilities = F.softmax(logits, -1)
-                noise = torch.empty(len(logits), ACTION_COUNT).exponential_(generator=random)
-                actions = (probabilities / noise).argmax(-1)  # a sample of the probabilities
-                annotations = {"value": values, "action_probabilities": probabilities}
-                observations = pool.step(actions, annotations=annotations).observations
+                log_probabilities, values = policy.evaluate(batch.observations, batch.first)
+                annotations = {"value": values, "action_probabilities": log_probabilities.exp()}
+                batch = pool.step(policy.sample(log_probabilities), annotations=annotations)
                 due = max(due + 1 / arguments.rate, time.monotonic() - 1)
                 time.sleep(max(0.0, due - time.monotonic()))
         except KeyboardInterrupt:

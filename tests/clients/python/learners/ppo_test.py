@@ -55,9 +55,12 @@ def test_steps_given_as_tensors_give_an_equal_run(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     """A CUDA graph cannot be called with an integer."""
-    steps = torch.arange(100).split(1)
-    monkeypatch.setattr(ppo.Ppo, "choose", lambda self, t, rows: self.act(steps[t], rows).numpy)
-    assert train(tmp_path) == uninterrupted
+    expected = train(tmp_path / "lstm", lstm=True, total_steps=2 * STEPS_OF_UPDATE)
+    steps, act = torch.arange(100).split(1), ppo.Ppo.act
+    monkeypatch.setattr(ppo.Ppo, "act", lambda self, t, rows: act(self, steps[t], rows))
+    assert train(tmp_path / "plain") == uninterrupted
+    found = train(tmp_path / "lstm_too", lstm=True, total_steps=2 * STEPS_OF_UPDATE)
+    assert found == expected
 
 
 def test_actions_sent_by_a_thread_give_an_equal_run(

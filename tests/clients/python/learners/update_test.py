@@ -63,7 +63,7 @@ def test_update_on_the_path_of_a_gpu_equals_that_of_plain_layers(
 
     merged.agent.encoder.prepare()
     with torch.no_grad():
-        logits, values = merged.agent(merged.rollout.observations)
+        logits, values, _ = merged.agent(merged.rollout.observations)
     tolerance = {"float32": 1e-5, "bfloat16": 0.03}[precision]
     log_probabilities = torch.log_softmax(logits.cpu(), -1)
     chosen = log_probabilities.gather(-1, plain.rollout.actions[:, None]).squeeze(-1)
