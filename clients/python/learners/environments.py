@@ -23,6 +23,7 @@ class Environments:
     """A pool in two halves.
 
     Attributes:
+        pool: The pool; other steps than those of halves need that none is in flight.
         env_count: Number of environments, N.
         has_independent_halves: Whether a half can be received before the other is sent.
     """
@@ -58,8 +59,8 @@ class Environments:
             from procgen_client import Client  # Needs Protocol Buffers.
 
             self._client = Client(server, reconnect_timeout=server_timeout)
-        self._pool = Pool(game, env_count, server=self._client, **options)
-        self._sampler = DoubleBufferedSampler(self._pool)
+        self.pool = Pool(game, env_count, server=self._client, **options)
+        self._sampler = DoubleBufferedSampler(self.pool)
 
     @property
     def halves(self) -> tuple[slice, slice]:
@@ -78,11 +79,11 @@ class Environments:
 
     def save_states(self) -> list[bytes]:
         """Returns a snapshot of each environment. No request may be in flight."""
-        return self._pool.save_states()
+        return self.pool.save_states()
 
     def restore_states(self, states: list[bytes]) -> None:
         """Restores a snapshot of each environment. No request may be in flight."""
-        self._pool.restore_states(states)
+        self.pool.restore_states(states)
 
     def return_range(self, mode: str) -> tuple[float, float]:
         """Returns the returns that are normalised to 0 and 1; hard mode's if `mode` has none."""
@@ -90,7 +91,7 @@ class Environments:
 
     def close(self) -> None:
         """Closes the pool, and its connection."""
-        self._pool.close()
+        self.pool.close()
         if self._client is not None:
             self._client.close()
 

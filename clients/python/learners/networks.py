@@ -1,7 +1,7 @@
 """Convolutional encoders of the paper (Cobbe et al., 2020): IMPALA and Nature CNN.
 
-Both map observations, uint8 [n, 64, 64, 3], to features, float32 [n, feature_count]. Observations of
-k > 1 frames are [n, k, 64, 64, 3].
+Both map observations, uint8 [n, 64, 64, 3], to features, float32 [n, feature_count]. Observations
+of k > 1 frames are [n, k, 64, 64, 3].
 """
 
 from __future__ import annotations

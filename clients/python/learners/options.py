@@ -3,7 +3,12 @@
 from __future__ import annotations
 
 import argparse
+import json
 import os
+import sys
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
 
 import torch
 
@@ -11,6 +16,7 @@ from learners import cpu
 from learners.networks import INITS, NETWORKS, default_precision
 from procgen_client import ENV_NAMES
 
+_OF_ONE_RUN = {"output", "resume", "config"}  # Not taken from a configuration.
 TRAIN_LEVELS = {"easy": 200, "hard": 500}  # As in the paper.
 
 
@@ -33,6 +39,8 @@ def run_parser(program: str, description: str) -> argparse.ArgumentParser:
     what("--seed", type=int, default=0)
     what("--num-envs", type=int, default=64, help="of each rank; default: %(default)s")
     run = parser.add_argument_group("the run").add_argument
+    run("--config", metavar="FILE", help="JSON of options, such as a run.json; others override it")
+    run("--wandb", metavar="PROJECT", help="report to Weights & Biases, if it is installed")
     run("--total-steps", type=int, help="default: 25M in easy mode, 200M in others")
     run("--output", default="run", metavar="DIR", help="default: %(default)s")
     run("--resume", action="store_true", help="continue from the checkpoint in DIR, if any")
@@ -48,7 +56,36 @@ def run_parser(program: str, description: str) -> argparse.ArgumentParser:
     return parser
 
 
-def complete(options: argparse.Namespace) -> argparse.Namespace:
+def words_of(options: Mapping[str, Any]) -> list[str]:
+    """Returns options as arguments of a command line; those that are None are omitted."""
+    words = []
+    for name, value in options.items():
+        option = name.replace("_", "-")
+        if value is True or (value is False and name == "compile"):
+            words.append(f"--{option}" if value else f"--no-{option}")
+        elif value is not None and value is not False:
+            words += [f"--{option}", str(value)]
+    return words
+
+
+def parsed(
+    parser: argparse.ArgumentParser, arguments: Sequence[str] | None
+) -> argparse.Namespace:
+    """Returns the options: of the arguments, then of --config, then the defaults."""
+    arguments = sys.argv[1:] if arguments is None else arguments
+    options = parser.parse_args(arguments)
+    if options.config:
+        try:
+            values = json.loads(Path(options.config).read_text())
+            values = dict(values.get("options", values))  # Of a run.json.
+        except (OSError, ValueError, AttributeError, TypeError) as error:
+            parser.error(f"--config {options.config} is not a JSON object of options: {error}")
+        words = words_of({k: v for k, v in values.items() if k not in _OF_ONE_RUN})
+        options = parser.parse_args([*words, *arguments])
+    return _completed(options)
+
+
+def _completed(options: argparse.Namespace) -> argparse.Namespace:
     """Fills in the defaults that depend on other options, and returns the same object."""
     if options.num_envs < 2:
         raise SystemExit("--num-envs is at least 2: the environments are stepped in two halves")

@@ -28,9 +28,10 @@ from torch.nn import functional as F  # noqa: N812 - the usual name
 
 from learners.agent import MEMORY_SIZE, Agent, AgentPolicy, sampled
 from learners.environments import Environments, Episode, episodes_of, pool_options
+from learners.evaluation import PeriodicEvaluation
 from learners.gradients import ChunkedGradients
 from learners.networks import captured
-from learners.options import complete, run_parser, set_device
+from learners.options import parsed, run_parser, set_device
 from learners.ranks import Ranks
 from learners.training_run import TrainingRun, Update
 from procgen_client import ACTION_COUNT, NormalizeReward
@@ -138,7 +139,10 @@ class Ppo:
 
     def update(self) -> Update:
         """Collects a rollout and learns from it."""
-        return self.collect()._replace(metrics=self.learn())
+        update = self.collect()._replace(metrics=self.learn())
+        if self.device.type == "cuda":
+            self.prepare()  # For tests; collect does not know the weights of a checkpoint.
+        return update
 
     def collect(self) -> Update:
         """Takes T steps, and fills the rollout."""
@@ -349,6 +353,7 @@ def parse(arguments: Sequence[str] | None = None) -> argparse.Namespace:
     parser = run_parser("ppo", __doc__)
     add = parser.add_argument_group("hyperparameters").add_argument
     add("--chunk-size", type=int, help="observations per pass; 0: all; default: 256, on a GPU 0")
+    add("--test-interval", type=int, default=0, help="steps between tests on all levels; 0: none")
     add("--frame-stack", type=int, default=1, help="frames in an observation; default: 1")
     add("--lstm", action="store_true", help="an LSTM behind the encoder")
     add("--num-steps", type=int, default=256, help="per rollout; default: %(default)s")
@@ -365,7 +370,9 @@ def parse(arguments: Sequence[str] | None = None) -> argparse.Namespace:
         "--max-grad-norm": 0.5,
     }.items():
         add(name, type=float, default=value, help="default: %(default)s")
-    options = complete(parser.parse_args(arguments))
+    options = parsed(parser, arguments)
+    if options.test_interval < 0:
+        parser.error(f"--test-interval is {options.test_interval}; it is at least 0")
     if options.chunk_size is None:
         options.chunk_size = 0 if options.device.startswith("cuda") else 256
     return options
@@ -384,9 +391,15 @@ def train(
         server_timeout=options.server_timeout,
         **pool_options(options, ranks.rank, ranks.count),
     )
+    evaluation = None
     try:
-        return TrainingRun(options, Ppo(options, ranks, environments), ranks).train()
+        learner = Ppo(options, ranks, environments)
+        if options.test_interval and ranks.rank == 0:
+            evaluation = PeriodicEvaluation(options, learner.policy)
+        return TrainingRun(options, learner, ranks, evaluation).train()
     finally:
+        if evaluation is not None:
+            evaluation.close()
         environments.close()
         ranks.close()
 

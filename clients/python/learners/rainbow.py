@@ -27,7 +27,7 @@ from torch.nn import functional as F  # noqa: N812 - the usual name
 from learners.environments import Environments, Episode, episodes_of, pool_options
 from learners.gradients import ChunkedGradients
 from learners.networks import captured, make_encoder
-from learners.options import complete, run_parser, set_device
+from learners.options import parsed, run_parser, set_device
 from learners.ranks import Ranks
 from learners.replay import Replay
 from learners.run_folder import CHECKPOINT
@@ -314,7 +314,7 @@ def parse(arguments: Sequence[str] | None = None) -> argparse.Namespace:
         "--max-grad-norm": 10.0,
     }.items():
         add(name, type=float, default=value, help="default: %(default)s")
-    options = complete(parser.parse_args(arguments))
+    options = parsed(parser, arguments)
     if options.chunk_size is None:
         options.chunk_size = 0 if options.device.startswith("cuda") else 128
     return options

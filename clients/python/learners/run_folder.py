@@ -3,15 +3,23 @@
 from __future__ import annotations
 
 import csv
+import json
 import os
+import platform
+import subprocess
 import sys
 import time
 from collections.abc import Sequence
 from pathlib import Path
 from typing import IO, Any
 
+import numpy as np
+import torch
+
+import procgen_client
 from learners import checkpoint_file
 from procgen_client._checkpoint import write_atomically
+from procgen_client.tools.art import ART_VARIABLE
 
 CHECKPOINT = "checkpoint.pt"
 _BAR_WIDTH = 20
@@ -56,7 +64,11 @@ class RunFolder:
     """The files of a run, which continue from the last checkpoint."""
 
     def __init__(
-        self, path: Path, tables: dict[str, Sequence[str]], sizes: dict[str, int] | None
+        self,
+        path: Path,
+        tables: dict[str, Sequence[str]],
+        sizes: dict[str, int] | None,
+        options: dict[str, Any],
     ) -> None:
         """Opens the folder.
 
@@ -64,6 +76,7 @@ class RunFolder:
             path: The folder; created if it does not exist.
             tables: Columns of each CSV file, by its name without suffix.
             sizes: Sizes of the files at the checkpoint. None: a new run.
+            options: Of the run; they are written to run.json, with the versions of programs.
         """
         self._path = path
         path.mkdir(parents=True, exist_ok=True)
@@ -71,17 +84,22 @@ class RunFolder:
             name: Table(path / f"{name}.csv", columns, sizes and sizes[name])
             for name, columns in tables.items()
         }
+        described = json.dumps(description(options), indent=1, default=str)
+        (path / "run.json").write_text(described + "\n")
         self._events = _event_writer(path)
+        self._wandb = _wandb_run(path, options)
 
     def write(self, table: str, rows: Sequence[Sequence[Any]]) -> None:
         """Appends rows to a CSV file."""
         self._tables[table].write(rows)
 
     def plot(self, step: int, values: dict[str, float]) -> None:
-        """Adds scalars to TensorBoard's events, if it is installed."""
+        """Adds scalars to TensorBoard's events, if it is installed, and to Weights & Biases."""
         if self._events is not None:
             for name, value in values.items():
                 self._events.add_scalar(name, value, step)
+        if self._wandb is not None:
+            self._wandb.log(values, step=step)
 
     def sizes(self) -> dict[str, int]:
         """Returns the sizes of the CSV files, for a checkpoint."""
@@ -99,6 +117,8 @@ class RunFolder:
             table.close()
         if self._events is not None:
             self._events.close()
+        if self._wandb is not None:
+            self._wandb.finish()
 
 
 def _event_writer(path: Path) -> Any:  # noqa: ANN401 - its type is TensorBoard's
@@ -107,6 +127,42 @@ def _event_writer(path: Path) -> Any:  # noqa: ANN401 - its type is TensorBoard'
     except ImportError:
         return None
     return SummaryWriter(str(path))
+
+
+def _wandb_run(path: Path, options: dict[str, Any]) -> Any:  # noqa: ANN401 - its type is wandb's
+    if not options.get("wandb"):
+        return None
+    try:
+        import wandb
+    except ImportError as error:
+        raise SystemExit(f"--wandb needs the package wandb: {error}") from None
+    name = path.resolve().name
+    return wandb.init(
+        project=options["wandb"], id=name, resume="allow", config=options, dir=str(path)
+    )
+
+
+def description(options: dict[str, Any]) -> dict[str, Any]:
+    """Returns options, and what else decides the results: revision, versions, device, art."""
+    git = ["git", "describe", "--always", "--dirty", "--abbrev=40", "--exclude=*"]
+    try:
+        found = subprocess.run(git, cwd=Path(__file__).parent, capture_output=True, check=True)
+        revision = found.stdout.decode().strip()
+    except (OSError, subprocess.CalledProcessError):
+        revision = None
+    on_gpu = str(options["device"]).startswith("cuda")
+    return {
+        "options": options,
+        "git_revision": revision,
+        "versions": {
+            "python": platform.python_version(),
+            "torch": torch.__version__,
+            "numpy": np.__version__,
+            "procgen_client": procgen_client.__version__,
+        },
+        "device": torch.cuda.get_device_name() if on_gpu else platform.machine(),
+        "art": os.environ.get(ART_VARIABLE, ""),
+    }
 
 
 class ProgressLine:

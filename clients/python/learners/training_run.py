@@ -14,10 +14,10 @@ import numpy as np
 
 from learners import checkpoint_file
 from learners.environments import Episode
+from learners.evaluation import EPISODE_WINDOW, TEST_COLUMNS, PeriodicEvaluation
 from learners.ranks import Ranks
 from learners.run_folder import CHECKPOINT, ProgressLine, RunFolder
 
-EPISODE_WINDOW = 100  # Number of episodes in return_mean and length_mean.
 PROGRESS_COLUMNS = (
     *("step", "return_mean", "length_mean", "steps_per_second"),
     *("environment_share", "policy_share", "learning_share"),
@@ -26,7 +26,7 @@ EPISODE_COLUMNS = ("step", "environment", "level_seed", "return", "length")
 # Options that do not affect results; they may differ when a run is continued.
 FREE_OPTIONS = {
     *("total_steps", "output", "server", "server_timeout", "resume", "time_limit"),
-    *("checkpoint_interval", "threads"),
+    *("checkpoint_interval", "threads", "config", "wandb"),
 }
 
 
@@ -67,13 +67,22 @@ class Learner(Protocol):
 class TrainingRun:
     """Updates a learner until the last step, the time limit or a signal."""
 
-    def __init__(self, options: argparse.Namespace, learner: Learner, ranks: Ranks) -> None:
+    def __init__(
+        self,
+        options: argparse.Namespace,
+        learner: Learner,
+        ranks: Ranks,
+        evaluation: PeriodicEvaluation | None = None,
+    ) -> None:
         """Opens the run's folder; with options.resume, continues from its checkpoint.
+
+        `evaluation`: is played every options.test_interval steps; only on rank 0.
 
         Raises:
             SystemExit: The folder has a checkpoint, without options.resume or of other options.
         """
         self._options, self._learner, self._ranks = options, learner, ranks
+        self._evaluation = evaluation
         self._step = 0
         self._recent: deque[tuple[float, int]] = deque(maxlen=EPISODE_WINDOW)
         self._signal = 0
@@ -85,6 +94,8 @@ class TrainingRun:
             checkpoint = checkpoint_file.load(path / CHECKPOINT)
             self._require_same_options(checkpoint)
             learner.restore(checkpoint["learner"], checkpoint["ranks"][ranks.rank])
+            if evaluation is not None:
+                evaluation.restore(checkpoint["evaluation"])
             self._step = checkpoint["step"]
             self._recent.extend(checkpoint["recent"])
         self._folder = None
@@ -94,7 +105,10 @@ class TrainingRun:
                 "episodes": EPISODE_COLUMNS,
                 "learning": ("step", *learner.metric_names),
             }
-            self._folder = RunFolder(path, columns, checkpoint and checkpoint["sizes"])
+            if evaluation is not None:
+                columns["test"] = TEST_COLUMNS
+            sizes = checkpoint and checkpoint["sizes"]
+            self._folder = RunFolder(path, columns, sizes, vars(options))
         self._progress = ProgressLine(options.game, options.total_steps)
 
     def _require_same_options(self, checkpoint: dict[str, Any]) -> None:
@@ -152,11 +166,22 @@ class TrainingRun:
             for rank, episodes in enumerate(gathered)
             for episode in episodes
         )
+        before = self._step
         self._step += update.step_count * env_count * self._ranks.count
         self._recent.extend((row[3], row[4]) for row in rows)
         if self._folder is not None:
             self._folder.write("episodes", rows)
             self._report(update, seconds)
+            if self._evaluation is not None:
+                interval = self._options.test_interval
+                if self._step // interval > before // interval:
+                    self._test(self._folder, self._evaluation)
+
+    def _test(self, folder: RunFolder, evaluation: PeriodicEvaluation) -> None:
+        means = evaluation.play()
+        folder.write("test", [[self._step, *means]])
+        values = zip(TEST_COLUMNS[1:], means, strict=True)
+        folder.plot(self._step, {f"test_{name}": value for name, value in values if value != ""})
 
     def _report(self, update: Update, seconds: float) -> None:
         assert self._folder is not None
@@ -190,5 +215,6 @@ class TrainingRun:
                     "ranks": states,
                     "recent": list(self._recent),
                     "sizes": self._folder.sizes(),
+                    "evaluation": self._evaluation and self._evaluation.state(),
                 }
             )

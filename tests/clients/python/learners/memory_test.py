@@ -54,7 +54,9 @@ def test_run_stopped_after_an_update_is_continued(
 def test_policy_stacks_frames_as_a_pool_does() -> None:
     agent = Agent(vars(ppo.parse(options(Path(), None, frame_stack=3))))
     player = AgentPolicy(agent)
-    with Pool("bigfish", 4, rand_seed=1) as one, Pool("bigfish", 4, rand_seed=1, frame_stack=3) as stacked:
+    with Pool("bigfish", 4, rand_seed=1) as one, Pool(
+        "bigfish", 4, rand_seed=1, frame_stack=3
+    ) as stacked:
         batch, expected = one.observe(), stacked.observe()
         ended = 0
         for step in range(120):

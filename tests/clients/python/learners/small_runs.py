@@ -15,6 +15,7 @@ pytest.importorskip("torch")
 
 from learners import ppo, rainbow
 from learners.environments import Environments
+from learners.options import words_of
 from procgen_client import Batch, ServerProcess
 
 # Columns of progress.csv that do not depend on the time.
@@ -35,12 +36,7 @@ def options(output: Path, server: str | None, **others: Any) -> list[str]:  # no
         "output": output,
         "server": server,
     } | others
-    words: list[str] = []
-    for name, value in values.items():
-        if value is None:
-            continue
-        words += [f"--{name.replace('_', '-')}"] + ([] if value is True else [str(value)])
-    return words
+    return words_of(values)
 
 
 def train(output: Path, server: str | None = None, **others: Any) -> dict[str, str]:  # noqa: ANN401

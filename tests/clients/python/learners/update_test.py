@@ -1,5 +1,6 @@
-"""The GPU's path through an update (merged columns, selected maxima, prepared kernels; on a GPU also
-graphs) gives the policy and the weights of PyTorch's layers on the CPU.
+"""An update on the GPU's path gives the policy and the weights of PyTorch's layers on the CPU.
+
+The path: merged columns, selected maxima, prepared kernels; on a GPU also graphs.
 """
 
 from __future__ import annotations
@@ -20,7 +21,7 @@ from learners.ranks import Ranks
 # On the CPU the path is forced.
 _DEVICES = ["cpu", *(["cuda"] if torch.cuda.is_available() else [])]
 _PRECISIONS = ("float32", "bfloat16")
-_COMPILED = ("compile", "no-compile") if torch.cuda.is_available() else ("no-compile",)
+_COMPILED = (True, False) if torch.cuda.is_available() else (False,)
 
 
 @pytest.fixture(scope="module")
@@ -32,14 +33,15 @@ def environments() -> Iterator[Environments]:
     made.close()
 
 
-def _learner(environments: Environments, device: str, precision: str, compiled: str) -> ppo.Ppo:
-    words = {"network": "impala", "num_envs": 8, "minibatches": 4, compiled: True}
+def _learner(environments: Environments, device: str, precision: str, compiled: bool) -> ppo.Ppo:  # noqa: FBT001
+    words = {"network": "impala", "num_envs": 8, "minibatches": 4, "compile": compiled}
     words |= {"device": device, "precision": precision, "chunk_size": 0}
     return ppo.Ppo(ppo.parse(options(Path(), None, **words)), Ranks("gloo"), environments)
 
 
 def _moves(learner: ppo.Ppo, before: list[torch.Tensor]) -> list[torch.Tensor]:
-    return [after.detach().cpu() - old for after, old in zip(learner.parameters, before, strict=True)]
+    pairs = zip(learner.parameters, before, strict=True)
+    return [after.detach().cpu() - old for after, old in pairs]
 
 
 @pytest.mark.parametrize("device", _DEVICES)
@@ -50,9 +52,9 @@ def test_update_on_the_path_of_a_gpu_equals_that_of_plain_layers(
     monkeypatch: pytest.MonkeyPatch,
     device: str,
     precision: str,
-    compiled: str,
+    compiled: bool,  # noqa: FBT001 - a parameter of the test
 ) -> None:
-    plain = _learner(environments, "cpu", "float32", "no-compile")
+    plain = _learner(environments, "cpu", "float32", False)
     plain.collect()
     merged = _learner(environments, device, precision, compiled)
     merged.agent.load_state_dict(plain.agent.state_dict())
