@@ -13,7 +13,8 @@ import torch
 from torch import nn
 from torch.nn import functional as F  # noqa: N812 - the usual name
 
-NETWORKS = ("impala", "nature")
+DENSE_SIZES = {"impala": 256, "nature": 512}
+NETWORKS = tuple(DENSE_SIZES)
 INITS = ("glorot", "pytorch")
 
 
@@ -173,7 +174,13 @@ class ResidualBlock(nn.Module):
 
 
 def make_encoder(
-    name: str, width: int, precision: torch.dtype, init: str = "glorot", frames: int = 1
+    name: str,
+    width: int,
+    precision: torch.dtype,
+    init: str = "glorot",
+    frames: int = 1,
+    *,
+    dense: bool = True,
 ) -> Encoder:
     """Makes an encoder.
 
@@ -183,6 +190,7 @@ def make_encoder(
         precision: torch.float32 or torch.bfloat16.
         init: Initial weights of IMPALA: "glorot", uniform with biases of 0, or PyTorch's own.
         frames: Number of frames in an observation, k.
+        dense: Whether it ends with a linear layer of DENSE_SIZES[name] features.
     """
     layers = (_impala if name == "impala" else _nature)(width, 3 * frames)
     if name == "impala" and init == "glorot":
@@ -190,7 +198,10 @@ def make_encoder(
             if isinstance(layer, nn.Conv2d | nn.Linear):
                 nn.init.xavier_uniform_(layer.weight)
                 nn.init.zeros_(layer.bias)
-    feature_count = 256 if name == "impala" else 512
+    feature_count = DENSE_SIZES[name]
+    if not dense:
+        *layers, linear, _ = layers
+        feature_count = linear.in_features
     return Encoder(nn.Sequential(*layers), feature_count, precision)
 
 

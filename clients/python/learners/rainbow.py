@@ -15,7 +15,7 @@ from __future__ import annotations
 import argparse
 import sys
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -26,7 +26,7 @@ from torch.nn import functional as F  # noqa: N812 - the usual name
 
 from learners.environments import Environments, Episode, episodes_of, pool_options
 from learners.gradients import ChunkedGradients
-from learners.networks import captured, make_encoder
+from learners.networks import DENSE_SIZES, captured, make_encoder
 from learners.options import parsed, run_parser, set_device
 from learners.ranks import Ranks
 from learners.replay import Replay
@@ -36,6 +36,7 @@ from procgen_client import ACTION_COUNT
 from procgen_client.errors import ProcgenError
 
 REPLAY = "replay.bin"  # In the folder of a run.
+VALUE_MIN = {"fruitbot": -5.0}  # Of other games 0; as in the paper.
 
 
 class NoisyLinear(nn.Module):
@@ -65,16 +66,24 @@ class NoisyLinear(nn.Module):
 
 
 class QNetwork(nn.Module):
-    """Distributions of returns for each action."""
+    """Distributions of returns for each action; all linear layers are noisy (Hessel et al.)."""
 
-    def __init__(
-        self, network: str, width: int, precision: torch.dtype, atoms: torch.Tensor
-    ) -> None:
-        """Makes the network; its encoder is described in networks.py. `atoms`: [Z]."""
+    def __init__(self, options: Mapping[str, Any]) -> None:
+        """Makes the network that the options of a run describe."""
         super().__init__()
-        self.encoder = make_encoder(network, width, precision)
-        self.value = NoisyLinear(self.encoder.feature_count, len(atoms))
-        self.advantage = NoisyLinear(self.encoder.feature_count, ACTION_COUNT * len(atoms))
+        network = options["network"]
+        self.encoder = make_encoder(
+            *(network, options["width"], getattr(torch, options["precision"]), options["init"]),
+            dense=False,
+        )
+        atom_count, hidden_count = options["atoms"], DENSE_SIZES[network]
+
+        def stream(out_count: int) -> nn.Sequential:
+            hidden = NoisyLinear(self.encoder.feature_count, hidden_count)
+            return nn.Sequential(hidden, nn.ReLU(), NoisyLinear(hidden_count, out_count))
+
+        self.value, self.advantage = stream(atom_count), stream(ACTION_COUNT * atom_count)
+        atoms = torch.linspace(options["value_min"], options["value_max"], atom_count)
         self.register_buffer("atoms", atoms)
 
     def forward(self, observations: torch.Tensor) -> torch.Tensor:
@@ -90,8 +99,12 @@ class QNetwork(nn.Module):
 
     def resample(self, random: torch.Generator) -> None:
         """Draws new noise."""
-        self.value.resample(random)
-        self.advantage.resample(random)
+        for layer in self.noisy_layers():
+            layer.resample(random)
+
+    def noisy_layers(self) -> list[NoisyLinear]:
+        """Returns the layers with noise."""
+        return [layer for layer in self.modules() if isinstance(layer, NoisyLinear)]
 
 
 def project(
@@ -129,7 +142,7 @@ class Rainbow:
         self.device = torch.device(options.device)
         on_gpu = self.device.type == "cuda"
         torch.manual_seed(options.seed)
-        self.online, self.target = (make_network(vars(options)).to(self.device) for _ in range(2))
+        self.online, self.target = (QNetwork(vars(options)).to(self.device) for _ in range(2))
         self.target.load_state_dict(self.online.state_dict())
         self.parameters = list(self.online.parameters())
         self.optimizer = torch.optim.Adam(
@@ -268,20 +281,13 @@ class Rainbow:
         self.environments.restore_states(rank_state["states"])
 
 
-def make_network(options: dict[str, Any]) -> QNetwork:
-    """Makes a network from the options of a run."""
-    atoms = torch.linspace(options["value_min"], options["value_max"], options["atoms"])
-    precision = getattr(torch, options["precision"])
-    return QNetwork(options["network"], options["width"], precision, atoms)
-
-
 def load_policy(
     options: dict[str, Any], state: dict[str, Any]
 ) -> Callable[[np.ndarray], np.ndarray]:
     """Returns the policy of a run: the best actions, without noise."""
-    network = make_network(options)
+    network = QNetwork(options)
     network.load_state_dict(state["online"])
-    for layer in (network.value, network.advantage):
+    for layer in network.noisy_layers():
         layer.in_noise.zero_()
         layer.out_noise.zero_()
 
@@ -295,17 +301,19 @@ def load_policy(
 def parse(arguments: Sequence[str] | None = None) -> argparse.Namespace:
     """Returns the options."""
     parser = run_parser("rainbow", __doc__)
+    # The paper's eight workers of 64 environments average the gradients of 512 transitions each.
+    parser.set_defaults(num_envs=512)
     add = parser.add_argument_group("hyperparameters").add_argument
-    add("--num-steps", type=int, default=256, help="steps per update; default: %(default)s")
+    add("--num-steps", type=int, default=32, help="steps per update; default: %(default)s")
     add("--chunk-size", type=int, help="transitions per pass; 0: all; default: 128, on a GPU 0")
     add("--replay-size", type=int, default=1_000_000, help="observations; default: %(default)s")
     add("--learning-starts", type=int, default=20_000, help="in steps; default: %(default)s")
-    add("--batch-size", type=int, default=512, help="of a minibatch; default: %(default)s")
+    add("--batch-size", type=int, default=4096, help="of a minibatch; default: %(default)s")
     add("--n", type=int, default=3, help="steps of a transition; default: %(default)s")
     add("--atoms", type=int, default=51, help="default: %(default)s")
-    add("--value-min", type=float, help="default: the game's lowest return, at most 0")
+    add("--value-min", type=float, help="default: 0; of fruitbot -5")
     add("--value-max", type=float, help="default: the game's highest return")
-    add("--target-interval", type=int, default=32_000, help="in steps; default: %(default)s")
+    add("--target-interval", type=int, default=8192, help="in steps; default: %(default)s")
     for name, value in {
         "--learning-rate": 2.5e-4,
         "--gamma": 0.99,
@@ -337,11 +345,10 @@ def train(options: argparse.Namespace) -> int:
         **pool_options(options, 0, 1),
     )
     try:
-        low, high = environments.return_range(options.mode)
         if options.value_min is None:
-            options.value_min = min(0.0, low)
+            options.value_min = VALUE_MIN.get(options.game, 0.0)
         if options.value_max is None:
-            options.value_max = high
+            options.value_max = environments.return_range(options.mode)[1]
         replay = Replay(
             folder / REPLAY,
             options.replay_size,

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 
 import pytest
-from small_runs import RestartedEnvironments, train_rainbow
+from small_runs import STEPS_OF_UPDATE, RestartedEnvironments, train_rainbow
 
 from learners import rainbow
 from procgen_client import ServerProcess
@@ -50,6 +51,18 @@ def test_restarts_of_the_server_do_not_change_a_run(
     with RestartedEnvironments.server_to_restart() as address:
         assert train_rainbow(tmp_path, address) == uninterrupted
     assert RestartedEnvironments.restarts == 4
+
+
+def test_all_linear_layers_are_noisy_and_fruitbot_has_returns_from_minus_5(
+    tmp_path: Path,
+) -> None:
+    train_rainbow(tmp_path, game="fruitbot", total_steps=STEPS_OF_UPDATE)
+    options = json.loads((tmp_path / "run.json").read_text())["options"]
+    assert (options["value_min"], options["value_max"]) == (-5, 32.4)
+    network = rainbow.QNetwork(options)
+    assert not [layer for layer in network.modules() if isinstance(layer, torch.nn.Linear)]
+    sizes = [tuple(layer.weight.shape) for layer in network.noisy_layers()]
+    assert sizes == [(512, 1024), (51, 512), (512, 1024), (15 * 51, 512)]
 
 
 def test_run_is_not_continued_without_its_replay(server: ServerProcess, tmp_path: Path) -> None:

@@ -33,7 +33,9 @@ def environments() -> Iterator[Environments]:
     made.close()
 
 
-def _learner(environments: Environments, device: str, precision: str, compiled: bool) -> ppo.Ppo:  # noqa: FBT001
+def _learner(
+    environments: Environments, device: str, precision: str, *, compiled: bool
+) -> ppo.Ppo:
     words = {"network": "impala", "num_envs": 8, "minibatches": 4, "compile": compiled}
     words |= {"device": device, "precision": precision, "chunk_size": 0}
     return ppo.Ppo(ppo.parse(options(Path(), None, **words)), Ranks("gloo"), environments)
@@ -54,9 +56,9 @@ def test_update_on_the_path_of_a_gpu_equals_that_of_plain_layers(
     precision: str,
     compiled: bool,  # noqa: FBT001 - a parameter of the test
 ) -> None:
-    plain = _learner(environments, "cpu", "float32", False)
+    plain = _learner(environments, "cpu", "float32", compiled=False)
     plain.collect()
-    merged = _learner(environments, device, precision, compiled)
+    merged = _learner(environments, device, precision, compiled=compiled)
     merged.agent.load_state_dict(plain.agent.state_dict())
     before = [parameter.detach().cpu().clone() for parameter in plain.parameters]
     monkeypatch.setattr(networks, "merges_columns", lambda device: True)
