@@ -36,6 +36,6 @@ export function showScores(level) {
   setText(byId("scores"), [
     best === undefined ? "" : `Your best score in ${game}, ${mode}: ${reward(best)}.`,
     random === undefined ? "" : `A random agent's mean: ${reward(random)}.`,
-    learner === undefined ? "" : `PPO's after 2 million steps: ${reward(learner)}.`,
+    learner === undefined ? "" : `PPO's after 25 million steps: ${reward(learner)}.`,
   ].join(" ").trim());
 }
