@@ -12,7 +12,7 @@ from typing import Any
 
 import torch
 
-from learners import cpu
+from learners import cpu, networks
 from learners.networks import INITS, NETWORKS, default_precision
 from procgen_client import ENV_NAMES
 
@@ -52,6 +52,7 @@ def run_parser(program: str, description: str) -> argparse.ArgumentParser:
     speed("--device", default="cuda" if torch.cuda.is_available() else "cpu")
     speed("--threads", type=int, default=os.cpu_count(), help="on a CPU; default: %(default)s")
     speed("--precision", choices=("float32", "bfloat16"), help="default: the device's faster one")
+    speed("--eager", action="store_true", help="on a GPU, PyTorch's layers without graphs: slow")
     speed("--compile", action=argparse.BooleanOptionalAction, default=True, help="on a GPU only")
     return parser
 
@@ -93,6 +94,8 @@ def _completed(options: argparse.Namespace) -> argparse.Namespace:
         options.levels = TRAIN_LEVELS.get(options.mode, 0)
     if options.total_steps is None:
         options.total_steps = 25_000_000 if options.mode == "easy" else 200_000_000
+    if options.eager:
+        options.compile = False
     if options.precision is None:
         precision = default_precision(torch.device(options.device))
         options.precision = str(precision).removeprefix("torch.")
@@ -107,6 +110,7 @@ def set_device(options: argparse.Namespace) -> torch.device:
             device = torch.device("cuda", int(os.environ.get("LOCAL_RANK", 0)))
         torch.cuda.set_device(device)
         torch.backends.cudnn.benchmark = True
+        networks.is_eager = options.eager
     else:
         cpu.use_one_thread()
         cpu.keep_freed_memory()

@@ -38,6 +38,9 @@ from procgen_client import ACTION_COUNT, NormalizeReward
 from procgen_client.errors import ProcgenError
 
 
+ADAM_EPSILON = 1e-5
+
+
 class Rollout(NamedTuple):
     """T steps of N environments, flat: row t * N + i is step t of environment i."""
 
@@ -84,7 +87,7 @@ class Ppo:
         self.policy = AgentPolicy(self.agent)  # For tests during the training.
         self.parameters = list(self.agent.parameters())
         self.optimizer = torch.optim.Adam(
-            self.parameters, options.learning_rate, eps=1e-5, fused=on_gpu
+            self.parameters, options.learning_rate, eps=ADAM_EPSILON, fused=on_gpu
         )
         if on_gpu and options.compile:
             # Compiled twice: for the rows of a half and for those of a minibatch.
@@ -264,6 +267,12 @@ class Ppo:
         for parameter, gradient in zip(self.parameters, gradients, strict=True):
             parameter.grad = gradient
         nn.utils.clip_grad_norm_(self.parameters, self.options.max_grad_norm)
+        if self.options.adam == "tensorflow":
+            # TensorFlow adds epsilon before it corrects the bias of the second moment.
+            (group,) = self.optimizer.param_groups
+            group["step_count"] = group.get("step_count", 0) + 1
+            correction = 1 - group["betas"][1] ** group["step_count"]
+            group["eps"] = ADAM_EPSILON / correction**0.5
         self.optimizer.step()
         return metrics
 
@@ -354,6 +363,8 @@ def parse(arguments: Sequence[str] | None = None) -> argparse.Namespace:
     add = parser.add_argument_group("hyperparameters").add_argument
     add("--chunk-size", type=int, help="observations per pass; 0: all; default: 256, on a GPU 0")
     add("--test-interval", type=int, default=0, help="steps between tests on all levels; 0: none")
+    how = {"default": "tensorflow", "choices": ("tensorflow", "pytorch")}
+    add("--adam", **how, help="whose way to add epsilon; default: %(default)s")
     add("--frame-stack", type=int, default=1, help="frames in an observation; default: 1")
     add("--lstm", action="store_true", help="an LSTM behind the encoder")
     add("--num-steps", type=int, default=256, help="per rollout; default: %(default)s")

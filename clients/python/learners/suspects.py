@@ -1,0 +1,88 @@
+"""Short runs of PPO that each change one thing, beside OpenAI's published runs.
+
+    PROCGEN_ART=procgen python3 -m learners.suspects --output suspects --time-limit 840
+
+A quarter of an hour on a GPU: bigfish, 200 easy levels, 1M steps. Seeds take turns, so that an
+early end loses seeds, not variants; the same command continues. Each run has a folder with CSV
+files. DIR/table.md compares the variants with OpenAI's runs as learners.published does.
+"""
+
+from __future__ import annotations
+
+import argparse
+import subprocess
+import sys
+import time
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from learners import published
+from learners.options import words_of
+from learners.run_folder import CHECKPOINT
+
+VARIANTS: dict[str, dict[str, Any]] = {
+    "default": {},
+    "pytorch_adam": {"adam": "pytorch"},
+    "pytorch_init": {"init": "pytorch"},
+    "reward_gamma_999": {"reward_gamma": 0.999},
+    "all_three": {"adam": "pytorch", "init": "pytorch", "reward_gamma": 0.999},
+    "float32": {"precision": "float32"},
+    # On a GPU: PyTorch's layers, neither graphs nor compilation.
+    "eager": {"eager": True},
+    "not_compiled": {"compile": False},
+}
+SEEDS = 3
+_COLUMNS = ("return", "kl", "clip_fraction", "entropy", "value_loss", "explained_variance")
+
+
+def table(root: Path) -> str:
+    """Returns the comparison of the finished runs as a Markdown table."""
+    lines = [f"| variant | seeds | step | {' | '.join(_COLUMNS)} |"]
+    lines.append(f"| --- |{' ---: |' * (2 + len(_COLUMNS))}")
+    for name in VARIANTS:
+        folders = [path.parent for path in sorted(root.glob(f"{name}/seed*/{CHECKPOINT}"))]
+        for step, columns in (published.distances(folders) if folders else {}).items():
+            cells = (f"{columns[c][0]:.4g} ({columns[c][1]:+.1f})" for c in _COLUMNS)
+            lines.append(f"| {name} | {len(folders)} | {step:,} | {' | '.join(cells)} |")
+    return "\n".join(lines)
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Runs the command line; returns the exit status."""
+    parser = argparse.ArgumentParser(
+        prog="python3 -m learners.suspects",
+        description=__doc__,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+        epilog="Other options are passed to learners.ppo.",
+        allow_abbrev=False,
+    )
+    parser.add_argument("--game", default="bigfish", help="default: %(default)s")
+    parser.add_argument("--total-steps", type=int, default=1_000_000, help="of each run")
+    parser.add_argument("--output", type=Path, default=Path("suspects"), metavar="DIR")
+    parser.add_argument("--time-limit", type=float, default=float("inf"), help="in seconds")
+    parser.add_argument("--variants", nargs="+", choices=VARIANTS, default=list(VARIANTS))
+    given, more = parser.parse_known_args(arguments)
+    end = time.monotonic() + given.time_limit
+    for seed in range(SEEDS):
+        for name in given.variants:
+            left = end - time.monotonic()
+            if left <= 0:
+                break
+            options = {
+                "game": given.game,
+                "total_steps": given.total_steps,
+                "seed": seed,
+                "output": given.output / name / f"seed{seed}",
+                "resume": True,
+                "time_limit": left,
+            }
+            words = words_of(options | VARIANTS[name])
+            subprocess.run([sys.executable, "-m", "learners.ppo", *words, *more], check=True)
+            (given.output / "table.md").write_text(table(given.output) + "\n")
+    print(table(given.output))
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
