@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 import signal
 import subprocess
 import sys
@@ -29,8 +30,8 @@ def test_viewers_see_steps_values_and_probabilities(
     ) as player:
         assert player.stdout is not None
         line = player.stdout.readline()
-        assert line.startswith("playing bigfish as pools/")
-        name = line.split()[3].rstrip(";")
+        assert line.startswith("playing pools/")
+        name = line.split()[1].rstrip(";")
         with Client(server.address) as client:
             request = render_pb2.WatchPoolRequest(
                 pool=name, environments=[15], size_px=64, with_steps=True
@@ -47,6 +48,14 @@ def test_viewers_see_steps_values_and_probabilities(
             while any(pool.name == name for pool in client.list_pools()):
                 assert time.monotonic() < deadline
                 time.sleep(0.05)
+
+
+@pytest.mark.skipif(shutil.which("ffmpeg") is None, reason="ffmpeg is not installed")
+def test_policy_is_recorded_as_a_video(tmp_path: Path) -> None:
+    train(tmp_path / "run", total_steps=STEPS_OF_UPDATE, frame_stack=2)
+    path = tmp_path / "run.mp4"
+    watch.main([str(tmp_path / "run"), "--video", str(path), "--environments", "4", "--steps", "9"])
+    assert path.read_bytes()[4:8] == b"ftyp"
 
 
 def test_other_folders_are_rejected(
