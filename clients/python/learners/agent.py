@@ -113,11 +113,15 @@ class AgentPolicy:
         agent = self._agent
         first = np.zeros(len(observations), bool) if first is None else first
         device = agent.policy.weight.device
-        starts = torch.from_numpy(np.float32(first)[None]).to(device)
-        logits, values, self._memory = agent(
-            torch.from_numpy(self._stacked(observations, first)).to(device),
-            *(self._memory_of(len(first), device), starts),
-        )
+        frames = torch.from_numpy(self._stacked(observations, first)).to(device)
+        if agent.lstm is None:
+            logits, values, _ = agent(frames)
+        else:
+            memory = self._memory
+            if memory is None:
+                memory = torch.zeros(2, len(first), MEMORY_SIZE)
+            starts = torch.from_numpy(np.float32(first)[None]).to(device)
+            logits, values, self._memory = agent(frames, memory.to(device), starts)
         return F.log_softmax(logits, -1).cpu(), values.cpu()
 
     def sample(self, log_probabilities: torch.Tensor) -> np.ndarray:
@@ -150,10 +154,3 @@ class AgentPolicy:
         moved = np.concatenate([self._frames[:, 1:], observations[:, None]], 1)
         self._frames = np.where(first[:, None, None, None, None], copies, moved)
         return self._frames
-
-    def _memory_of(self, count: int, device: torch.device) -> torch.Tensor | None:
-        if self._agent.lstm is None:
-            return None
-        if self._memory is None:
-            return torch.zeros(2, count, MEMORY_SIZE, device=device)
-        return self._memory.to(device)

@@ -83,7 +83,7 @@ def run_of(job: Job, scale: Scale) -> report.Run:
         *(job.game, job.variant.label, job.seed, options["levels"]),
         *read_columns(job.folder / "progress.csv"),
         *read_columns(job.folder / "test.csv"),
-        published=openai,
+        openai,
     )
 
 

@@ -37,7 +37,6 @@ from learners.training_run import TrainingRun, Update
 from procgen_client import ACTION_COUNT, NormalizeReward
 from procgen_client.errors import ProcgenError
 
-
 ADAM_EPSILON = 1e-5
 
 
@@ -212,8 +211,9 @@ class Ppo:
 
     def act(self, t: int | torch.Tensor, rows: slice) -> torch.Tensor:
         """Chooses the actions of step t, an integer or int64 [1], and keeps the choice."""
-        memory, first = None, self.first[t, rows].view(1, -1)
+        memory = first = None
         if self.memories is not None:
+            first = self.first[t, rows].view(1, -1)
             memory = self.memories[t, :, rows].view(2, -1, MEMORY_SIZE)
         with torch.no_grad():
             observations = self.observations[t, rows].view(-1, *self.observations.shape[2:])
@@ -363,8 +363,12 @@ def parse(arguments: Sequence[str] | None = None) -> argparse.Namespace:
     add = parser.add_argument_group("hyperparameters").add_argument
     add("--chunk-size", type=int, help="observations per pass; 0: all; default: 256, on a GPU 0")
     add("--test-interval", type=int, default=0, help="steps between tests on all levels; 0: none")
-    how = {"default": "tensorflow", "choices": ("tensorflow", "pytorch")}
-    add("--adam", **how, help="whose way to add epsilon; default: %(default)s")
+    add(
+        "--adam",
+        default="tensorflow",
+        choices=("tensorflow", "pytorch"),
+        help="whose way to add epsilon; default: %(default)s",
+    )
     add("--frame-stack", type=int, default=1, help="frames in an observation; default: 1")
     add("--lstm", action="store_true", help="an LSTM behind the encoder")
     add("--num-steps", type=int, default=256, help="per rollout; default: %(default)s")

@@ -104,7 +104,7 @@ def distances(folders: Sequence[Path]) -> dict[int, dict[str, tuple[float, float
     rows = by_step(options["game"], options["mode"], options["levels"], "train")
     last = min(values["step"][-1] if values["step"].size else 0 for _, values in read)
     compared = {}
-    for step in (step for step in rows if step <= 1.01 * last):
+    for step in (step for step in rows if step <= 1.02 * last):
         means = {
             name: float(np.mean([window_mean(v["step"], v[name], step) for _, v in read]))
             for name in COLUMNS

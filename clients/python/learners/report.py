@@ -27,7 +27,7 @@ class Run(NamedTuple):
     test_steps: np.ndarray  # [tests]
     test_returns: np.ndarray  # On all levels   [tests]
     # Of OpenAI's runs of the same protocol, by "train" or "test" and step.
-    published: dict[str, dict[int, Row]] = {}
+    published: dict[str, dict[int, Row]]
 
     def last(self, split: str) -> float:
         """Returns the mean over the last tenth of "train" or "test"; NaN: there is none."""
@@ -43,7 +43,7 @@ class Run(NamedTuple):
     def openai(self, split: str) -> Measured | None:
         """Returns OpenAI's return at the run's last step, or if not run, after all steps."""
         rows = self.published.get(split, {})
-        reached = [s for s in rows if not self.steps.size or s <= 1.01 * self.steps[-1]]
+        reached = [s for s in rows if not self.steps.size or s <= 1.02 * self.steps[-1]]
         return rows[max(reached)]["return"] if reached else None
 
 
@@ -137,7 +137,7 @@ def plot(runs: Sequence[Run], ranges: dict[str, Range | None], title: str, path:
 def _draw_published(axes: Any, run: Run) -> None:  # noqa: ANN401
     """Shades the mean of OpenAI's runs and a standard deviation around it."""
     for split, rows in run.published.items():
-        steps = [step for step in rows if step <= 1.01 * run.steps[-1]]
+        steps = [step for step in rows if step <= 1.02 * run.steps[-1]]
         means = np.array([rows[step]["return"].mean for step in steps])
         deviations = np.array([rows[step]["return"].deviation for step in steps])
         style = {"color": "gray", "linestyle": "--" if split == "test" else "-"}

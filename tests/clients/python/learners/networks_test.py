@@ -28,7 +28,7 @@ def _assert_equal(
 
 @pytest.mark.parametrize(
     ("in_channels", "out_channels", "columns"),
-    [(3, 16, 4), (3, 64, 4), (16, 16, 2), (16, 32, 2), (32, 32, 2), (64, 64, 1)],
+    [(3, 16, 4), (3, 64, 4), (12, 16, 4), (16, 16, 2), (16, 32, 2), (32, 32, 2), (64, 64, 1)],
 )
 def test_merged_columns_give_the_same_convolution(
     in_channels: int, out_channels: int, columns: int

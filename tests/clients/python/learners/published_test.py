@@ -1,4 +1,4 @@
-"""PPO follows the runs that OpenAI published. 250,000 steps of IMPALA take 11 minutes on two cores."""
+"""PPO follows the runs that OpenAI published. 250,000 steps take 11 minutes on two cores."""
 
 from __future__ import annotations
 

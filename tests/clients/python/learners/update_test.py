@@ -80,6 +80,6 @@ def test_update_on_the_path_of_a_gpu_equals_that_of_plain_layers(
     # Rounding changes some decisions to clip, and Adam magnifies small gradients.
     is_exact = precision == "float32"
     assert metrics == pytest.approx(expected, rel=0.02 if is_exact else 0.1, abs=1e-3)
-    cosine_min = 0.995 if is_exact else 0.95
+    cosine_min = 0.995 if is_exact else 0.9
     for mine, its in zip(_moves(merged, before), _moves(plain, before), strict=True):
         assert torch.cosine_similarity(mine.flatten(), its.flatten(), 0) > cosine_min
