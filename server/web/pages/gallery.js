@@ -1,10 +1,11 @@
 // The gallery: all games, or the levels of the game in the URL. Each image links to its level.
 
 import { byId, element, setText } from "./elements/elements.js";
-import { drawPart } from "./elements/pictures.js";
+import { drawImage } from "./elements/pictures.js";
 import { addressOf, drawGames, drawOptions, optionsOf, readAddress } from "./links/level_choice.js";
 import { LEVEL_MAX, showLinkProblems } from "./links/level_link.js";
 import { attempt, openPage } from "./page.js";
+import { levelImages } from "./run/level_images.js";
 
 const SAMPLE_COUNT = 4;     // levels of a game in the overview
 const PAGE_COUNT = 24;      // levels of a page
@@ -34,7 +35,7 @@ async function drawOverview(connection, catalog) {
   byId("overview").hidden = false;
   const cards = catalog.games.map((game) => {
     const strip = element("div", { class: "strip" });
-    const modes = game.modes.map(({ name, level_seed: level = 0 }) =>
+    const modes = game.modes.map(({ name, levelSeed: level = 0 }) =>
       element("li", {}, element("a", { href: addressOf("/gallery", { game: game.name, mode: name, level }) }, name)));
     const first = addressOf("/gallery", { game: game.name, mode: game.modes[0].name, level: 0 });
     const card = element("li", { class: "game panel" }, strip,
@@ -46,7 +47,7 @@ async function drawOverview(connection, catalog) {
   byId("games").replaceChildren(...cards.map(({ card }) => card));
   const drawn = await Promise.all(cards.map(async ({ game, strip }) => {
     const choice = { game: game.name, mode: game.modes[0].name, level: 0 };
-    const pictures = await drawPage(connection, choice, SAMPLE_COUNT, () => null);
+    const pictures = await drawPage(connection, choice, false, SAMPLE_COUNT, () => null);
     strip.replaceChildren(...(pictures ?? []));
     return pictures !== null;
   }));
@@ -85,11 +86,11 @@ async function drawLevels(connection, catalog) {
   byId("levels").hidden = false;
   setText(byId("title"), `${game.name}, ${mode.name}`);
   setText(byId("about"), game.description);
-  const most = mode.level_seed === undefined ? LEVEL_MAX - choice.level + 1 : 1;
+  const most = mode.levelSeed === undefined ? LEVEL_MAX - choice.level + 1 : 1;
   turnTo(byId("previous"), choice, choice.level > 0 && most > 1, -PAGE_COUNT);
   turnTo(byId("following"), choice, most > PAGE_COUNT, PAGE_COUNT);
   const caption = (seed) => element("span", { class: "small quiet" }, `Level ${seed}`);
-  const pictures = await drawPage(connection, choice, Math.min(PAGE_COUNT, most), caption);
+  const pictures = await drawPage(connection, choice, mode.levelSeed !== undefined, Math.min(PAGE_COUNT, most), caption);
   byId("pictures").replaceChildren(...(pictures ?? []).map((picture) => element("li", {}, picture)));
   return pictures !== null;
 }
@@ -99,21 +100,15 @@ function turnTo(link, choice, isThere, by) {
   link.href = pageOf({ ...choice, level: Math.max(0, choice.level + by) });
 }
 
-// The levels of a gallery page, as links to play them; null if the request failed.
-async function drawPage(connection, { game, mode, level, options = {}, whole = false }, count, caption) {
-  const page = await attempt(() => connection.call("gallery.page", {
-    game, mode, options, first_level_seed: level, count, size_px: SIZE_PX, whole_level: whole,
-  }));
-  if (!page) {
-    return null;
-  }
-  return Promise.all(page.parts.map(async (part) => {
+// The levels of a gallery page, as links to play them; null if the request failed. `isOnly`: the mode has one level.
+async function drawPage(connection, choice, isOnly, count, caption) {
+  const { game, mode, options } = choice;
+  const images = await attempt(() => levelImages(connection, choice, isOnly, count, SIZE_PX));
+  return images && Promise.all(images.map(async ({ level, image }) => {
     const canvas = element("canvas");
-    await drawPart(canvas, part);
-    const seed = part.level_seed;
-    const address = addressOf("/play", { game, mode, level: seed, options });
-    const name = `Play ${game}, level ${seed}`;
-    return element("a", { href: address, "aria-label": name, title: `Level ${seed}` }, canvas, caption(seed));
+    await drawImage(canvas, image);
+    const address = addressOf("/play", { game, mode, level, options });
+    return element("a", { href: address, "aria-label": `Play ${game}, level ${level}`, title: `Level ${level}` }, canvas, caption(level));
   }));
 }
 

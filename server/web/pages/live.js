@@ -11,14 +11,15 @@ import { NodeTable } from "./live/nodes.js";
 import { LearnerPause } from "./live/pause.js";
 import { Plots } from "./live/plots.js";
 import { PoolTable, stateOf } from "./live/pools.js";
-import { attempt, openPage } from "./page.js";
+import { Reports } from "./live/reports.js";
+import { loseReports, openPage, regainReports } from "./page.js";
 
 let connection = null;
 let catalog = null;
 let self = null;     // the server's node name
 let open = null;     // the name of the open pool
-let last = null;     // the last event "pools"
-let shown = null;    // the pool opened last: { name, create_time_s }
+let last = null;     // the last report
+let shown = null;    // the pool opened last: { name, createTimeS }
 
 const enlarged = new EnlargedView((isOpen) => mosaic.cover(isOpen), writeEnvironment);
 const mosaic = new Mosaic((pool, environment) => enlarged.show(connection, catalog, pool, environment));
@@ -26,19 +27,24 @@ const nodes = new NodeTable(byId("node-rows"));
 const plots = new Plots(byId("plots"));
 const episodes = new Episodes();
 const pause = new LearnerPause(byId("pool-pause"), byId("large-pause"));
-const table = new PoolTable(follow, (names) => plots.compare(names));
+const reports = new Reports(receive, (error) => {
+  drawUnknown();
+  loseReports(error);
+});
+const table = new PoolTable((pool) => reports.returnsOf(pool), follow, (names) => plots.compare(names));
 
-async function ready(hello, opened) {
+function ready(hello, opened) {
   connection = opened;
   open = null;
   catalog = hello.catalog;
   self = hello.node;
-  byId("token-hint").hidden = !hello.requires_token;
+  byId("token-hint").hidden = !hello.requiresToken;
   byId("nodes").hidden = !hello.cluster;
-  opened.expectsEvents = (await attempt(() => opened.call("pools.follow"))) !== null;
+  reports.start(connection, hello.cluster !== "");
 }
 
 function lost() {
+  reports.stop();
   connection = null;
   open = null;
   mosaic.stop();
@@ -47,41 +53,45 @@ function lost() {
   drawUnknown();
 }
 
-function receive(event) {
-  last = event;
+function receive(report) {
+  regainReports();
+  last = report;
   if (!byId("nodes").hidden) {
-    nodes.draw(event.nodes, event.time_s);
+    nodes.draw(report.nodes, report.timeS);
   }
   show();
 }
 
-// Shows the last event.
+// Shows the last report.
 function show() {
   if (!last || !connection) {
     return;
   }
-  drawServer(last.server.load);
+  drawServer(last.load);
   const pools = visiblePools();
   byId("empty").hidden = pools.length > 0;
   // The load counts the pools of all owners.
-  const hasOthers = !byId("token-hint").hidden && last.server.load.pool_count > 0;
+  const hasOthers = !byId("token-hint").hidden && last.load.poolCount > 0;
   setText(byId("empty-title"), hasOthers ? "No pools of your token yet" : "No pools yet");
   setText(byId("address"), addressOf(last));
   byId("bench").hidden = last.pools.length === 0;
   tellIfClosed();
   const wanted = new URLSearchParams(location.search).get("pool");
   const pool = chosenPool(wanted, pools);
+  if (last.isFirst && wanted === null) {
+    return;  // Which pool is being stepped is known after the second report.
+  }
   byId("pool").hidden = !pool;
   byId("missing").hidden = Boolean(pool) || wanted === null;
   setText(byId("missing-name"), wanted ?? "");
   if ((pool?.name ?? null) !== open) {
     openPool(pool);
   }
-  table.draw(connection, pools, last.time_s, open);
+  table.draw(pools, last.timeS, open);
   pause.follow(connection, pool?.kind === "pool" ? pool : null);
   if (pool) {
     drawPool(pool);
-    plots.add(last.pools, last.time_s);
+    plots.add(last.pools);
     episodes.follow(pool, last.pools);
   }
 }
@@ -93,7 +103,7 @@ function named(text) {
 // Reports that the shown pool is gone, also if another one has its name.
 function tellIfClosed() {
   const now = shown && named(shown.name);
-  if (shown && now?.create_time_s !== shown.create_time_s) {
+  if (shown && now?.createTimeS !== shown.createTimeS) {
     notify(`${shown.name} was closed, and its history is gone.${now ? " This is another pool of the same name." : ""}`, "warn");
     shown = null;
     open = null;
@@ -102,7 +112,7 @@ function tellIfClosed() {
 
 // The pool in the URL and no other; without one there the open pool, else one that is being stepped.
 function chosenPool(wanted, pools) {
-  return wanted === null ? named(open) ?? pools.find((pool) => stateOf(pool, last.time_s).rank === 0) ?? pools[0] : named(wanted);
+  return wanted === null ? named(open) ?? pools.find((pool) => stateOf(pool, last.timeS).rank === 0) ?? pools[0] : named(wanted);
 }
 
 // Shows that states and rates are not known.
@@ -111,9 +121,9 @@ function drawUnknown() {
     return;
   }
   const unknown = (pool) =>
-    ({ ...pool, isUnknown: true, steps_per_second: null, request_p50_ms: null, request_p99_ms: null });
-  drawServer({ ...last.server.load, steps_per_second: null });
-  table.draw(null, visiblePools().map(unknown), last.time_s, shown?.name ?? null);
+    ({ ...pool, isUnknown: true, stepsPerSecond: null, requestP50Ms: null, requestP99Ms: null });
+  drawServer({ ...last.load, stepsPerSecond: null });
+  table.draw(visiblePools().map(unknown), last.timeS, shown?.name ?? null);
   const pool = shown && named(shown.name);
   if (pool) {
     drawPool(unknown(pool));
@@ -128,13 +138,16 @@ function visiblePools() {
   return byId("visitors").checked ? last.pools : learners;
 }
 
+// The pools of pages do not count.
 function drawServer(load) {
+  const ofPages = last.pools.filter(({ kind }) => kind !== "pool");
+  const envCount = ofPages.reduce((sum, pool) => sum + pool.envCount, 0);
   const list = byId("server");
   list.hidden = false;
   setTiles(list, [
-    ["Steps / s", rate(load.steps_per_second)], ["Pools", count(load.pool_count)],
-    ["Environments", count(load.env_count)],
-    ["Workers", count(load.worker_count), "Threads that step environments"], ["Steps so far", rate(load.step_count)],
+    ["Steps / s", rate(load.stepsPerSecond)], ["Pools", count(load.poolCount - ofPages.length)],
+    ["Environments", count(load.envCount - envCount)],
+    ["Workers", count(load.workerCount), "Threads that step environments"], ["Steps so far", rate(load.stepCount)],
   ]);
 }
 
@@ -157,7 +170,7 @@ function follow(event) {
 
 function openPool(pool) {
   open = pool?.name ?? null;
-  shown = pool ? { name: pool.name, create_time_s: pool.create_time_s } : shown;
+  shown = pool ? { name: pool.name, createTimeS: pool.createTimeS } : shown;
   document.title = `${open ?? "Live"} – Procgen Server`;
   enlarged.close();
   mosaic.open(connection, pool);
@@ -171,10 +184,10 @@ function enlargeFromUrl(pool) {
   if (!pool || wanted === null) {
     return;
   }
-  if (/^\d+$/.test(wanted) && Number(wanted) < pool.env_count) {
+  if (/^\d+$/.test(wanted) && Number(wanted) < pool.envCount) {
     enlarged.show(connection, catalog, pool, Number(wanted));
   } else {
-    notify(`${pool.name} has no environment “${wanted}”: environments are 0 to ${pool.env_count - 1}.`, "bad");
+    notify(`${pool.name} has no environment “${wanted}”: environments are 0 to ${pool.envCount - 1}.`, "bad");
   }
 }
 
@@ -192,17 +205,17 @@ function writeEnvironment(environment) {
 
 function drawPool(pool) {
   setText(byId("pool-name"), pool.name);
-  const { text, kind } = stateOf(pool, last.time_s);
+  const { text, kind } = stateOf(pool, last.timeS);
   setText(byId("pool-state"), text);
   byId("pool-state").className = `badge ${kind}`;
   const chosen = tellOptions(pool.options, catalog);
   const owner = pool.owner ? [`owner ${pool.owner}`] : [];
   setText(byId("pool-about"), [pool.games.join(", "), pool.mode, ...owner, ...chosen].join(" · "));
   setTiles(byId("pool-figures"), [
-    ["Steps / s", rate(pool.steps_per_second)], ["Mean return", reward(pool.mean_return), "Score of the last 100 episodes"],
-    ["Mean length", count(pool.mean_length), "Steps of the last 100 episodes"], ["Episodes", count(pool.episode_count)],
-    ["Environments", count(pool.env_count)], ["Request p50", milliseconds(pool.request_p50_ms), "Median latency of the last 512 requests"],
-    ["Request p99", milliseconds(pool.request_p99_ms), "99th percentile latency of the last 512 requests"], ["Steps so far", rate(pool.step_count)],
+    ["Steps / s", rate(pool.stepsPerSecond)], ["Mean return", reward(pool.meanReturn), "Score of the last 100 episodes"],
+    ["Mean length", count(pool.meanLength), "Steps of the last 100 episodes"], ["Episodes", count(pool.episodeCount)],
+    ["Environments", count(pool.envCount)], ["Request p50", milliseconds(pool.requestP50Ms), "Median latency of the last 512 requests"],
+    ["Request p99", milliseconds(pool.requestP99Ms), "99th percentile latency of the last 512 requests"], ["Steps so far", rate(pool.stepCount)],
   ]);
 }
 
@@ -211,4 +224,4 @@ addEventListener("popstate", () => {
   open = null;
   show();
 });
-openPage(ready, lost, drawUnknown).on("pools", receive);
+openPage(ready, lost, drawUnknown);

@@ -1,6 +1,8 @@
 // Shared by all pages: the top bar, the connection and its state, the theme and the token prompt.
 
-import { Connection, LOST } from "./connection/connection.js";
+import { catalogOf } from "./connection/catalog.js";
+import { Connection } from "./connection/connection.js";
+import { LOST, UserError } from "./connection/errors.js";
 import { askToken, forgetToken, savedToken } from "./connection/token.js";
 import { byId, element, setText } from "./elements/elements.js";
 import { clock } from "./elements/figures.js";
@@ -14,13 +16,14 @@ let page = null;  // { connection, state, onLost, hasContent, isOut, isLost, isA
 
 // Shows the page and connects. `onReady(hello, connection)` is called when the server accepts the page, and again after each
 // reconnect; `onLost()` when the connection is lost or given up; `onSilent()` when the server sends nothing for some time.
-// Returns the connection.
-export function openPage(onReady, onLost = () => {}, onSilent = () => {}) {
+// hello: { catalog, requiresToken, cluster, node: the server's name }.
+export async function openPage(onReady, onLost = () => {}, onSilent = () => {}) {
   const state = element("span", { class: "link", role: "status", "data-state": "connecting" }, "Connecting");
   drawBar(state);
-  const connection = new Connection();
+  const connection = await Connection.load();
+  const { bridge } = connection;
   page = { connection, state, onLost, hasContent: false, isOut: false, isLost: false, isAsking: false };
-  connection.addEventListener("open", async () => {
+  bridge.addEventListener("open", async () => {
     const hello = await greet();
     if (!hello) {
       return;
@@ -33,28 +36,19 @@ export function openPage(onReady, onLost = () => {}, onSilent = () => {}) {
     endOutage();
     onReady(hello, connection);
   });
-  connection.addEventListener("lost", ({ detail }) => {
+  bridge.addEventListener("lost", ({ detail }) => {
     if (!page.isLost && page.hasContent) {
       onLost();
     }
     page.isLost = true;
     beginOutage(describeLoss(detail), detail.code === TRY_AGAIN_LATER ? "Server is full" : "Waiting for the server");
   });
-  connection.addEventListener("silent", ({ detail }) => {
-    beginOutage(`The server has sent nothing since ${clock(detail.time_s)}.`, "No answer");
+  bridge.addEventListener("silent", ({ detail }) => {
+    beginOutage(`The server has sent nothing since ${clock(detail.timeS)}.`, "No answer");
     onSilent();
   });
-  connection.addEventListener("heard", endOutage);
-  connection.on("pools_closed", (error) => {
-    if (error.code === "UNAUTHENTICATED") {
-      changeToken();
-    } else {
-      connection.expectsEvents = false;
-      beginOutage(`${sentence(error.message)} The pools are no longer reported.`, "No reports");
-    }
-  });
-  connection.open();
-  return connection;
+  bridge.addEventListener("heard", endOutage);
+  bridge.open();
 }
 
 function describeLoss({ code, reason }) {
@@ -85,12 +79,18 @@ function endOutage() {
   document.documentElement.removeAttribute("data-outdated");
 }
 
-// Sends hello. Returns the answer, or null if the server rejects the page; then it is retried, with another token if
+// Introduces the page. Returns what onReady gets, or null if the server rejects the page; then it is retried, with another token if
 // necessary.
 async function greet() {
+  const { connection } = page;
   const token = savedToken();
   try {
-    return await page.connection.call("hello", token ? { token } : {});
+    if (token) {
+      connection.bridge.sendToken(token);
+    }
+    const [catalog, { cluster, localNode }] = await Promise.all(
+      [connection.call("CatalogService.GetCatalog"), connection.call("ClusterService.ListNodes")]);
+    return { catalog: catalogOf(catalog), requiresToken: token !== null, cluster, node: localNode };
   } catch (error) {
     if (error.code === "UNAUTHENTICATED") {
       changeToken(token ? "The server does not know this token. Is it complete?" : "");
@@ -101,21 +101,21 @@ async function greet() {
   }
 }
 
-// Asks for a token and connects with it. Meanwhile the page is not connected: the server's time limit for hello is shorter
-// than a person's search for a token.
+// Asks for a token and connects with it. Meanwhile the page is not connected: the server's time limit for the first answer is
+// shorter than a person's search for a token.
 async function changeToken(problem = "The server no longer accepts this token.") {
   if (page.isAsking) {
     return;
   }
   page.isAsking = true;
-  page.connection.close();
+  page.connection.bridge.close();
   if (page.hasContent) {
     page.onLost();
   }
   forgetToken();
   await askToken(problem);
   page.isAsking = false;
-  page.connection.open();
+  page.connection.bridge.open();
 }
 
 function drawBar(state) {
@@ -166,11 +166,27 @@ export async function attempt(work, say = (text) => notify(text, "bad")) {
   try {
     return await work();
   } catch (error) {
-    if (error.name !== "ServerError") {
+    if (!(error instanceof UserError)) {
       throw error;
     }
     tell(error, say);
     return null;
+  }
+}
+
+// Reports that the pools are not listed any more. A token that was removed is asked for again.
+export function loseReports(error) {
+  if (error.code === "UNAUTHENTICATED") {
+    changeToken();
+  } else if (error.code !== LOST) {
+    beginOutage(`${sentence(error.message)} The pools are no longer reported.`, "No reports");
+  }
+}
+
+// Ends the outage of loseReports.
+export function regainReports() {
+  if (page.isOut) {
+    endOutage();
   }
 }
 

@@ -2,14 +2,15 @@
 
 import { requestsInFlight } from "./connection/latency.js";
 import { byId, setText } from "./elements/elements.js";
-import { partOf } from "./elements/pictures.js";
+import { notify } from "./elements/notices.js";
 import { addressOf, drawGames, drawOptions, optionsOf, readAddress } from "./links/level_choice.js";
 import { showLinkProblems } from "./links/level_link.js";
 import { attempt, openPage } from "./page.js";
-import { followBranch } from "./play/branch.js";
+import { followBranch, openBranch } from "./play/branch.js";
 import { listenToGamepads } from "./play/gamepad.js";
 import { actionOf, Keys, takesKeys } from "./play/keys.js";
-import { describeEnd, factsOf, hasNext, isTouched, levelOf, tellLevel } from "./play/level.js";
+import { describeEnd, factsOf, hasNext, isOnlyLevel, isTouched, levelOf, tellLevel } from "./play/level.js";
+import { PlayRun } from "./play/play_run.js";
 import { recordScore } from "./play/scores.js";
 import { StepPace } from "./play/step_pace.js";
 import { listenToTraceButtons } from "./play/traces.js";
@@ -24,9 +25,10 @@ const stage = byId("stage");
 const keys = new Keys();
 let catalog = null;
 let connection = null;
+let play = null;      // a PlayRun
 let view = null;      // the last one; null: no play
 let level = null;     // the current level: { game, mode, level, options }
-let branch = null;    // the replay that is continued: { trace, step }; null: none
+let branch = null;    // the replay that is continued: { subject, step }; null: none
 let isPaused = true;
 let isWaiting = false;  // paused at a level's start, until a key of the game is pressed
 let endTime = null;   // when the shown episode ended, by performance.now(); null: it has not
@@ -64,6 +66,7 @@ async function readLink(query) {
 
 function lost() {
   view = null;
+  play = null;
   endTime = null;
   pause(true);
   say("The connection was lost. The level restarts after reconnecting.");
@@ -73,10 +76,7 @@ function lost() {
 async function begin() {
   stage.hidden = false;
   byId("wrong").hidden = true;
-  if (view) {
-    connection.call("play.close", { play: view.play }).catch(() => {});
-    view = null;
-  }
+  view = null;
   if (!await (branch ? continueReplay() : startLevel())) {
     view = null;
   }
@@ -92,20 +92,30 @@ function startLevel() {
     options: optionsOf(form, catalog),
   };
   tellLevel(level, catalog);
-  const { game, mode, options } = level;
-  return ask("play.start", { game, mode, level_seed: level.level, options, human_size_px: pace.sizePx });
+  return ask(() => take(PlayRun.start(connection, level, isOnlyLevel(catalog, level), pace.sizePx)));
 }
 
 function continueReplay() {
-  const { trace, step } = branch;
-  return ask("play.start", { row: step, human_size_px: pace.sizePx }, trace.bytes);
+  return ask(async () => {
+    const first = await take(openBranch(connection, branch, pace.sizePx));
+    tellBranch(first);
+    return first;
+  });
+}
+
+// Plays what was started, in place of the play before. Resolves to its view.
+async function take(started) {
+  const next = await started;
+  play?.close();
+  play = next;
+  return play.view;
 }
 
 // Shows the level at which a replay is continued.
-function tellBranch(header) {
-  level = levelOf(header, view, catalog);
+function tellBranch(first) {
+  level = levelOf(branch.subject.source, first, catalog);
   readAddress(form, new URL(addressOf("/play", level), location.href).searchParams);
-  tellLevel(level, catalog, `${branch.trace.name} from step ${branch.step}`);
+  tellLevel(level, catalog, `${branch.subject.name} from step ${branch.step}`);
 }
 
 // A level starts at the first key press, so that the player is ready.
@@ -121,7 +131,7 @@ function waitForKey() {
 
 // Whether the main button starts the next level: after success, if there is one.
 function leadsOn() {
-  return view.prev_level_complete && hasNext(catalog, level);
+  return view.prevLevelComplete && hasNext(catalog, level);
 }
 
 // The label of the main button.
@@ -132,12 +142,10 @@ function drawMain() {
   setText(byId("pause").querySelector("kbd"), key);
 }
 
-// Sends a request whose answer is the next view of the play, and shows it. Answers come in the order of the requests.
-// Returns whether there was a view.
-async function ask(method, fields = {}, part = null) {
+// Shows the view that `request()` resolves to, if any. Views come in the order of the requests. Returns whether there was one.
+async function ask(request) {
   asked += 1;
-  const all = view ? { play: view.play, ...fields } : fields;
-  const next = await attempt(() => connection.call(method, all, part).catch(skipLate));
+  const next = await attempt(request);
   if (next) {
     await show(next);
   }
@@ -145,34 +153,23 @@ async function ask(method, fields = {}, part = null) {
   return next !== null;
 }
 
-// Ignores the rejection of a step that was sent ahead when its episode had already ended.
-function skipLate(error) {
-  if (error.code !== "FAILED_PRECONDITION" || endTime === null) {
-    throw error;
-  }
-  return null;
-}
-
 async function show(next) {
   view = next;
   say("");
   endTime = null;
-  if (view.header) {
-    tellBranch(view.header);
-  }
   if (view.first && view.step > 0) {
     endTime = performance.now();
     pause(true);
-    say(describeEnd(view, { leadsOn: leadsOn(), isBest: branch === null && recordScore(level, view.total_reward) }));
+    say(describeEnd(view, { leadsOn: leadsOn(), isBest: branch === null && recordScore(level, view.totalReward) }));
   }
   for (const id of ["pause", "step", "restart", "next", "save", "replay", "copy-python"]) {
     byId(id).disabled = false;
   }
-  await draw(next, endTime === null ? "" : "final_");
+  await draw(next, endTime !== null);
 }
 
-function draw(drawn, kind) {
-  return drawView(level, drawn, kind, () => view === drawn);
+function draw(drawn, isEnd) {
+  return drawView(level, drawn, isEnd, () => view === drawn);
 }
 
 // Shows the start of the next episode in place of the end of the last one.
@@ -180,7 +177,7 @@ function leaveEnd() {
   endTime = null;
   say("");
   pause(true);
-  return draw(view, "");
+  return draw(view, false);
 }
 
 // What the main button does after an episode.
@@ -200,7 +197,7 @@ function say(text) {
 function step() {
   turn += 1;
   const action = actionOf(catalog.actions, keys.take(), turn - 1);
-  return ask("play.step", { action, episode_count: view.episode_count, human_size_px: pace.sizePx });
+  return ask(() => play.step(action, pace.sizePx));
 }
 
 function pause(value) {
@@ -230,22 +227,24 @@ function act(name) {
       break;
     case "restart":
       pause(true);
-      ask("play.restart").then(waitForKey);
+      ask(() => play.restart()).then(waitForKey);
       break;
     case "next":
       pause(true);
-      ask("play.next_level").then((isThere) => isThere && follow());
+      goToNext();
       break;
   }
 }
 
-// Sets the form and the URL to the current level.
-function follow() {
+// Starts the level of the next seed, if there is one.
+function goToNext() {
+  if (!hasNext(catalog, level)) {
+    notify(`Level ${level.level} is the ${isOnlyLevel(catalog, level) ? "only one of this mode" : "last one"}.`, "bad");
+    return;
+  }
   branch = null;
-  level.level = view.level_seed;
-  form.elements.level.value = view.level_seed;
-  tellLevel(level, catalog);
-  waitForKey();
+  form.elements.level.value = level.level + 1;
+  begin();
 }
 
 // Describes the game in the form.
@@ -264,7 +263,7 @@ form.elements.game.addEventListener("change", () => catalog && describe());
 for (const name of ["pause", "step", "restart", "next"]) {
   byId(name).addEventListener("click", () => act(name));
 }
-listenToTraceButtons(() => ({ connection, view, level, catalog }), () => isWaiting || pause(true));
+listenToTraceButtons(() => ({ play, level, catalog }), () => isWaiting || pause(true));
 
 const SHORTCUTS = { p: "pause", ".": "step", r: "restart", n: "next" };
 document.addEventListener("keydown", (event) => {
@@ -288,7 +287,7 @@ keys.listen(document.querySelector(".pad"), () => {
 });
 listenToGamepads((names) => keys.holdByGamepads(names), act);
 setInterval(() => {
-  if (view && !isPaused && !document.hidden && pace.mayStep(asked, partOf(view, "human").width)) {
+  if (view && !isPaused && !document.hidden && pace.mayStep(asked, view.images.human.width)) {
     step();
   }
 }, 1000 / STEPS_PER_SECOND);

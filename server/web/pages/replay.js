@@ -5,7 +5,7 @@ import { byId, setText } from "./elements/elements.js";
 import { clearNotices, notify } from "./elements/notices.js";
 import { copy } from "./export/clipboard.js";
 import { replayProgram } from "./export/python_code.js";
-import { followLink, placeAddress, showWrongLink } from "./links/replay_link.js";
+import { followLink, placeAddress, showWrongLink, subjectOfTrace } from "./links/replay_link.js";
 import { keepTrace, saveTrace } from "./links/traces.js";
 import { attempt, openPage } from "./page.js";
 import { takesKeys } from "./play/keys.js";
@@ -14,17 +14,18 @@ import { ExportDialog } from "./replay/export.js";
 import { Frames } from "./replay/frames.js";
 import { LevelMap } from "./replay/map.js";
 import { FRAMES_PER_SECOND_MAX, Player } from "./replay/player.js";
+import { ReplayRun } from "./replay/replay_run.js";
 import { Rows } from "./replay/rows.js";
 import { drawTimeline } from "./replay/timeline.js";
 import { describe, drawFrame, judge } from "./replay/view.js";
+import { writeTrace } from "./run/trace_file.js";
 
 const LINK_DELAY_MS = 250;  // browsers limit how often the URL changes
 
 let connection = null;
 let catalog = null;
-let trace = null;     // { bytes, name, source }
-let replay = null;    // the answer of replay.open
-let rows = null;      // of the replay
+let subject = null;   // see links/replay_link.js
+let replay = null;    // a ReplayRun
 let frames = null;    // of the replay
 let inFlight = 1;     // rows that are requested at once while the replay runs
 let linkTimer = null;
@@ -38,7 +39,7 @@ const player = new Player({
     tellPlace();
   },
 });
-const exportDialog = new ExportDialog(() => ({ connection, trace, replay, frames, index: player.wanted, speed: player.speed }));
+const exportDialog = new ExportDialog(() => ({ replay, frames, index: player.wanted, speed: player.speed }));
 const comparison = new Comparison(() => ({ connection, replay, actionNames }), async (row) => {
   if (row !== null) {
     await player.go(frames.ofRow(row));
@@ -46,7 +47,7 @@ const comparison = new Comparison(() => ({ connection, replay, actionNames }), a
   comparison.show(frames.at(player.wanted));
   redraw();
 });
-const map = new LevelMap(() => ({ connection, replay }));
+const map = new LevelMap(() => ({ replay }));
 let actionNames = new Map();  // by number
 
 async function ready(hello, opened) {
@@ -54,7 +55,7 @@ async function ready(hello, opened) {
   connection = opened;  // After the wait: a file that is chosen meanwhile is opened once.
   catalog = hello.catalog;
   actionNames = new Map(catalog.actions.map(({ number, name }) => [number, name]));
-  if (trace) {
+  if (subject) {
     open();
   } else {
     await follow();
@@ -66,8 +67,8 @@ async function follow() {
   const query = new URLSearchParams(location.search);
   try {
     const found = await attempt(() => followLink(connection, query));
-    if (found?.trace) {
-      trace = found.trace;
+    if (found?.subject) {
+      subject = found.subject;
       open(found.step);
     }
   } catch (error) {
@@ -77,36 +78,42 @@ async function follow() {
 
 function lost() {
   connection = null;
-  rows = null;
   player.close();
   map.close();
   comparison.lose();
 }
 
-// Opens the trace, at a step or, without one, at the frame shown before.
+// Opens the subject, at a step or, without one, at the frame shown before.
 async function open(step = null) {
   player.close();
   map.close();
-  rows?.close();
-  rows = null;
+  replay?.close();
   replay = null;
-  const opened = await attempt(() => connection.call("replay.open", {}, trace.bytes));
+  const opened = await attempt(() => ReplayRun.open(connection, subject.source));
   if (!opened) {
     byId("replay").hidden = connection !== null;
     return;
   }
   replay = opened;
-  rows = new Rows(connection, replay);
-  frames = new Frames(replay);
+  subject.name ??= replay.recording.fileName;
+  frames = new Frames(replay.recording);
+  if (subject.place) {
+    keepTrace({ bytes: traceBytes(), name: subject.name, place: subject.place });
+  }
   byId("wrong").hidden = true;
   byId("replay").hidden = false;
-  byId("copy-link").hidden = !trace.source;
-  setText(byId("name"), trace.name);
+  byId("copy-link").hidden = !subject.place;
+  setText(byId("name"), subject.name);
   setText(byId("level"), describe(replay, catalog));
   judge(replay.difference);
   slider.max = frames.last;
   comparison.reopen();
-  await player.open(rows, frames, step === null ? player.wanted : frameOf(step), inFlight);
+  await player.open(new Rows(replay), frames, step === null ? player.wanted : frameOf(step), inFlight);
+}
+
+// The trace of the subject: the file that was opened, or what was replayed.
+function traceBytes() {
+  return subject.bytes ?? writeTrace(replay.recording);
 }
 
 function frameOf(step) {
@@ -142,13 +149,13 @@ function tellPlace() {
 }
 
 function address(path = "/replay") {
-  return placeAddress(path, trace.source, frames.at(player.wanted).row);
+  return placeAddress(path, subject.place, frames.at(player.wanted).row);
 }
 
 function program() {
   const { row, isStart } = frames.at(player.wanted);
-  const isEnd = replay.first.includes(row) && row > 0 && !isStart;
-  return replayProgram({ replay, name: trace.name, row, isEnd }, catalog);
+  const isEnd = replay.recording.isEnd(row) && !isStart;
+  return replayProgram({ source: replay.source, name: subject.name, row, isEnd }, catalog);
 }
 
 async function take(file) {
@@ -157,8 +164,13 @@ async function take(file) {
   }
   player.run(false);
   clearNotices();
-  trace = { bytes: new Uint8Array(await file.arrayBuffer()), name: file.name, source: null };
-  if (!keepTrace(trace)) {
+  const bytes = new Uint8Array(await file.arrayBuffer());
+  const opened = await attempt(() => ({ ...subjectOfTrace({ bytes, name: file.name }), bytes }));
+  if (!opened) {
+    return;
+  }
+  subject = opened;
+  if (!keepTrace({ bytes, name: file.name, place: null })) {
     notify("The trace is too large to keep: it is lost when the page is reloaded.", "warn");
   }
   if (connection) {
@@ -182,7 +194,7 @@ document.addEventListener("drop", (event) => {
 const ACTS = {
   first: () => player.go(0), back: () => player.go(player.wanted - 1), run: () => player.toggle(),
   forward: () => player.go(player.wanted + 1), last: () => player.go(frames.last),
-  save: () => saveTrace(trace.bytes, trace.name), "open-export": () => exportDialog.show(),
+  save: () => saveTrace(traceBytes(), subject.name), "open-export": () => exportDialog.show(),
   "copy-python": () => copy(program(), "a program that replays up to this step"),
   "play-here": () => location.assign(address("/play")),
   "copy-link": () => copy(new URL(address(), location.href).href, "a link to this step"),

@@ -9,7 +9,7 @@ export async function requestsInFlight(connection, perSecond) {
   let least = Infinity;
   for (let i = 0; i < PINGS; i += 1) {
     const begin = performance.now();
-    await connection.call("pools.unfollow");
+    await connection.call("CatalogService.GetLoad");
     least = Math.min(least, performance.now() - begin);
   }
   return Math.min(COUNT_MAX, 1 + Math.floor((least + EXECUTION_MS) * perSecond / 1000));

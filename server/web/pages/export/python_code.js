@@ -26,7 +26,7 @@ function wrapped(items, indentation) {
 }
 
 // The arguments of Pool, without those at their defaults.
-function argumentsOf({ games, mode, options, env_count: all = 1, environment = 0 }, catalog) {
+function argumentsOf({ games, mode, options, envCount: all = 1, environment = 0 }, catalog) {
   const others = catalog.options
     .filter(({ name, default: usual }) => name in options && options[name] !== usual);
   return [
@@ -50,7 +50,7 @@ ${body.map((line) => `    ${line}\n`).join("")}`;
 // A program that shows the start of a level: { game, mode, level, options }.
 export function levelProgram({ game, mode, level, options }, catalog) {
   const modes = catalog.games.find(({ name }) => name === game).modes;
-  const isOnly = modes.find(({ name }) => name === mode).level_seed !== undefined;
+  const isOnly = modes.find(({ name }) => name === mode).levelSeed !== undefined;
   const all = { ...options, num_levels: isOnly ? 0 : 1, start_level: isOnly ? 0 : level, rand_seed: 0 };
   return program(`${game}, ${mode}, level ${level}.`, { games: [game], mode, options: all }, catalog, [
     "batch = pool.observe()", "observation = batch.observations[0]  # uint8 [64, 64, 3]",
@@ -59,10 +59,10 @@ export function levelProgram({ game, mode, level, options }, catalog) {
 }
 
 // A program that repeats a replay up to a frame, whose observation it has at the end. `isEnd`: it is the last of its episode.
-export function replayProgram({ replay, name, row, isEnd }, catalog) {
-  const actions = replay.actions.slice(0, row).map(String);
+export function replayProgram({ source, name, row, isEnd }, catalog) {
+  const actions = source.actions.slice(0, row).map(String);
   const list = actions.length === 0 ? "[]" : `[\n${wrapped(actions, "        ")}\n    ]`;
-  return program(`${name}: ${row} of ${replay.rows - 1} steps.`, replay.header, catalog, [
+  return program(`${name}: ${row} of ${source.actions.length} steps.`, source, catalog, [
     `actions = ${list}`,
     "batch = pool.observe()",
     "for action in actions:", "    batch = pool.step([action], final_observations=True)",

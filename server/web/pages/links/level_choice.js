@@ -53,7 +53,7 @@ export function drawGames(form, catalog) {
   const { game, mode, level } = form.elements;
   const modes = () => catalog.games.find(({ name }) => name === game.value).modes;
   const drawLevel = () => {
-    const only = modes().find(({ name }) => name === mode.value).level_seed;
+    const only = modes().find(({ name }) => name === mode.value).levelSeed;
     level.readOnly = only !== undefined;
     level.value = only ?? level.value;
   };

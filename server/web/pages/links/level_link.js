@@ -25,15 +25,15 @@ function problemsOf(catalog, query, path, own) {
   if (!found) {
     return [{
       text: `${game} has no mode “${mode}”.`,
-      offers: facts.modes.map((one) => [one.name, withOther({ mode: one.name, ...(one.level_seed === undefined ? {} : { level: one.level_seed }) })]),
+      offers: facts.modes.map((one) => [one.name, withOther({ mode: one.name, ...(one.levelSeed === undefined ? {} : { level: one.levelSeed }) })]),
     }];
   }
   const problems = [];
-  const level = query.get("level") ?? String(found.level_seed ?? 0);
-  if (found.level_seed !== undefined && level !== String(found.level_seed)) {
+  const level = query.get("level") ?? String(found.levelSeed ?? 0);
+  if (found.levelSeed !== undefined && level !== String(found.levelSeed)) {
     problems.push({
-      text: `${game}, ${mode} has no level “${level}”, only level ${found.level_seed}.`,
-      offers: [[`Level ${found.level_seed}`, withOther({ level: found.level_seed })]],
+      text: `${game}, ${mode} has no level “${level}”, only level ${found.levelSeed}.`,
+      offers: [[`Level ${found.levelSeed}`, withOther({ level: found.levelSeed })]],
     });
   } else if (!/^\d{1,10}$/.test(level) || Number(level) > LEVEL_MAX) {
     problems.push({ text: `There is no level “${level}”: levels are 0 to ${LEVEL_MAX}.`, offers: [["Level 0", withOther({ level: 0 })]] });
@@ -55,7 +55,7 @@ function problemsOf(catalog, query, path, own) {
 }
 
 function levelOf(game, mode) {
-  return { game, mode: mode.name, level: mode.level_seed ?? 0 };
+  return { game, mode: mode.name, level: mode.levelSeed ?? 0 };
 }
 
 function allowedOf({ type, min, max }) {

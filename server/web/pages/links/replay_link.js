@@ -1,15 +1,18 @@
-// Links to a step of a replay. An episode of a pool is identified by its pool, environment and fingerprint; `source` has
-// these as { pool, environment, episode }. A trace from elsewhere has no source, and only this tab can open its link.
+// Links to a step of a replay. An episode of a pool is identified by its place: { pool, environment, episode: its fingerprint }. A
+// trace from elsewhere has no place, and only this tab can open its link.
+//
+// The subject of a replay is { source, name, place }: what is replayed (see replay/replay_run.js), its name and its place or null.
 
 import { byId, element } from "../elements/elements.js";
 import { sentence } from "../elements/notices.js";
-import { partOf } from "../elements/pictures.js";
-import { keepTrace, keptTrace } from "./traces.js";
+import { sourceOfTrace } from "../replay/trace_source.js";
+import { fetchEpisode, placeOf, sourceOfEpisode } from "../run/episode.js";
+import { keptTrace } from "./traces.js";
 
 const INTEGER = /^\d{1,9}$/;
 
-// The place in a query, { source, step }: source is null without a pool, episode is null for the last one. Throws an Error for an
-// invalid query.
+// The place in a query, { place, step }: the place is null without a pool; without an episode it is the last one. Throws an Error
+// for an invalid query.
 function placeIn(query) {
   const integer = (name) => {
     const text = query.get(name) ?? "0";
@@ -20,44 +23,48 @@ function placeIn(query) {
   };
   const [step, environment] = [integer("step"), integer("environment")];
   const pool = query.get("pool");
-  return { source: pool === null ? null : { pool, environment, episode: query.get("episode") }, step };
+  return { place: pool === null ? null : { pool, environment, episode: query.get("episode") ?? "last" }, step };
 }
 
 // The URL of a step, for the replay page or for the play page, which continues from it.
-export function placeAddress(path, source, step) {
-  return `${path}?${new URLSearchParams({ ...source, step })}`;
+export function placeAddress(path, place, step) {
+  return `${path}?${new URLSearchParams({ ...place, step })}`;
 }
 
-// The source of an episode that `facts`, the answer of pool.episode, describe; null if it has not ended, as it has no identity yet.
-export function sourceOf({ pool, environment, ended, fingerprint }) {
-  return ended && fingerprint ? { pool, environment, episode: fingerprint } : null;
-}
-
-function isSameSource(one, other) {
+function isSamePlace(one, other) {
   return one?.pool === other?.pool && one?.environment === other?.environment && one?.episode === other?.episode;
 }
 
-// The trace of an episode of an environment, { bytes, name, source }; without `episode`, of its last one.
-export async function fetchEpisode(connection, { pool, environment, episode = null }) {
-  const which = episode === null ? { selector: "last" } : { episode };
-  const answer = await connection.call("pool.episode", { pool, environment, ...which });
-  return { bytes: partOf(answer, "trace").content, name: answer.file_name, source: sourceOf(answer) };
+// The subject of an episode of an environment; without `place.episode`, of its last one. Rejects with a UserError.
+export async function fetchSubject(connection, place) {
+  const episode = await fetchEpisode(connection, { episode: "last", ...place });
+  return { source: sourceOfEpisode(episode), name: null, place: placeOf(place, episode) };
 }
 
-// Returns { trace, step } of a link: its episode, or the trace that this tab keeps, if any. Throws an Error if it is invalid, or its
+// The subject of a trace file. Throws a UserError.
+export function subjectOfTrace({ bytes, name, place = null }) {
+  return { source: sourceOfTrace(bytes), name, place };
+}
+
+// Returns { subject, step } of a link: its episode, or the trace that this tab keeps, if any. Throws an Error if it is invalid, or its
 // episode is gone.
 export async function followLink(connection, query) {
-  const { source, step } = placeIn(query);
+  const { place, step } = placeIn(query);
   const kept = keptTrace();
-  if (source === null || isSameSource(source, kept?.source)) {
-    return { trace: kept, step };
+  if (place === null) {
+    return { subject: kept && subjectOfTrace(kept), step };
   }
-  const trace = await fetchEpisode(connection, source).catch((error) => {
-    throw ["NOT_FOUND", "FAILED_PRECONDITION", "INVALID_ARGUMENT"].includes(error.code)
-      ? new Error(`The episode of this link is gone. ${sentence(error.message)}`) : error;
-  });
-  keepTrace(trace);
-  return { trace, step };
+  try {
+    return { subject: await fetchSubject(connection, place), step };
+  } catch (error) {
+    if (!["NOT_FOUND", "FAILED_PRECONDITION", "INVALID_ARGUMENT"].includes(error.code)) {
+      throw error;
+    }
+    if (isSamePlace(place, kept?.place)) {
+      return { subject: subjectOfTrace(kept), step };
+    }
+    throw new Error(`The episode of this link is gone. ${sentence(error.message)}`);
+  }
 }
 
 // Reports a link that cannot be opened in #wrong, and offers the last episode of its environment.

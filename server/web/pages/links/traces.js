@@ -4,12 +4,12 @@ import { saveFile } from "../export/files.js";
 
 const KEY = "trace";
 
-// Keeps a trace, replacing the previous one. `source`: the episode of a pool that it contains (see links/replay_link.js), or null.
+// Keeps a trace, replacing the previous one. `place`: of the episode that it contains (see links/replay_link.js), or null.
 // Returns false if it is too large.
-export function keepTrace({ bytes, name, source }) {
+export function keepTrace({ bytes, name, place }) {
   const text = bytes.reduce((sum, byte) => sum + String.fromCharCode(byte), "");
   try {
-    sessionStorage.setItem(KEY, JSON.stringify({ name, source, content: btoa(text) }));
+    sessionStorage.setItem(KEY, JSON.stringify({ name, place, content: btoa(text) }));
   } catch (error) {
     if (error.name !== "QuotaExceededError") {
       throw error;
@@ -21,18 +21,18 @@ export function keepTrace({ bytes, name, source }) {
 }
 
 // Opens the replay page with a trace; a trace that is too large to pass is saved as a file.
-export function replayTrace(bytes, name, source = null) {
-  if (keepTrace({ bytes, name, source })) {
+export function replayTrace(bytes, name) {
+  if (keepTrace({ bytes, name, place: null })) {
     location.assign("/replay");
   } else {
     saveTrace(bytes, name);
   }
 }
 
-// The kept trace, { bytes, name, source }, or null.
+// The kept trace, { bytes, name, place }, or null.
 export function keptTrace() {
   const kept = JSON.parse(sessionStorage.getItem(KEY));
-  return kept && { name: kept.name, source: kept.source ?? null, bytes: Uint8Array.from(atob(kept.content), (letter) => letter.charCodeAt(0)) };
+  return kept && { name: kept.name, place: kept.place ?? null, bytes: Uint8Array.from(atob(kept.content), (letter) => letter.charCodeAt(0)) };
 }
 
 // Downloads a trace as a file.

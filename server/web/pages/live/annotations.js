@@ -43,8 +43,8 @@ export class AnnotationView {
     this.#list.hidden = this.#views.size === 0;
   }
 
-  #isShown({ length, return: sum, level_seed: seed }) {
-    return this.#last?.length === length && this.#last.return === sum && this.#last.level_seed === seed;
+  #isShown({ length, return: sum, levelSeed: seed }) {
+    return this.#last?.length === length && this.#last.return === sum && this.#last.levelSeed === seed;
   }
 
   // The view of a name. Another number of values begins a new one.

@@ -10,20 +10,20 @@ export class EndHold {
   #timer = null;  // while the end of an episode is held
   #next = null;   // the newest frame that arrived meanwhile
 
-  // `draw(part)` shows a frame. The last frame of an episode stays for `holdMs`, or longer if no other arrives.
+  // `draw(frame)` shows a frame. The last frame of an episode stays for `holdMs`, or longer if no other arrives.
   constructor(holdMs, draw) {
     this.#holdMs = holdMs;
     this.#draw = draw;
   }
 
-  show(part) {
+  show(frame) {
     if (this.#timer !== null) {
       // An end within the time is skipped, so that the start of the next episode is seen.
-      this.#next = part.ended_episode ? this.#next : part;
+      this.#next = frame.endedEpisode ? this.#next : frame;
       return;
     }
-    this.#draw(part);
-    if (part.ended_episode) {
+    this.#draw(frame);
+    if (frame.endedEpisode) {
       this.#timer = setTimeout(() => this.#release(), this.#holdMs);
     }
   }
@@ -49,7 +49,7 @@ const COMPLETE = ["complete", "✓", "Level complete"];
 const LIMIT = ["limit", "◷", "Time limit"];
 const OVER = ["over", "✕", "Episode over"];
 
-function outcomeOf({ level_complete: isComplete, truncated }) {
+function outcomeOf({ levelComplete: isComplete, truncated }) {
   return isComplete ? COMPLETE : truncated ? LIMIT : OVER;
 }
 

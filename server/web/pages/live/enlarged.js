@@ -2,17 +2,16 @@
 
 import { byId, setText } from "../elements/elements.js";
 import { sentence } from "../elements/notices.js";
-import { drawPart, partOf } from "../elements/pictures.js";
-import { sourceOf } from "../links/replay_link.js";
-import { replayTrace } from "../links/traces.js";
+import { drawImage } from "../elements/pictures.js";
 import { attempt } from "../page.js";
+import { AGENT_SIZE_PX } from "../run/environment.js";
 import { AnnotationView } from "./annotations.js";
 import { EndHold, markEnd } from "./ends.js";
+import { openEpisode } from "./open_episode.js";
 import { StepView } from "./step.js";
 import { Watch } from "./watch.js";
 
 const HUMAN_SIZE_PX = 512;
-const AGENT_SIZE_PX = 64;
 const FRAMES_PER_SECOND = 15;
 // How long the end of an episode stays.
 const END_SHOWN_MS = 700;
@@ -28,10 +27,10 @@ export class EnlargedView {
   #onChoose;
   #step = null;         // StepView of the environment
   #annotations = null;  // AnnotationView of the environment
-  #human = new EndHold(END_SHOWN_MS, (part) => draw(part, "large-picture", "large-frame"));
-  #agent = new EndHold(END_SHOWN_MS, (part) => {
-    draw(part, "large-agent", "large-agent-frame");
-    this.#step.show(part.step);
+  #human = new EndHold(END_SHOWN_MS, (image) => draw(image, "large-picture", "large-frame"));
+  #agent = new EndHold(END_SHOWN_MS, (image) => {
+    draw(image, "large-agent", "large-agent-frame");
+    this.#step.show(image.step);
   });
 
   // `onToggle(isOpen)` is called when the dialog opens or closes, `onChoose(environment)` when an environment is shown; null:
@@ -78,7 +77,7 @@ export class EnlargedView {
   }
 
   #turn(by) {
-    const { env_count: all } = this.#pool;
+    const { envCount: all } = this.#pool;
     this.#environment = (this.#environment + by + all) % all;
     this.#begin();
   }
@@ -91,17 +90,17 @@ export class EnlargedView {
     const { name, games } = this.#pool;
     this.#step = new StepView(this.#catalog, games[this.#environment % games.length]);
     this.#annotations = new AnnotationView(byId("large-annotations"), this.#catalog.actions);
-    this.#watch({ pool: name, size_px: HUMAN_SIZE_PX }, (part) => this.#human.show(part));
-    this.#watch({ pool: name, size_px: AGENT_SIZE_PX, with_steps: true }, (part) => {
-      this.#annotations.add(part.step);
-      this.#agent.show(part);
+    this.#watch({ pool: name, sizePx: HUMAN_SIZE_PX }, (image) => this.#human.show(image));
+    this.#watch({ pool: name, sizePx: AGENT_SIZE_PX, withSteps: true }, (image) => {
+      this.#annotations.add(image.step);
+      this.#agent.show(image);
     });
   }
 
   // The views have watches of their own, because people's view is drawn less often while the machine is busy.
   #watch(what, show) {
-    const request = { ...what, environments: [this.#environment], frames_per_second_max: FRAMES_PER_SECOND };
-    this.#watches.push(new Watch(this.#connection, request, ([part]) => show(part), (message) => this.#say(sentence(message))));
+    const request = { ...what, environments: [this.#environment], framesPerSecondMax: FRAMES_PER_SECOND };
+    this.#watches.push(new Watch(this.#connection, request, ([image]) => show(image), (message) => this.#say(sentence(message))));
   }
 
   #stop() {
@@ -113,13 +112,10 @@ export class EnlargedView {
     markEnd(byId("large-agent-frame"), null);
   }
 
-  // Opens the trace of an episode in the replay page.
-  async #keep(selector) {
-    const request = { pool: this.#pool.name, environment: this.#environment, selector };
-    const episode = await attempt(() => this.#connection.call("pool.episode", request), (text) => this.#say(text));
-    if (episode) {
-      replayTrace(partOf(episode, "trace").content, episode.file_name, sourceOf(episode));
-    }
+  // Opens an episode in the replay page. `episode`: "last" or "current".
+  #keep(episode) {
+    return attempt(() => openEpisode(this.#connection, { pool: this.#pool.name, environment: this.#environment, episode }),
+      (text) => this.#say(text));
   }
 
   #say(text) {
@@ -127,7 +123,7 @@ export class EnlargedView {
   }
 }
 
-async function draw(part, canvas, frame) {
-  await drawPart(byId(canvas), part);
-  markEnd(byId(frame), part.ended_episode, part.width === AGENT_SIZE_PX);
+async function draw(image, canvas, frame) {
+  await drawImage(byId(canvas), image);
+  markEnd(byId(frame), image.endedEpisode, image.width === AGENT_SIZE_PX);
 }

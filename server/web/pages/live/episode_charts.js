@@ -47,7 +47,7 @@ export class ReturnHistogram extends EpisodeChart {
   }
 
   draw(episodes) {
-    const returns = episodes.map(({ total_reward: value }) => value).sort((one, other) => one - other);
+    const returns = episodes.map(({ totalReward: value }) => value).sort((one, other) => one - other);
     this.#bins = binsOf(returns);
     this.name(`${plural(returns.length, "episode")}, from ${reward(returns[0])} to ${reward(returns.at(-1))},`
       + ` median ${reward(returns[Math.floor(returns.length / 2)])}`);
@@ -107,7 +107,7 @@ export class LevelReturns extends EpisodeChart {
 // The levels of episodes by seed: { seed, episodes, completed, mean }.
 export function levelsOf(episodes) {
   const levels = new Map();
-  for (const { level_seed: seed, total_reward: value, level_complete: isComplete } of episodes) {
+  for (const { levelSeed: seed, totalReward: value, levelComplete: isComplete } of episodes) {
     const level = levels.get(seed) ?? { seed, episodes: 0, completed: 0, sum: 0 };
     level.episodes += 1;
     level.completed += isComplete ? 1 : 0;

@@ -3,28 +3,29 @@
 import { byId, element, setText } from "../elements/elements.js";
 import { clock, count, plural, reward } from "../elements/figures.js";
 import { SortedHeader } from "../elements/tables.js";
-import { fetchEpisode } from "../links/replay_link.js";
-import { replayTrace } from "../links/traces.js";
+import { secondsOf } from "../connection/times.js";
 import { attempt } from "../page.js";
+import { fingerprintText } from "../run/environment.js";
 import { LevelReturns, ReturnHistogram } from "./episode_charts.js";
 import { LevelSets } from "./level_sets.js";
+import { openEpisode } from "./open_episode.js";
 
 const KEPT_MAX = 1000;
 const SHOWN_COUNT = 25;
 const INTERVAL_MS = 5000;
 
 const COLUMNS = [
-  { title: "Ended", isNumber: true, value: ({ number }) => number, write: ({ end_time_s: time }) => clock(time) },
-  { title: "Return", isNumber: true, value: ({ total_reward: value }) => value, write: (episode) => reward(episode.total_reward) },
+  { title: "Ended", isNumber: true, value: ({ number }) => number, write: ({ endTimeS: time }) => clock(time) },
+  { title: "Return", isNumber: true, value: ({ totalReward: value }) => value, write: (episode) => reward(episode.totalReward) },
   { title: "Recording", value: ({ isKept }) => (isKept ? "kept" : "lost") },
   { title: "Length", isNumber: true, value: ({ length }) => length, write: ({ length }) => count(length) },
-  { title: "Level seed", isNumber: true, value: ({ level_seed: seed }) => seed, write: (episode) => String(episode.level_seed) },
+  { title: "Level seed", isNumber: true, value: ({ levelSeed: seed }) => seed, write: (episode) => String(episode.levelSeed) },
   { title: "Game", value: ({ game }) => game, write: ({ game }) => game },
   { title: "End", value: (episode) => endOf(episode), write: (episode) => endOf(episode) },
   { title: "Environment", isNumber: true, value: ({ environment }) => environment, write: (episode) => String(episode.environment) },
 ];
 
-function endOf({ level_complete: isComplete, truncated }) {
+function endOf({ levelComplete: isComplete, truncated }) {
   return isComplete ? "completed" : truncated ? "time limit" : "failed";
 }
 
@@ -64,18 +65,18 @@ export class Episodes {
   // Requests what has ended since the last request. `pool`, `pools`: of an event.
   async follow(pool, pools) {
     const isDue = performance.now() - this.#requestTime >= INTERVAL_MS;
-    if (!this.#connection || this.#isBusy || !isDue || document.hidden || pool.episode_count === this.#count) {
+    if (!this.#connection || this.#isBusy || !isDue || document.hidden || pool.episodeCount === this.#count) {
       return;
     }
     this.#isBusy = true;
     this.#requestTime = performance.now();
     const list = await attempt(() => this.#request(pool.name, this.#count), () => {});
     this.#isBusy = false;
-    if (!list || list.pool !== this.#pool?.name || list.create_time_s !== this.#pool.create_time_s) {
+    if (!list || pool.name !== this.#pool?.name || pool.createTimeS !== this.#pool.createTimeS) {
       return;
     }
-    this.#count = list.episode_count;
-    this.#recordedFrom = list.episode_count - list.recorded_count + 1;
+    this.#count = Number(list.episodeCount);
+    this.#recordedFrom = Number(list.episodeCount - list.recordedCount) + 1;
     this.#episodes = [...this.#episodes, ...episodesOf(list, pool)].slice(-KEPT_MAX);
     this.#sets.offer(pool, pools, async (other) => {
       const answer = await attempt(() => this.#request(other.name, 0), () => {});
@@ -89,7 +90,7 @@ export class Episodes {
   }
 
   #request(pool, after) {
-    return this.#connection.call("pool.episodes", { pool, after });
+    return this.#connection.call("PoolService.ListEpisodes", { pool, after: BigInt(after) });
   }
 
   #draw() {
@@ -120,7 +121,7 @@ export class Episodes {
   }
 
   #makeRecording(episode) {
-    const { environment, level_seed: seed, isKept } = episode;
+    const { environment, levelSeed: seed, isKept } = episode;
     if (!isKept) {
       return element("span", { class: "quiet", title: "The server keeps recordings of the last episodes" }, "gone");
     }
@@ -130,21 +131,19 @@ export class Episodes {
     }, "Replay");
   }
 
-  async #replay(episode) {
+  async #replay({ environment, fingerprint }) {
     const say = (text) => setText(byId("episodes-problem"), text);
     say("");
-    const place = { pool: this.#pool.name, environment: episode.environment, episode: episode.fingerprint };
-    const trace = await attempt(() => fetchEpisode(this.#connection, place), say);
-    if (trace) {
-      replayTrace(trace.bytes, trace.name, trace.source);
-    }
+    await attempt(() => openEpisode(this.#connection, { pool: this.#pool.name, environment, episode: fingerprint }), say);
   }
 }
 
-// The rows of pool.episodes as objects, with the game of each.
-function episodesOf({ columns, rows }, { games, first_env: first }) {
-  return rows.map((row) => {
-    const episode = Object.fromEntries(columns.map((name, index) => [name, row[index]]));
-    return { ...episode, game: games[(first + episode.environment) % games.length] };
-  });
+// The episodes of ListEpisodesResponse, with the game and the number of each.
+function episodesOf({ episodes, episodeCount }, { games, firstEnv: first }) {
+  const before = Number(episodeCount) - episodes.length;
+  return episodes.map((episode, i) => ({
+    number: before + i + 1, endTimeS: secondsOf(episode.endTime), environment: episode.environment, levelSeed: episode.levelSeed,
+    totalReward: episode.totalReward, length: episode.length, levelComplete: episode.levelComplete, truncated: episode.truncated,
+    fingerprint: fingerprintText(episode.fingerprint), game: games[(first + episode.environment) % games.length],
+  }));
 }

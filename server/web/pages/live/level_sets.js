@@ -43,7 +43,7 @@ export class LevelSets {
       return;
     }
     const { start_level: start, num_levels: levels } = this.#chosen.options;
-    const isTraining = ({ level_seed: seed }) => seed >= start && seed < start + levels;
+    const isTraining = ({ levelSeed: seed }) => seed >= start && seed < start + levels;
     const all = [...episodes, ...this.#others];
     const sets = [["Training levels", all.filter(isTraining)], ["Unseen levels", all.filter((episode) => !isTraining(episode))]];
     byId("level-set-rows").replaceChildren(...sets.map(([title, set]) => element("tr", {},
@@ -74,9 +74,9 @@ function rangeOf({ options: { start_level: start, num_levels: levels } }) {
 // Episodes, mean return, and the share that completed its level.
 function summaryOf(episodes) {
   const mean = (values) => (values.length === 0 ? null : values.reduce((sum, value) => sum + value, 0) / values.length);
-  const share = mean(episodes.map(({ level_complete: isComplete }) => Number(isComplete)));
+  const share = mean(episodes.map(({ levelComplete: isComplete }) => Number(isComplete)));
   return [
-    count(episodes.length), reward(mean(episodes.map(({ total_reward: value }) => value))),
+    count(episodes.length), reward(mean(episodes.map(({ totalReward: value }) => value))),
     share === null ? NONE : `${Math.round(100 * share)}%`,
   ];
 }

@@ -3,10 +3,10 @@
 export const LINES_MAX = 8;  // lines with a colour of their own
 
 const BANDS = {
-  range: [({ return_min: low }) => low, ({ return_max: high }) => high],
+  range: [({ returnMin: low }) => low, ({ returnMax: high }) => high],
   deviation: [
-    ({ mean_return: mean, return_deviation: deviation }) => (mean ?? null) === null ? null : mean - deviation,
-    ({ mean_return: mean, return_deviation: deviation }) => (mean ?? null) === null ? null : mean + deviation,
+    ({ meanReturn: mean, returnDeviation: deviation }) => (mean ?? null) === null ? null : mean - deviation,
+    ({ meanReturn: mean, returnDeviation: deviation }) => (mean ?? null) === null ? null : mean + deviation,
   ],
 };
 
@@ -22,7 +22,7 @@ export function linesOf(plot, allSeries, settings) {
   if (plot.isReturn && series.games.length > 1) {
     return series.games.map((game) => {
       const scale = scaleOf(series.pool, game, settings);
-      return { name: game, series, value: (row) => scale(row.game_returns?.[game]) };
+      return { name: game, series, value: (row) => scale(row.gameReturns?.[game]) };
     });
   }
   return plot.members.map((member, index) => ({
@@ -49,10 +49,10 @@ function memberOf(member) {
 function returnOf(series, settings) {
   if (!settings.isNormalised || series.games.length < 2) {
     const scale = scaleOf(series.pool, series.pool.games[0], settings);
-    return ({ mean_return: value }) => scale(value);
+    return ({ meanReturn: value }) => scale(value);
   }
   const scales = series.games.map((game) => [game, scaleOf(series.pool, game, settings)]);
-  return ({ game_returns: returns = {} }) => {
+  return ({ gameReturns: returns = {} }) => {
     const values = scales.map(([game, scale]) => scale(returns[game])).filter((value) => value !== null);
     return values.length === 0 ? null : values.reduce((sum, value) => sum + value, 0) / values.length;
   };
@@ -66,7 +66,7 @@ function scaleOf(pool, game, { isNormalised, rangeOf }) {
   return (value) => ((value ?? null) === null ? null : (value - min) / (max - min));
 }
 
-// The columns that uPlot draws: x, then one for each line. `x`: "time_s" or "step_count".
+// The columns that uPlot draws: x, then one for each line. `x`: "timeS" or "stepCount".
 export function dataOf(lines, x) {
   const allSeries = [...new Set(lines.map(({ series }) => series))];
   const tables = allSeries.map((series) => {
@@ -79,6 +79,6 @@ export function dataOf(lines, x) {
 
 // Rows with increasing x: the last of those with the same number of steps.
 function increasing(rows, x) {
-  return x === "time_s" ? rows
+  return x === "timeS" ? rows
     : rows.filter((row, index) => row[x] !== undefined && !(rows[index + 1]?.[x] <= row[x]));
 }

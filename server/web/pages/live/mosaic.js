@@ -2,12 +2,12 @@
 
 import { byId, element, setText } from "../elements/elements.js";
 import { notify, sentence } from "../elements/notices.js";
-import { drawPart } from "../elements/pictures.js";
+import { drawImage } from "../elements/pictures.js";
+import { AGENT_SIZE_PX } from "../run/environment.js";
 import { EndHold, markEnd } from "./ends.js";
 import { MosaicExport } from "./export.js";
 import { Watch } from "./watch.js";
 
-const AGENT_SIZE_PX = 64;
 // How long the end of an episode stays.
 const END_SHOWN_MS = 400;
 
@@ -66,7 +66,7 @@ export class Mosaic {
   }
 
   #turnTo(environment) {
-    this.#first = Math.max(0, Math.min(environment, this.#pool.env_count - 1));
+    this.#first = Math.max(0, Math.min(environment, this.#pool.envCount - 1));
     this.#begin();
   }
 
@@ -82,7 +82,7 @@ export class Mosaic {
     if (!this.#connection || !this.#pool) {
       return;
     }
-    const { name, env_count: all } = this.#pool;
+    const { name, envCount: all } = this.#pool;
     const environments = Array.from({ length: Math.min(this.#shown, all - this.#first) }, (_, i) => this.#first + i);
     const size = Number(document.querySelector("[name=size]:checked").value);
     this.#layOut(environments, size, all);
@@ -90,9 +90,9 @@ export class Mosaic {
     if (isHeld || document.hidden || this.#isCovered) {
       return;
     }
-    const request = { pool: name, environments, size_px: size, frames_per_second_max: Number(byId("rate").value) };
+    const request = { pool: name, environments, sizePx: size, framesPerSecondMax: Number(byId("rate").value) };
     this.#watch = new Watch(this.#connection, request,
-      (parts) => parts.forEach((part) => this.#holds.get(part.environment).show(part)),
+      (frames) => frames.forEach((frame) => this.#holds.get(frame.environment).show(frame)),
       (message) => notify(sentence(message), "warn"));
   }
 
@@ -112,9 +112,9 @@ export class Mosaic {
       list.dataset.pool = this.#pool.name;
       this.#canvases = new Map(environments.map((environment) =>
         [environment, element("canvas", { width: AGENT_SIZE_PX, height: AGENT_SIZE_PX })]));
-      this.#holds = new Map([...this.#canvases].map(([environment, canvas]) => [environment, new EndHold(END_SHOWN_MS, async (part) => {
-        await drawPart(canvas, part);
-        markEnd(canvas.parentElement, part.ended_episode, true);
+      this.#holds = new Map([...this.#canvases].map(([environment, canvas]) => [environment, new EndHold(END_SHOWN_MS, async (frame) => {
+        await drawImage(canvas, frame);
+        markEnd(canvas.parentElement, frame.endedEpisode, true);
       })]));
       list.replaceChildren(...[...this.#canvases].map(([environment, canvas]) => element("li", {},
         element("button", {

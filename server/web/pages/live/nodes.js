@@ -64,9 +64,9 @@ function makeRow() {
 
 function drawRow(row, node, [kind, state], isThere) {
   const figures = isThere
-    ? [environmentsOf(node), count(node.pool_count), count(node.worker_count), rate(node.steps_per_second)]
+    ? [environmentsOf(node), count(node.poolCount), count(node.workerCount), rate(node.stepsPerSecond)]
     : [NONE, NONE, NONE, NONE];
-  [nameOf(node), node.address, state, ...figures, node.version].forEach((text, column) =>
+  [nameOf(node), node.address, state, ...figures, node.serverVersion].forEach((text, column) =>
     setText(row.cells[column].firstChild, text));
   row.cells[STATE].firstChild.className = `badge ${kind}`;
 }
@@ -75,7 +75,7 @@ function nameOf({ name }) {
   return name.replace(/^nodes\//, "");
 }
 
-function environmentsOf({ env_count: held, environment_capacity: most }) {
+function environmentsOf({ envCount: held, environmentCapacity: most }) {
   return `${count(held)} of ${count(most)}`;
 }
 

@@ -10,7 +10,7 @@ const FORGOTTEN_MS = 10 * 60_000;
 export class LearnerPause {
   #connection = null;
   #pool = null;       // of the newest event
-  #isOwn = false;     // this page pauses the pool
+  #call = null;       // PausePool, while this page pauses the pool
   #timer = 0;
   #groups;
 
@@ -30,7 +30,7 @@ export class LearnerPause {
 
   // Shows the newest state of the open pool; null: no pool is open. The pause ends when another pool is opened.
   follow(connection, pool) {
-    if (this.#isOwn && pool?.name !== this.#pool.name) {
+    if (this.#call && pool?.name !== this.#pool.name) {
       this.#release();
     }
     this.#connection = connection;
@@ -41,33 +41,47 @@ export class LearnerPause {
   // The connection broke, which ended the pause.
   lose() {
     clearTimeout(this.#timer);
-    this.#isOwn = false;
+    this.#call = null;
     this.#connection = null;
     this.#draw();
   }
 
   async #toggle() {
-    if (this.#isOwn) {
+    if (this.#call) {
       this.#release();
     } else {
-      const { name } = this.#pool;
-      if (await attempt(() => this.#connection.call("pool.pause", { pool: name }))) {
-        this.#isOwn = true;
-        this.#delayRelease();
-      }
+      await attempt(() => this.#pause());
     }
     this.#draw();
   }
 
-  async #step() {
+  // Pauses the pool, until the call ends. Resolves when it is paused.
+  #pause() {
+    return new Promise((resolve, reject) => {
+      const call = this.#connection.open("PoolService.PausePool", resolve, (error) => {
+        if (this.#call === call) {
+          clearTimeout(this.#timer);
+          this.#call = null;
+          this.#draw();
+        }
+        reject(error);
+      });
+      this.#call = call;
+      call.send({ name: this.#pool.name });
+      this.#delayRelease();
+    });
+  }
+
+  // Lets a request pass.
+  #step() {
     this.#delayRelease();
-    await attempt(() => this.#connection.call("pool.step", { pool: this.#pool.name }));
+    this.#call.send({});
   }
 
   #release() {
     clearTimeout(this.#timer);
-    this.#isOwn = false;
-    attempt(() => this.#connection.call("pool.resume", { pool: this.#pool.name }));
+    this.#call.cancel();
+    this.#call = null;
   }
 
   #delayRelease() {
@@ -80,12 +94,12 @@ export class LearnerPause {
   }
 
   #draw() {
-    const isPaused = this.#isOwn || this.#pool?.paused;
+    const isPaused = this.#call !== null || this.#pool?.paused;
     for (const { toggle, step, state } of this.#groups) {
-      setText(toggle, this.#isOwn ? "Resume learner" : "Pause learner");
+      setText(toggle, this.#call !== null ? "Resume learner" : "Pause learner");
       toggle.disabled = !this.#connection || !this.#pool;
-      step.hidden = !this.#isOwn;
-      setText(state, !isPaused ? "" : this.#isOwn ? "Paused: the learner waits." : "Paused by another page.");
+      step.hidden = !this.#call !== null;
+      setText(state, !isPaused ? "" : this.#call !== null ? "Paused: the learner waits." : "Paused by another page.");
     }
   }
 }

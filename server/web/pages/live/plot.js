@@ -47,14 +47,14 @@ export class PoolPlot {
     }
     this.#chart.draw(this.#data, isOther);
     this.#write(this.#chart.plot?.cursor.idx);
-    const over = settings.x === "time_s" ? `the ${settings.span.toLowerCase()}` : "steps";
+    const over = settings.x === "timeS" ? `the ${settings.span.toLowerCase()}` : "steps";
     this.#place.setAttribute("aria-label", `${this.#plot.title} over ${over}, now ${this.#texts(null).join(", ")}`);
   }
 
   // Writes the values at an index of the data; null: the newest of each line.
   #write(index) {
     const x = index == null ? null : this.#data[0][index];
-    setText(this.#where, x == null ? "" : this.#settings.x === "time_s" ? clock(x) : `${rate(x)} steps`);
+    setText(this.#where, x == null ? "" : this.#settings.x === "timeS" ? clock(x) : `${rate(x)} steps`);
     this.#texts(index ?? null).forEach((text, line) => setText(this.#legend.children[line], text));
   }
 
@@ -70,7 +70,7 @@ export class PoolPlot {
 
   #options() {
     const colors = colorsOf(...COLORS);
-    const isTime = this.#settings.x === "time_s";
+    const isTime = this.#settings.x === "timeS";
     const base = baseOptions(isTime ? minute : rate, this.#plot.isReturn ? reward : this.#plot.write);
     const [xAxis, yAxis] = base.axes;
     const stroke = (index) => colors[colorOf(index)];

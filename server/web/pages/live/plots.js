@@ -5,17 +5,19 @@ import { count, milliseconds, rate, reward } from "../elements/figures.js";
 import { saveTrace } from "../links/traces.js";
 import { attempt } from "../page.js";
 import { PoolPlot } from "./plot.js";
+import { rowOf } from "./pool_model.js";
 import { Series } from "./series.js";
 
-const ROWS_MAX = 4000;  // then the history is requested again, which is coarser
+const ROWS_MAX = 4000;  // then the whole history is requested again, which is coarser
+const NEWEST_S = 5;     // of history that is requested every second
 
 // The plots: title, the members of a pool that are the lines, their names if there are several, the number format, and whether
 // the scale is logarithmic, so that a single stall does not flatten the rest.
 const PLOTS = [
-  { title: "Steps per second", members: ["steps_per_second"], names: [""], write: rate },
-  { title: "Request latency", members: ["request_p50_ms", "request_p99_ms"], names: ["p50", "p99"], write: milliseconds, isLog: true },
-  { title: "Mean return", members: ["mean_return"], names: [""], write: reward, isReturn: true },
-  { title: "Mean episode length", members: ["mean_length"], names: [""], write: count },
+  { title: "Steps per second", members: ["stepsPerSecond"], names: [""], write: rate },
+  { title: "Request latency", members: ["requestP50Ms", "requestP99Ms"], names: ["p50", "p99"], write: milliseconds, isLog: true },
+  { title: "Mean return", members: ["meanReturn"], names: [""], write: reward, isReturn: true },
+  { title: "Mean episode length", members: ["meanLength"], names: [""], write: count },
 ];
 
 export class Plots {
@@ -58,20 +60,17 @@ export class Plots {
     this.#draw();
   }
 
-  // Adds an event's values.
-  add(pools, time) {
+  // Adds the newest values of the series. `pools`: of a report.
+  add(pools) {
     this.#pools = pools;
     this.#addSeries([]);
-    for (const series of this.#series) {
-      const pool = pools.find(({ name, create_time_s: created }) => name === series.pool.name && created === series.pool.create_time_s);
-      if (pool) {
-        series.add(pool, time);
-      }
+    for (const series of this.#series.filter(({ isBegun }) => isBegun)) {
       if (series.rows.length > ROWS_MAX) {
         this.#load(series);
+      } else {
+        this.#loadNewest(series);
       }
     }
-    this.#draw();
   }
 
   // Shows that the current values are not known: gaps in the lines.
@@ -95,11 +94,26 @@ export class Plots {
 
   async #load(series) {
     const spanS = Number(byId("span").value);
-    const history = await attempt(() => this.#connection.call("pool.history", { pool: series.pool.name, span_s: spanS }), () => {});
-    if (history && this.#series.includes(series) && spanS === Number(byId("span").value)) {
-      series.begin(history, spanS);
+    const rows = await this.#requestRows(series, spanS);
+    if (rows && this.#series.includes(series) && spanS === Number(byId("span").value)) {
+      series.begin(rows, spanS);
       this.#draw();
     }
+  }
+
+  async #loadNewest(series) {
+    const rows = await this.#requestRows(series, NEWEST_S);
+    if (rows && this.#series.includes(series)) {
+      series.add(rows);
+      this.#draw();
+    }
+  }
+
+  // Rows of the last seconds of a pool, or null.
+  async #requestRows({ pool: { name, gameNames } }, spanS) {
+    const history = await attempt(
+      () => this.#connection.call("PoolService.GetPoolHistory", { name, span: { seconds: BigInt(spanS) } }), () => {});
+    return history?.rows.map((row) => rowOf(row, gameNames));
   }
 
   #setZoom(zoom) {
@@ -122,7 +136,7 @@ export class Plots {
   // The catalog's range of returns: { min, max }; undefined if it has none for the game and mode.
   #rangeOf(pool, game) {
     const { modes } = this.#catalog.games.find(({ name }) => name === game);
-    return modes.find(({ name }) => name === pool.mode)?.return_range;
+    return modes.find(({ name }) => name === pool.mode)?.returnRange;
   }
 
   // Downloads the rows of all shown pools; those with the same columns share a header.

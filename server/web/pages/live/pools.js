@@ -4,10 +4,8 @@ import { byId, element, setText } from "../elements/elements.js";
 import { count, duration, plural, rate, reward } from "../elements/figures.js";
 import { drawSparkline, makeSparkline } from "../elements/sparkline.js";
 import { SortedHeader } from "../elements/tables.js";
-import { attempt } from "../page.js";
 
 const COMPARED_MAX = 8;
-const RETURNS_INTERVAL_MS = 10_000;
 const IDLE_S = 5;  // without a step
 
 const COLUMNS = [
@@ -15,12 +13,12 @@ const COLUMNS = [
   { title: "State", value: ({ state }) => state.rank },
   { title: "Game", value: (pool) => gamesOf(pool) },
   { title: "Mode", value: ({ mode }) => mode },
-  { title: "Environments", isNumber: true, value: ({ env_count: number }) => number },
-  { title: "Steps / s", isNumber: true, value: ({ steps_per_second: number }) => number },
-  { title: "Return", isNumber: true, value: ({ mean_return: number }) => number },
+  { title: "Environments", isNumber: true, value: ({ envCount: number }) => number },
+  { title: "Steps / s", isNumber: true, value: ({ stepsPerSecond: number }) => number },
+  { title: "Return", isNumber: true, value: ({ meanReturn: number }) => number },
   { title: "Last hour" },
-  { title: "Episodes", isNumber: true, value: ({ episode_count: number }) => number },
-  { title: "Age", isNumber: true, value: ({ age_s: age }) => age },
+  { title: "Episodes", isNumber: true, value: ({ episodeCount: number }) => number },
+  { title: "Age", isNumber: true, value: ({ ageS: age }) => age },
   { title: "Compare" },
 ];
 
@@ -30,7 +28,7 @@ export function gamesOf({ games }) {
 }
 
 // The state of a pool at `time`: a text, the class of its badge, and its place in the order. `isUnknown`: the connection broke.
-export function stateOf({ isUnknown, paused, last_step_time_s: stepped }, time) {
+export function stateOf({ isUnknown, paused, lastStepTimeS: stepped }, time) {
   if (isUnknown) {
     return { text: "unknown", kind: "warn", rank: 3 };
   }
@@ -40,35 +38,36 @@ export function stateOf({ isUnknown, paused, last_step_time_s: stepped }, time) 
   if (stepped === null) {
     return { text: "never stepped", kind: "", rank: 2 };
   }
+  if (stepped === undefined) {
+    return { text: "idle", kind: "warn", rank: 1 };  // Since when is not known yet.
+  }
   const idle = time - stepped;
   return idle > IDLE_S ? { text: `idle for ${duration(idle)}`, kind: "warn", rank: 1 } : { text: "running", kind: "on", rank: 0 };
 }
 
 export class PoolTable {
-  #connection = null;
   #pools = [];
   #open = null;          // name
   #rows = new Map();     // name -> row
-  #returns = new Map();  // name -> mean returns of the last hour
-  #returnsTime = -RETURNS_INTERVAL_MS;
   #compared = new Set();  // names, without the open pool
   #header = new SortedHeader(byId("pool-columns"), COLUMNS, "State", false, () => this.#arrange());
+  #returnsOf;
   #onOpen;
   #onCompare;
 
-  // `onOpen(event)`: a pool's link was clicked; `onCompare(names)`: others are compared with the open pool.
-  constructor(onOpen, onCompare) {
+  // `returnsOf(pool)`: its mean returns of the last hour, oldest first; `onOpen(event)`: a pool's link was clicked; `onCompare(names)`: others are compared with the open pool.
+  constructor(returnsOf, onOpen, onCompare) {
+    this.#returnsOf = returnsOf;
     this.#onOpen = onOpen;
     this.#onCompare = onCompare;
     byId("pool-filter").addEventListener("input", () => this.#arrange());
   }
 
-  // Shows the pools of an event at `time`; `open` is the name of the open one.
-  draw(connection, pools, time, open) {
-    this.#connection = connection;
+  // Shows the pools of a report at `time`; `open` is the name of the open one.
+  draw(pools, time, open) {
     this.#pools = pools.map((pool) => ({
       ...pool,
-      age_s: time - pool.create_time_s,
+      ageS: time - pool.createTimeS,
       state: stateOf(pool, time),
     })).reverse();
     byId("pools-head").hidden = byId("pool-list").hidden = pools.length === 0;
@@ -84,7 +83,6 @@ export class PoolTable {
     if (isOther) {
       this.#scrollToOpen();
     }
-    this.#requestReturns();
   }
 
   #forgetClosed() {
@@ -139,11 +137,11 @@ export class PoolTable {
     setText(cell("Game"), gamesOf(pool));
     cell("Game").title = pool.games.join(", ");
     setText(cell("Mode"), pool.mode);
-    setText(cell("Environments"), count(pool.env_count));
-    setText(cell("Steps / s"), rate(pool.steps_per_second));
-    setText(cell("Return"), reward(pool.mean_return));
-    setText(cell("Episodes"), rate(pool.episode_count));
-    setText(cell("Age"), duration(pool.age_s));
+    setText(cell("Environments"), count(pool.envCount));
+    setText(cell("Steps / s"), rate(pool.stepsPerSecond));
+    setText(cell("Return"), reward(pool.meanReturn));
+    setText(cell("Episodes"), rate(pool.episodeCount));
+    setText(cell("Age"), duration(pool.ageS));
     const isOpen = pool.name === this.#open;
     row.classList.toggle("open", isOpen);
     const link = cell("Pool").firstChild;
@@ -156,7 +154,7 @@ export class PoolTable {
     const box = cell("Compare").firstChild;
     box.checked = isOpen || this.#compared.has(pool.name);
     box.disabled = isOpen || (!box.checked && this.#compared.size >= COMPARED_MAX - 1);
-    const returns = this.#returns.get(pool.name) ?? [];
+    const returns = this.#returnsOf(pool);
     drawSparkline(cell("Last hour").firstChild, returns, returns.length === 0 ? "No returns yet"
       : `Mean return from ${reward(returns.find((value) => value !== null))} to ${reward(returns.at(-1))}`);
   }
@@ -167,17 +165,6 @@ export class PoolTable {
       const list = byId("pool-list");
       const head = list.querySelector("thead").offsetHeight;
       list.scrollTop = Math.min(Math.max(list.scrollTop, row.offsetTop + row.offsetHeight - list.clientHeight), row.offsetTop - head);
-    }
-  }
-
-  async #requestReturns() {
-    if (!this.#connection || document.hidden || performance.now() - this.#returnsTime < RETURNS_INTERVAL_MS) {
-      return;
-    }
-    this.#returnsTime = performance.now();
-    const answer = await attempt(() => this.#connection.call("pools.returns"), () => {});
-    if (answer) {
-      this.#returns = new Map(answer.pools.map(({ name, mean_returns: returns }) => [name, returns]));
     }
   }
 

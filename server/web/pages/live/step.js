@@ -17,7 +17,7 @@ export class StepView {
   // `catalog`: the server's; `game`: the environment's.
   constructor(catalog, game) {
     this.#actions = new Map(catalog.actions.map((action) => [action.number, action]));
-    const special = catalog.games.find(({ name }) => name === game).special_actions;
+    const special = catalog.games.find(({ name }) => name === game).specialActions;
     const letters = special.flatMap(({ action }) => this.#actions.get(action).keys);
     byId("large-keys").replaceChildren(...[...ARROWS, ...letters].map((key) => element("kbd", {}, key)));
     this.#draw(null);
@@ -54,7 +54,7 @@ export class StepView {
       ["Action", nameOf(step, action)],
       ["Reward", step ? `${gained > 0 ? "+" : ""}${reward(gained)}` : NONE, "Of the steps since the frame before"],
       ["Return", reward(step?.return), "Sum of the rewards of this episode"], ["Step", count(step?.length)],
-      ["Level seed", step ? String(step.level_seed) : NONE],
+      ["Level seed", step ? String(step.levelSeed) : NONE],
     ]);
     byId("large-step").children[1].lastChild.className = gained > 0 ? "gain" : gained < 0 ? "loss" : "";
   }

@@ -1,70 +1,54 @@
 // Watches environments of a pool: the server sends frames until the watch ends.
 
-import { ServerError } from "../connection/connection.js";
-import { FrameDecoder } from "../connection/frame_decoder.js";
+import { DeltaDecoder } from "../connection/delta.js";
+import { LOST } from "../connection/errors.js";
 import { attempt } from "../page.js";
+import { AGENT_SIZE_PX } from "../run/environment.js";
+import { episodeOf, stepOf } from "./frames.js";
+
+const FRAME_FORMAT_RGB = 1;
+const FRAME_FORMAT_PNG = 2;
+const ENCODING_RAW = 1;
+const ENCODING_DELTA_ZSTD = 2;
 
 export class Watch {
-  #connection;
-  #number = null;
-  #isEnded = false;
-  #decoder = new FrameDecoder();
+  #call = null;
+  #sizePx;
+  #decoder = new DeltaDecoder();
   #onFrames;
   #onEnd;
 
-  // `request`: pool, environments, size_px, frames_per_second_max. `onFrames(parts)` is called for each frame message,
-  // `onEnd(message)` if the server ends it.
+  // `request`: pool, environments, sizePx, framesPerSecondMax, withSteps. `onFrames(frames)` is called with each response: images with
+  // `environment`, `endedEpisode` and `step`. `onEnd(message)` is called if the server ends the watch.
   constructor(connection, request, onFrames, onEnd) {
-    this.#connection = connection;
+    this.#sizePx = request.sizePx;
     this.#onFrames = onFrames;
     this.#onEnd = onEnd;
-    connection.addEventListener("message:frames", this.#receive);
-    connection.addEventListener("message:watch_ended", this.#receiveEnd);
-    this.#start(request);
+    const isAgent = request.sizePx === AGENT_SIZE_PX;
+    attempt(() => {
+      this.#call = connection.watch("PoolService.WatchPool", {
+        ...request, format: isAgent ? FRAME_FORMAT_RGB : FRAME_FORMAT_PNG, encoding: isAgent ? ENCODING_DELTA_ZSTD : ENCODING_RAW,
+      }, (response) => this.#receive(response), (error) => this.#end(error));
+    });
   }
 
   stop() {
-    this.#forget();
-    if (this.#number !== null) {
-      this.#connection.call("watch.stop", { watch: this.#number }).catch(ignoreGone);
-    }
+    this.#call?.cancel();
+    this.#call = null;
   }
 
-  async #start(request) {
-    const started = await attempt(() => this.#connection.call("watch.start", request));
-    this.#number = started?.watch ?? null;
-    if (this.#isEnded) {
-      this.stop();
-    }
+  #receive({ frames, encodedImages }) {
+    const images = encodedImages.length > 0 ? this.#decoder.decode(encodedImages, frames.map((_, i) => i)) : null;
+    this.#onFrames(frames.map((frame, i) => ({
+      environment: frame.environment, format: images ? "rgb" : "png", width: frame.sizePx, height: frame.sizePx,
+      content: images ? images[i] : frame.image, endedEpisode: episodeOf(frame.endedEpisode), step: stepOf(frame.step),
+    })));
   }
 
-  #forget() {
-    this.#isEnded = true;
-    this.#connection.removeEventListener("message:frames", this.#receive);
-    this.#connection.removeEventListener("message:watch_ended", this.#receiveEnd);
-  }
-
-  #receive = async ({ detail }) => {
-    if (detail.watch === this.#number) {
-      const parts = await this.#decoder.decode(detail.parts);
-      if (!this.#isEnded) {
-        this.#onFrames(parts);
-      }
+  #end(error) {
+    this.#call = null;
+    if (error && error.code !== LOST) {
+      this.#onEnd(error.message);
     }
-  };
-
-  #receiveEnd = ({ detail }) => {
-    if (detail.watch === this.#number) {
-      this.#number = null;
-      this.#forget();
-      this.#onEnd(detail.message);
-    }
-  };
-}
-
-// Ignores errors: the watch may have ended already.
-function ignoreGone(error) {
-  if (!(error instanceof ServerError)) {
-    throw error;
   }
 }

@@ -10,17 +10,21 @@ export function factsOf(catalog, game) {
   return catalog.games.find(({ name }) => name === game);
 }
 
-// Whether a level, { game, mode, level, options }, has a next one.
-export function hasNext(catalog, { game, mode, level }) {
-  const isOnly = factsOf(catalog, game).modes.find(({ name }) => name === mode).level_seed !== undefined;
-  return !isOnly && level < LEVEL_MAX;
+// Whether the mode of a level, { game, mode, level, options }, has no other.
+export function isOnlyLevel(catalog, { game, mode }) {
+  return factsOf(catalog, game).modes.find(({ name }) => name === mode).levelSeed !== undefined;
 }
 
-// The level at the view of a play that continues a replay with this header.
+// Whether a level has a next one.
+export function hasNext(catalog, level) {
+  return !isOnlyLevel(catalog, level) && level.level < LEVEL_MAX;
+}
+
+// The level at the view of a play that continues the replay of this source.
 export function levelOf({ games, mode, options, environment }, view, catalog) {
   const chosen = offeredOptions(catalog).filter(({ name, default: usual }) => (options[name] ?? usual) !== usual);
   return {
-    game: games[environment % games.length], mode, level: view.level_seed,
+    game: games[environment % games.length], mode, level: view.levelSeed,
     options: Object.fromEntries(chosen.map(({ name }) => [name, options[name]])),
   };
 }
@@ -34,7 +38,7 @@ export function tellLevel(level, catalog, from = null) {
   setText(byId("playing"), `${level.game}, ${level.mode}, level ${level.level}`);
   showScores(level);
   setText(byId("from"), from ? `Continues ${from}. Restart returns to it.` : "");
-  const specials = factsOf(catalog, level.game).special_actions.map(({ action, description }) => [catalog.actions[action].name, description]);
+  const specials = factsOf(catalog, level.game).specialActions.map(({ action, description }) => [catalog.actions[action].name, description]);
   setText(byId("special_keys"), describeKeys(specials));
   for (const button of document.querySelectorAll(".letters button")) {
     const special = specials.find(([key]) => key === button.dataset.key);
@@ -58,8 +62,8 @@ export function isTouched() {
 
 // What is said at the end of an episode. `leadsOn`: the main button starts the next level; `isBest`: the score is a new best.
 export function describeEnd(view, { leadsOn, isBest }) {
-  const result = `${view.prev_level_complete ? "Level complete" : "Episode over"}: score ${reward(view.total_reward)} in `
-    + `${count(view.episode_step)} steps.`;
+  const result = `${view.prevLevelComplete ? "Level complete" : "Episode over"}: score ${reward(view.totalReward)} in `
+    + `${count(view.episodeStep)} steps.`;
   const again = `${isTouched() ? "An arrow" : "An arrow key"} plays ${leadsOn ? "this level" : "it"} again`;
   return `${result}${isBest ? " New best." : ""} ${again}${leadsOn && !isTouched() ? ", Enter the next one" : ""}.`;
 }

@@ -2,27 +2,23 @@
 
 import { byId } from "../elements/elements.js";
 import { notify } from "../elements/notices.js";
-import { partOf } from "../elements/pictures.js";
 import { copy } from "../export/clipboard.js";
 import { levelProgram } from "../export/python_code.js";
 import { replayTrace, saveTrace } from "../links/traces.js";
-import { attempt } from "../page.js";
+import { writeTrace } from "../run/trace_file.js";
 
-// `current()` returns what is played: { connection, view, level, catalog }. `stop()` is called before the trace is read.
+// `current()` returns what is played: { play, level, catalog }. `stop()` is called before the trace is read.
 export function listenToTraceButtons(current, stop) {
-  const withTrace = async (use) => {
+  const withRecording = (use) => {
     stop();
-    const { connection, view } = current();
-    const trace = await attempt(() => connection.call("play.trace", { play: view.play }));
-    if (trace) {
-      use(partOf(trace, "trace").content, trace.file_name, trace.fingerprint);
-    }
+    const { recording } = current().play;
+    use(writeTrace(recording), recording.fileName, recording.fingerprints.at(-1));
   };
-  byId("save").addEventListener("click", () => withTrace((bytes, name, fingerprint) => {
+  byId("save").addEventListener("click", () => withRecording((bytes, name, fingerprint) => {
     saveTrace(bytes, name);
     notify(`Saved ${name}, ${fingerprint ? `fingerprint ${fingerprint}` : "episode not finished"}.`);
   }));
-  byId("replay").addEventListener("click", () => withTrace((bytes, name) => replayTrace(bytes, name)));
+  byId("replay").addEventListener("click", () => withRecording((bytes, name) => replayTrace(bytes, name)));
   byId("copy-python").addEventListener("click", () => {
     const { level, catalog } = current();
     copy(levelProgram(level, catalog), "a program with this level");

@@ -1,18 +1,20 @@
 // A second replay beside the first, at the same step, with their first difference.
 
 import { byId, setOptions, setText } from "../elements/elements.js";
-import { drawPart } from "../elements/pictures.js";
-import { fetchEpisode } from "../links/replay_link.js";
+import { drawImage } from "../elements/pictures.js";
+import { fetchSubject, subjectOfTrace } from "../links/replay_link.js";
 import { attempt } from "../page.js";
+import { kindOf } from "../run/kinds.js";
 import { firstDifference } from "./difference.js";
+import { ReplayRun } from "./replay_run.js";
 import { Rows } from "./rows.js";
 import { imageOf } from "./view.js";
 
 export class Comparison {
   #current;
   #onChange;
-  #trace = null;      // { bytes, name }
-  #replay = null;     // the answer of replay.open
+  #subject = null;    // { source, name }
+  #replay = null;     // a ReplayRun
   #rows = null;
   #difference = null;
 
@@ -24,7 +26,7 @@ export class Comparison {
     byId("other-file").addEventListener("change", async ({ target }) => {
       const [file] = target.files;
       if (file) {
-        this.#open({ bytes: new Uint8Array(await file.arrayBuffer()), name: file.name });
+        this.#openFile(file.name, new Uint8Array(await file.arrayBuffer()));
       }
       target.value = "";
     });
@@ -49,8 +51,8 @@ export class Comparison {
 
   // Opens the second replay again, for a new first one or after a reconnect.
   reopen() {
-    if (this.#trace) {
-      this.#open(this.#trace);
+    if (this.#subject) {
+      this.#open(this.#subject);
     }
   }
 
@@ -63,23 +65,27 @@ export class Comparison {
     const [row] = wanted;
     const view = await this.#rows.fetch(wanted);
     if (view) {
-      await drawPart(byId("other"), imageOf(view, frame, "human"));
-      byId("other").setAttribute("aria-label", `${this.#trace.name}, step ${row}, as people see it`);
-      setText(byId("other-name"), `${this.#trace.name}, step ${row} of ${this.#replay.rows - 1}`);
+      await drawImage(byId("other"), imageOf(view, frame, "human"));
+      byId("other").setAttribute("aria-label", `${this.#subject.name}, step ${row}, as people see it`);
+      setText(byId("other-name"), `${this.#subject.name}, step ${row} of ${this.#replay.rows - 1}`);
     }
   }
 
-  async #open(trace) {
+  #openFile(name, bytes) {
+    return attempt(() => this.#open(subjectOfTrace({ name, bytes })));
+  }
+
+  async #open(subject) {
     const { connection, replay, actionNames } = this.#current();
-    this.#rows?.close();
+    this.#replay?.close();
     this.#rows = null;
-    const opened = await attempt(() => connection.call("replay.open", {}, trace.bytes));
+    const opened = await attempt(() => ReplayRun.open(connection, subject.source));
     if (!opened) {
       return;
     }
-    this.#trace = trace;
+    this.#subject = subject;
     this.#replay = opened;
-    this.#rows = new Rows(connection, opened);
+    this.#rows = new Rows(opened);
     this.#difference = firstDifference(replay, opened, actionNames);
     this.#tell();
     this.#onChange(null);
@@ -91,15 +97,15 @@ export class Comparison {
     byId("go-difference").hidden = !this.#difference;
     const { row, name, values } = this.#difference ?? {};
     setText(byId("difference"), this.#difference
-      ? `First difference at step ${row}: the ${name} is ${values[0]}, in ${this.#trace.name} it is ${values[1]}.`
-      : `No difference from ${this.#trace.name}.`);
+      ? `First difference at step ${row}: the ${name} is ${values[0]}, in ${this.#subject.name} it is ${values[1]}.`
+      : `No difference from ${this.#subject.name}.`);
     setText(byId("go-difference"), `Go to step ${row}`);
   }
 
   #end() {
-    this.#rows?.close();
+    this.#replay?.close();
     this.#rows = null;
-    this.#trace = null;
+    this.#subject = null;
     this.#difference = null;
     byId("other-figure").hidden = true;
     byId("end-compare").hidden = true;
@@ -111,22 +117,19 @@ export class Comparison {
   // Offers the pools that there are now.
   async #listPools() {
     const { connection } = this.#current();
-    const listed = new Promise((resolve) => {
-      connection.addEventListener("message:pools", ({ detail }) => resolve(detail.pools), { once: true });
-    });
-    if (await attempt(() => connection.call("pools.follow"))) {
-      const pools = (await listed).filter(({ kind }) => kind === "pool");
-      await attempt(() => connection.call("pools.unfollow"));
-      setOptions(byId("other-pool").elements.pool, pools.map(({ name, games }) => [name, `${name}, ${games.join(", ")}`]));
+    const list = await attempt(() => connection.call("PoolService.ListPools"));
+    if (list) {
+      const pools = list.pools.filter(({ name }) => kindOf(name) === "pool");
+      setOptions(byId("other-pool").elements.pool, pools.map(({ name, spec }) => [name, `${name}, ${spec.games.join(", ")}`]));
       byId("other-pool").hidden = pools.length === 0;
     }
   }
 
   async #openEpisode({ pool, environment }) {
     const { connection } = this.#current();
-    const trace = await attempt(() => fetchEpisode(connection, { pool: pool.value, environment: environment.valueAsNumber }));
-    if (trace) {
-      this.#open({ ...trace, name: `${pool.value}, environment ${environment.value}` });
+    const subject = await attempt(() => fetchSubject(connection, { pool: pool.value, environment: environment.valueAsNumber }));
+    if (subject) {
+      await this.#open({ ...subject, name: `${pool.value}, environment ${environment.value}` });
     }
   }
 }

@@ -2,15 +2,14 @@
 
 import { byId, element, setText } from "../elements/elements.js";
 import { plural } from "../elements/figures.js";
-import { drawPart } from "../elements/pictures.js";
+import { drawImage } from "../elements/pictures.js";
 import { saveFile } from "../export/files.js";
 import { encodesVideo, Video } from "../export/video.js";
-import { attempt } from "../page.js";
+import { AGENT_SIZE_PX } from "../run/environment.js";
 import { FRAMES_PER_SECOND_MAX, STEPS_PER_SECOND } from "./player.js";
 import { Rows } from "./rows.js";
 import { imageOf } from "./view.js";
 
-const AGENT_SIZE_PX = 64;
 const ROWS_AHEAD = 4;
 const STOPPED = "The connection was lost.";
 
@@ -19,7 +18,7 @@ export class ExportDialog {
   #current;
   #isCancelled = false;
 
-  // `current()` returns what the page shows: { connection, trace, replay, frames, index, speed }.
+  // `current()` returns what the page shows: { replay, frames, index, speed }.
   constructor(current) {
     this.#current = current;
     byId("export-image").addEventListener("click", () => this.#run((rows) => this.#saveImage(rows)));
@@ -54,30 +53,21 @@ export class ExportDialog {
   }
 
   get #name() {
-    return `${this.#current().replay.file_name.replace(/\.trace$/, "")}.${this.#view}`;
+    return `${this.#current().replay.recording.fileName.replace(/\.trace$/, "")}.${this.#view}`;
   }
 
   #cancel() {
     this.#isCancelled = true;
   }
 
-  // Runs `work(rows)` on a replay of its own, with the chosen size, so that the one on the page stays where it is.
+  // Runs `work(rows)` with images of the chosen size.
   async #run(work) {
-    const { connection, trace } = this.#current();
     this.#isCancelled = false;
     this.#setBusy(true);
-    this.#say("Replaying.");
-    const size = this.#view === "human" ? this.#sizePx : 0;
-    const opened = await attempt(() => connection.call("replay.open", { human_size_px: size }, trace.bytes), (text) => this.#say(text));
-    if (opened) {
-      const rows = new Rows(connection, opened);
-      try {
-        await work(rows);
-      } catch (error) {
-        this.#say(error.message);
-      } finally {
-        rows.close();
-      }
+    try {
+      await work(new Rows(this.#current().replay, this.#view === "human" ? this.#sizePx : AGENT_SIZE_PX));
+    } catch (error) {
+      this.#say(error.message);
     }
     this.#setBusy(false);
   }
@@ -125,7 +115,7 @@ export class ExportDialog {
       throw new Error(STOPPED);
     }
     const image = element("canvas");
-    await drawPart(image, imageOf(view, wanted[0], this.#view));
+    await drawImage(image, imageOf(view, wanted[0], this.#view));
     canvas.getContext("2d").drawImage(image, 0, 0, canvas.width, canvas.height);
   }
 

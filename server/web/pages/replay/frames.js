@@ -4,9 +4,9 @@ export class Frames {
   #frames = [];  // { row, isStart }
   #ofRow = [];   // the index of a row's first frame
 
-  // `replay`: the answer of replay.open.
-  constructor({ rows, first }) {
-    const starts = new Set(first.filter((row) => row > 0 && row < rows - 1));
+  // `recording`: of the replay.
+  constructor({ rows, starts: all }) {
+    const starts = new Set(all.filter((row) => row > 0 && row < rows - 1));
     for (let row = 0; row < rows; row += 1) {
       this.#ofRow.push(this.#frames.length);
       this.#frames.push({ row, isStart: row === 0 });

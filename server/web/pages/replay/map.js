@@ -1,7 +1,7 @@
 // The map of a replay: the whole level and the path of the agent through it, beside the views.
 
 import { byId, setText } from "../elements/elements.js";
-import { drawPart, partOf } from "../elements/pictures.js";
+import { drawImage } from "../elements/pictures.js";
 import { attempt } from "../page.js";
 
 const SIZE_PX = 512;
@@ -13,7 +13,7 @@ export class LevelMap {
   #isBusy = false;
   #box = byId("map");
 
-  // `source()` returns { connection, replay }.
+  // `source()` returns { replay }, a ReplayRun or null.
   constructor(source) {
     this.#source = source;
     this.#box.addEventListener("toggle", () => this.#draw());
@@ -43,41 +43,40 @@ export class LevelMap {
   }
 
   async #drawFrame({ row, isStart }) {
-    const { connection, replay } = this.#source();
-    if (!connection || !replay) {
+    const { replay } = this.#source();
+    if (!replay) {
       return;
     }
-    // At the end of an episode the server shows the start of the next one.
-    const isEnd = !isStart && row > 0 && replay.first.includes(row);
-    const request = { replay: replay.replay, row: isEnd ? row - 1 : row, map_size_px: SIZE_PX };
-    const view = await attempt(() => connection.call("replay.seek", request), () => {});
-    if (view && replay === this.#source().replay) {
-      await drawPart(byId("map-picture"), partOf(view, "map"));
-      drawPath(byId("map-picture"), view.path, row);
-      setText(byId("map-about"), `Level ${view.level_seed}: where the agent has been up to this step, and where it goes next.`);
+    // Where an episode has ended, the map shows the level before the end, not that of the next episode.
+    const isEnd = !isStart && replay.recording.isEnd(row);
+    const map = await attempt(() => replay.map(isEnd ? row - 1 : row, SIZE_PX), () => {});
+    if (map && replay === this.#source().replay) {
+      await drawImage(byId("map-picture"), map.image);
+      drawPath(byId("map-picture"), map, row);
+      setText(byId("map-about"), `Level ${map.levelSeed}: where the agent has been up to this step, and where it goes next.`);
     }
   }
 }
 
 // Draws the path up to `row` as a line, the rest as a thin one, and the agent's place.
-function drawPath(canvas, { first_row: firstRow, x, y }, row) {
+function drawPath(canvas, { firstRow, places }, row) {
   const context = canvas.getContext("2d");
-  const now = Math.min(row - firstRow, x.length - 1);
+  const now = Math.min(row - firstRow, places.length - 1);
   const trace = (from, to, width, color) => {
     context.beginPath();
     for (let i = from; i <= to; i += 1) {
-      context.lineTo(x[i] * canvas.width, y[i] * canvas.height);
+      context.lineTo(places[i].x * canvas.width, places[i].y * canvas.height);
     }
     context.lineWidth = width;
     context.strokeStyle = color;
     context.stroke();
   };
   context.lineJoin = "round";
-  trace(now, x.length - 1, 1.5, "#fffc");
+  trace(now, places.length - 1, 1.5, "#fffc");
   trace(0, now, 5, "#000a");
   trace(0, now, 2.5, "#ffd83d");
   context.beginPath();
-  context.arc(x[now] * canvas.width, y[now] * canvas.height, AGENT_RADIUS_PX, 0, 2 * Math.PI);
+  context.arc(places[now].x * canvas.width, places[now].y * canvas.height, AGENT_RADIUS_PX, 0, 2 * Math.PI);
   context.fillStyle = "#ffd83d";
   context.fill();
   context.lineWidth = 2;

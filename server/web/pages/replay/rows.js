@@ -1,16 +1,16 @@
-// The rows of a replay that is open on the server, requested ahead of their use.
+// The views of a replay by row, requested ahead of their use.
 
 import { attempt } from "../page.js";
 
 export class Rows {
-  #connection;
-  #number;
+  #replay;
+  #sizePx;
   #views = new Map();  // row -> promise of its view
 
-  // `replay`: the answer of replay.open.
-  constructor(connection, { replay }) {
-    this.#connection = connection;
-    this.#number = replay;
+  // `replay`: a ReplayRun; `sizePx`: of the view for people.
+  constructor(replay, sizePx) {
+    this.#replay = replay;
+    this.#sizePx = sizePx;
   }
 
   // Requests `rows` that are not requested yet and forgets all others. Resolves to the view of the first, or null after an error.
@@ -18,7 +18,7 @@ export class Rows {
     [...this.#views.keys()].filter((row) => !rows.includes(row)).forEach((row) => this.#views.delete(row));
     for (const row of rows) {
       if (!this.#views.has(row)) {
-        this.#views.set(row, attempt(() => this.#connection.call("replay.seek", { replay: this.#number, row })));
+        this.#views.set(row, attempt(() => this.#replay.seek(row, this.#sizePx)));
       }
     }
     const view = await this.#views.get(rows[0]);
@@ -26,10 +26,5 @@ export class Rows {
       this.#views.clear();
     }
     return view;
-  }
-
-  // Closes the replay on the server.
-  close() {
-    this.#connection.call("replay.close", { replay: this.#number }).catch(() => {});
   }
 }

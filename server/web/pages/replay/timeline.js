@@ -3,7 +3,7 @@
 import { colorsOf } from "../elements/colors.js";
 
 // `marked`: a row that differs from another replay, or null.
-export function drawTimeline(canvas, replay, frames, shown = 0, marked = null) {
+export function drawTimeline(canvas, { recording, difference }, frames, shown = 0, marked = null) {
   const scale = devicePixelRatio;
   const width = canvas.clientWidth;
   const height = canvas.clientHeight;
@@ -20,9 +20,9 @@ export function drawTimeline(canvas, replay, frames, shown = 0, marked = null) {
 
   const middle = height / 2;
   bar(frames.last / 2, middle, 1, edge, width);
-  replay.first.forEach((row) => bar(frames.ofRow(row), 0, height, edge, 1));
-  const largest = replay.rewards.reduce((most, value) => Math.max(most, Math.abs(value)), 0) || 1;
-  replay.rewards.forEach((value, row) => {
+  recording.starts.forEach((row) => bar(frames.ofRow(row), 0, height, edge, 1));
+  const largest = recording.rewards.reduce((most, value) => Math.max(most, Math.abs(value)), 0) || 1;
+  recording.rewards.forEach((value, row) => {
     const size = Math.max(3, Math.abs(value) / largest * (middle - 3));
     if (value > 0) {
       bar(frames.ofRow(row), middle - size, size, good, 3);
@@ -30,8 +30,8 @@ export function drawTimeline(canvas, replay, frames, shown = 0, marked = null) {
       bar(frames.ofRow(row), middle, size, bad, 3);
     }
   });
-  if (replay.difference) {
-    bar(frames.ofRow(replay.difference.row), 0, height, bad, 3);
+  if (difference) {
+    bar(frames.ofRow(difference.row), 0, height, bad, 3);
   }
   if (marked !== null) {
     bar(frames.ofRow(marked), 0, height, warn, 5);

@@ -2,12 +2,12 @@
 
 import { byId, setText, setTiles } from "../elements/elements.js";
 import { count, NONE, plural, reward } from "../elements/figures.js";
-import { drawPart, partOf } from "../elements/pictures.js";
+import { drawImage } from "../elements/pictures.js";
 import { tellOptions } from "../links/level_choice.js";
 
-// Describes the header of a replay.
-export function describe({ header, rows }, catalog) {
-  const { games, mode, options, env_count: environments, environment } = header;
+// Describes what is replayed.
+export function describe({ source, rows }, catalog) {
+  const { games, mode, options, envCount: environments, environment } = source;
   const place = environments > 1 ? [`environment ${environment} of ${environments}`] : [];
   return [games.join(", "), mode, ...place, plural(rows - 1, "step"), ...tellOptions(options, catalog)].join(" · ");
 }
@@ -28,24 +28,24 @@ function isEnd(view, { isStart }) {
 
 // The image of a frame. `name`: "human" or "agent".
 export function imageOf(view, frame, name) {
-  return partOf(view, (isEnd(view, frame) ? "final_" : "") + name);
+  return (isEnd(view, frame) ? view.finalImages ?? view.images : view.images)[name];
 }
 
 // `actionNames`: names by number. Returns false if `isCurrent()` is false when the images are drawn: the replay was closed.
 export async function drawFrame(replay, view, frame, actionNames, isCurrent) {
   const { row, isStart } = frame;
   // First, so that figures and images show the same step.
-  await Promise.all(["human", "agent"].map((name) => drawPart(byId(name), imageOf(view, frame, name))));
+  await Promise.all(["human", "agent"].map((name) => drawImage(byId(name), imageOf(view, frame, name))));
   if (!isCurrent()) {
     return false;
   }
-  const action = isStart ? undefined : replay.actions[row - 1];
-  const score = isStart ? 0 : view.total_reward;
+  const action = isStart ? undefined : replay.source.actions[row - 1];
+  const score = isStart ? 0 : view.totalReward;
   setTiles(byId("figures"), [
     ["Step", `${count(row)} of ${count(replay.rows - 1)}`], ["Action", actionNames.get(action) ?? action ?? NONE],
     ["Reward", isStart ? NONE : reward(view.reward)], ["Score", reward(score)],
-    ["Level seed", String(isEnd(view, frame) ? view.prev_level_seed : view.level_seed)], ["Episode", episodeOf(view, frame)],
-    ["Fingerprint", view.fingerprint ?? replay.fingerprint ?? NONE],
+    ["Level seed", String(isEnd(view, frame) ? view.prevLevelSeed : view.levelSeed)], ["Episode", episodeOf(view, frame)],
+    ["Fingerprint", view.fingerprint ?? replay.recording.fingerprints.at(-1) ?? NONE],
   ]);
   const where = `step ${row}, score ${reward(score)}${row > 0 && isStart ? ", next episode" : ""}`;
   byId("row").setAttribute("aria-valuetext", where);
@@ -56,7 +56,7 @@ export async function drawFrame(replay, view, frame, actionNames, isCurrent) {
 
 function episodeOf(view, frame) {
   if (isEnd(view, frame)) {
-    return view.prev_level_complete ? "complete" : "over";
+    return view.prevLevelComplete ? "complete" : "over";
   }
   return frame.isStart ? "start" : "running";
 }

@@ -1,0 +1,21 @@
+// The catalog as pages use it: modes and types by name, numbers in place of bigints.
+
+import { nameOfMode } from "../run/options.js";
+
+const BOOLEAN = 1;  // OptionType
+const INTEGER = 2;
+
+export function catalogOf({ games, options, actions }) {
+  return {
+    games: games.map(({ name, description, modes, specialActions }) => ({
+      name, description, specialActions,
+      modes: modes.map(({ distributionMode, returnRange, levelSeed }) => ({ name: nameOfMode(distributionMode), returnRange, levelSeed })),
+    })),
+    options: options.filter(({ type }) => type === BOOLEAN || type === INTEGER).map(({ name, description, type, defaultValue, min, max }) => ({
+      name, description,
+      ...type === BOOLEAN ? { type: "boolean", default: defaultValue === "true" }
+        : { type: "integer", min: Number(min), max: Number(max), default: Number(defaultValue) },
+    })),
+    actions,
+  };
+}

@@ -1,0 +1,105 @@
+// The server's pools, load and nodes, requested every second.
+
+import { LOST } from "../connection/errors.js";
+import { LastHours } from "./last_hours.js";
+import { poolOf } from "./pool_model.js";
+import { Rates } from "./rates.js";
+
+const INTERVAL_MS = 1000;
+const FIRST_INTERVAL_MS = 300;  // rates need two reports
+
+// A report is { timeS, load, pools, nodes, isFirst }; `timeS` is the server's time.
+export class Reports {
+  #connection = null;
+  #nodes = [];
+  #nodeWatch = null;
+  #timer = null;
+  #isFirst = true;
+  #rates = new Rates();
+  #hours = new LastHours();
+  #onReport;
+  #onError;
+
+  // `onReport(report)` is called with each report, `onError(error)` if the server does not answer with one.
+  constructor(onReport, onError) {
+    this.#onReport = onReport;
+    this.#onError = onError;
+  }
+
+  // The mean returns of a pool in the last hour, oldest first.
+  returnsOf(pool) {
+    return this.#hours.returnsOf(pool);
+  }
+
+  start(connection, isCluster) {
+    this.stop();
+    this.#connection = connection;
+    this.#isFirst = true;
+    this.#rates = new Rates();
+    if (isCluster) {
+      this.#nodeWatch = connection.watch("ClusterService.WatchNodes", {}, ({ nodes }) => { this.#nodes = nodes; }, () => {});
+    }
+    this.#poll();
+  }
+
+  stop() {
+    clearTimeout(this.#timer);
+    this.#nodeWatch?.cancel();
+    this.#nodeWatch = null;
+    this.#connection = null;
+  }
+
+  async #poll() {
+    const connection = this.#connection;
+    const begin = performance.now();
+    try {
+      const [pools, load, { nodes }] = await Promise.all(
+        [listPools(connection), connection.call("CatalogService.GetLoad"), this.#listNodes(connection)]);
+      if (connection !== this.#connection) {
+        return;
+      }
+      this.#nodes = nodes;
+      this.#report(pools.map(poolOf), load);
+      this.#hours.request(connection, pools);
+    } catch (error) {
+      if (connection !== this.#connection || error.code === LOST) {
+        return;
+      }
+      this.#onError(error);
+    }
+    const interval = this.#isFirst ? FIRST_INTERVAL_MS : INTERVAL_MS;
+    this.#isFirst = false;
+    this.#timer = setTimeout(() => this.#poll(), Math.max(0, interval - (performance.now() - begin)));
+  }
+
+  // The nodes of a cluster are watched; the server alone is listed once.
+  #listNodes(connection) {
+    return this.#nodes.length > 0 ? { nodes: this.#nodes } : connection.call("ClusterService.ListNodes");
+  }
+
+  #report(pools, load) {
+    const timeS = Date.now() / 1000 + this.#hours.clockOffsetS;
+    this.#rates.forgetAllBut(pools.map(({ name }) => name));
+    this.#onReport({
+      timeS, isFirst: this.#isFirst, nodes: this.#nodes,
+      load: { ...load, stepsPerSecond: this.#rates.add("", Number(load.stepCount), timeS).perSecond, stepCount: Number(load.stepCount) },
+      pools: pools.map((pool) => {
+        const { perSecond, changeTimeS } = this.#rates.add(pool.name, pool.stepCount, timeS);
+        const lastStepTimeS = pool.stepCount === 0 ? null : changeTimeS ?? this.#hours.lastStepTimeOf(pool);
+        return { ...pool, stepsPerSecond: perSecond, lastStepTimeS };
+      }),
+    });
+  }
+}
+
+// All pools of the caller.
+async function listPools(connection) {
+  const pools = [];
+  let pageToken = "";
+  do {
+    const page = await connection.call("PoolService.ListPools", { pageToken });
+    pools.push(...page.pools);
+    pageToken = page.nextPageToken;
+  } while (pageToken !== "");
+  return pools;
+}

@@ -1,0 +1,59 @@
+// A stream of RunPool.
+
+import { DeltaDecoder } from "../connection/delta.js";
+import { errorOf, lostError } from "../connection/errors.js";
+import { newPoolId } from "./kinds.js";
+
+const OK = 0;
+
+export class PoolStream {
+  #stream;
+  #waiting = [];      // { resolve, reject } of requests without a response, oldest first
+  #error = null;      // after the end
+  #decoder = new DeltaDecoder();
+  spec = null;        // PoolSpec, with every default
+
+  // Starts a pool. `kind`: see kinds.js. Rejects with a UserError.
+  static async start(connection, kind, spec) {
+    const stream = new PoolStream(connection);
+    const { pool } = await stream.request("start", { poolId: newPoolId(kind), spec });
+    stream.spec = pool.spec;
+    return stream;
+  }
+
+  constructor(connection) {
+    this.#stream = connection.open("PoolService.RunPool", (message) => this.#receive(message),
+      (error) => this.#end(error ?? errorOf({ code: OK, message: "The pool was closed." })));
+  }
+
+  // Sends a request, a field of RunPoolRequest. Requests may be sent ahead. Resolves to the response: batches have `images`, the
+  // observations by row.
+  request(field, value) {
+    if (this.#error) {
+      return Promise.reject(this.#error);
+    }
+    const response = new Promise((resolve, reject) => { this.#waiting.push({ resolve, reject }); });
+    response.catch(() => {});  // Callers may wait only for a later one.
+    this.#stream.send({ request: { case: field, value } });
+    return response;
+  }
+
+  // Ends the pool.
+  close() {
+    this.#stream.cancel();
+    this.#end(lostError());
+  }
+
+  #receive({ response: { case: kind, value } }) {
+    if (kind === "batch" && value.observations.length > 0) {
+      const environments = Array.from({ length: value.envCount }, (_, i) => value.firstEnv + i);
+      value.images = this.#decoder.decode(value.observations, environments);
+    }
+    this.#waiting.shift()?.resolve(value);
+  }
+
+  #end(error) {
+    this.#error ??= error;
+    this.#waiting.splice(0).forEach(({ reject }) => reject(error));
+  }
+}
