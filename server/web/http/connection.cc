@@ -33,6 +33,15 @@ std::string HeaderOf(const UpgradeRequest& request, http::field name) {
   return std::string(begin->value());
 }
 
+bool AcceptsGzip(const UpgradeRequest& request) {
+  for (const auto& [coding, parameters] : http::ext_list(request[http::field::accept_encoding])) {
+    if (coding == "gzip") {
+      return true;
+    }
+  }
+  return false;
+}
+
 // An address in the form of a Host header; an IPv4-mapped address of a dual-stack socket as IPv4.
 std::string TextOf(const asio::ip::address& address) {
   if (address.is_v6() && address.to_v6().is_v4_mapped()) {
@@ -92,6 +101,7 @@ class Connection final : public std::enable_shared_from_this<Connection> {
     info.host = HeaderOf(request, http::field::host);
     info.origin = HeaderOf(request, http::field::origin);
     info.if_none_match = HeaderOf(request, http::field::if_none_match);
+    info.accepts_gzip = AcceptsGzip(request);
     info.wants_socket = beast::websocket::is_upgrade(request);
     info.local_host = local_host_;
     info.is_secure = stream_.is_secure();
@@ -127,6 +137,10 @@ class Connection final : public std::enable_shared_from_this<Connection> {
     if (!reply.etag.empty()) {
       response_.set(http::field::etag, reply.etag);
     }
+    if (reply.is_gzip) {
+      response_.set(http::field::content_encoding, "gzip");
+    }
+    response_.set(http::field::vary, "Accept-Encoding");
     if (reply.status == 405) {
       response_.set(http::field::allow, "GET, HEAD");
     }

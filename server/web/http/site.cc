@@ -103,8 +103,15 @@ Reply TextReply(int status, std::string text) {
 Site::Site(std::vector<std::string> allowed_hosts, const std::vector<EmbeddedPage>& pages)
     : allowed_hosts_(std::move(allowed_hosts)) {
   for (const EmbeddedPage& page : pages) {
-    files_[PathOf(page.name)] = {std::string(ContentTypeOf(page.name)), page.contents,
-                                 EtagOf(page.contents)};
+    absl::string_view name = page.name;
+    if (absl::ConsumeSuffix(&name, ".gz")) {
+      files_[PathOf(name)].gzip_contents = page.contents;
+      continue;
+    }
+    File& file = files_[PathOf(name)];
+    file.content_type = std::string(ContentTypeOf(name));
+    file.contents = page.contents;
+    file.etag = EtagOf(page.contents);
   }
 }
 
@@ -163,11 +170,16 @@ Reply Site::ReplyToPage(const HttpRequestInfo& request) const {
   if (found == files_.end()) {
     return TextReply(kNotFound, "Page not found.\n");
   }
+  const File& file = found->second;
   Reply reply;
-  reply.status = request.if_none_match == found->second.etag ? kNotModified : kOk;
-  reply.content_type = found->second.content_type;
-  reply.contents = reply.status == kOk ? found->second.contents : "";
-  reply.etag = found->second.etag;
+  reply.content_type = file.content_type;
+  reply.is_gzip = request.accepts_gzip && !file.gzip_contents.empty();
+  // Each form has a tag of its own, as a strong tag requires.
+  reply.etag = reply.is_gzip ? absl::StrCat(absl::StripSuffix(file.etag, "\""), "-gzip\"") : file.etag;
+  reply.status = request.if_none_match == reply.etag ? kNotModified : kOk;
+  if (reply.status == kOk) {
+    reply.contents = reply.is_gzip ? file.gzip_contents : file.contents;
+  }
   return reply;
 }
 

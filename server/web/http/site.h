@@ -18,6 +18,7 @@ struct HttpRequestInfo {
   std::string host;           // the header; empty: none, or more than one
   std::string origin;         // the header; empty: none, or more than one
   std::string if_none_match;  // the header; empty: none
+  bool accepts_gzip = false;  // content may be compressed
   bool wants_socket = false;  // requests a WebSocket upgrade
   std::string local_host;     // local address of the connection, without port
   bool is_secure = false;     // the connection uses TLS
@@ -30,6 +31,7 @@ struct Reply {
   absl::string_view contents;  // of a page; static storage
   std::string text;            // replaces `contents` unless empty
   std::string etag;
+  bool is_gzip = false;  // `contents` is compressed
 };
 
 // Maps requests to replies and checks host and origin. Threads: any method from any thread.
@@ -56,6 +58,7 @@ class Site {
   struct File {
     std::string content_type;
     absl::string_view contents;
+    absl::string_view gzip_contents;  // empty: there is no smaller form
     std::string etag;
   };
 

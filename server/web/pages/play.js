@@ -265,10 +265,12 @@ for (const name of ["pause", "step", "restart", "next"]) {
 }
 listenToTraceButtons(() => ({ play, level, catalog }), () => isWaiting || pause(true));
 
-const SHORTCUTS = { p: "pause", ".": "step", r: "restart", n: "next" };
+// The space bar is everybody's first key; buttons and links are pressed with it.
+const SHORTCUTS = { p: "pause", " ": "pause", ".": "step", r: "restart", n: "next" };
 document.addEventListener("keydown", (event) => {
   const name = SHORTCUTS[event.key.toLowerCase()];
-  if (name && !event.ctrlKey && !event.metaKey && !event.altKey && !takesKeys(event.target)) {
+  const isPressed = event.key === " " && event.target.closest("button, a, label") !== null;
+  if (name && !event.ctrlKey && !event.metaKey && !event.altKey && !takesKeys(event.target) && !isPressed) {
     event.preventDefault();
     act(name);
   }
@@ -276,7 +278,10 @@ document.addEventListener("keydown", (event) => {
     goOn();
   }
 });
-keys.listen(document.querySelector(".pad"), () => {
+keys.listen(document.querySelector(".pad"), (isRepeat) => {
+  if (isRepeat && !isWaiting) {
+    return;  // A key that is held since before the level was there begins it, too.
+  }
   turn = 0;
   if (endTime !== null && performance.now() - endTime > END_SHOWN_MS) {
     leaveEnd();

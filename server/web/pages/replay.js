@@ -9,6 +9,7 @@ import { followLink, placeAddress, showWrongLink, subjectOfTrace } from "./links
 import { keepTrace, saveTrace } from "./links/traces.js";
 import { attempt, openPage } from "./page.js";
 import { takesKeys } from "./play/keys.js";
+import { AnnotationTracks } from "./replay/annotations.js";
 import { Comparison } from "./replay/compare.js";
 import { ExportDialog } from "./replay/export.js";
 import { Frames } from "./replay/frames.js";
@@ -48,6 +49,7 @@ const comparison = new Comparison(() => ({ connection, replay, actionNames }), a
   redraw();
 });
 const map = new LevelMap(() => ({ replay }));
+const annotations = new AnnotationTracks(byId("annotation-lines"), byId("annotation-bars"), goToFraction);
 let actionNames = new Map();  // by number
 
 async function ready(hello, opened) {
@@ -106,6 +108,7 @@ async function open(step = null) {
   setText(byId("name"), subject.name);
   setText(byId("level"), describe(replay, catalog));
   judge(replay.difference);
+  annotations.open(replay, frames, catalog.actions);
   slider.max = frames.last;
   comparison.reopen();
   await player.open(new Rows(replay), frames, step === null ? player.wanted : frameOf(step), inFlight);
@@ -128,6 +131,7 @@ async function show(index, view, rows) {
   const other = comparison.show(frames.at(index), rows);
   map.show(frames.at(index));
   if (await drawFrame(replay, view, frames.at(index), actionNames, () => replay !== null && replay === shown)) {
+    annotations.show(frames.at(index).isStart ? 0 : frames.at(index).row, index);
     redraw();
     tellPlace();
   }
@@ -137,6 +141,13 @@ async function show(index, view, rows) {
 function redraw() {
   if (replay) {
     drawTimeline(byId("rewards"), replay, frames, Math.max(0, player.shown), comparison.row);
+  }
+}
+
+// Goes to a part of the time line, in [0, 1].
+function goToFraction(fraction) {
+  if (replay) {
+    player.go(Math.round(fraction * frames.last));
   }
 }
 
@@ -222,8 +233,7 @@ document.addEventListener("keydown", (event) => {
   }
 });
 slider.addEventListener("input", () => player.go(slider.valueAsNumber));
-byId("rewards").addEventListener("pointerdown", ({ offsetX, target }) =>
-  replay && player.go(Math.round(offsetX / target.clientWidth * frames.last)));
+byId("rewards").addEventListener("pointerdown", ({ offsetX, target }) => goToFraction(offsetX / target.clientWidth));
 document.addEventListener("theme", redraw);
 addEventListener("resize", redraw);
 

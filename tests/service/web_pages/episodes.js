@@ -7,7 +7,7 @@ export async function replayLastEpisode(page, count) {
   for (let environment = 0; !isOpen(); environment = (environment + 1) % count) {
     await page.click(`#mosaic button[title='Environment ${environment}']`);
     await page.click("#keep-last");
-    await Promise.race([page.waitForURL("**/replay"), page.locator("#large-problem", { hasText: /./ }).waitFor()]);
+    await Promise.race([page.waitForURL("**/replay?*"), page.locator("#large-problem", { hasText: /./ }).waitFor()]);
     if (!isOpen()) {
       await page.keyboard.press("Escape");
     }

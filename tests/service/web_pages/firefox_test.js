@@ -87,7 +87,7 @@ test("an ended episode is a row of the table, whose button replays it", async ()
   await rows.first().waitFor();
   assert.equal(await rows.count(), 1);
   await rows.locator("button").click();
-  await page.waitForURL("**/replay");
+  await page.waitForURL("**/replay?*");
   await waitForText(page.locator("#verdict"), "Identical to the recording");
   await waitForText(step(page), `0 of ${COINRUN_1000_STEPS}`);
 });

@@ -19,7 +19,7 @@ export class Api {
     this.#registry = createFileRegistry(fromBinary(FileDescriptorSetSchema, descriptors));
   }
 
-  // How to call a method, such as "PoolService.GetPool": { path, encode(request), decode(bytes) }.
+  // How to call a method, such as "PoolService.GetPool": { path, encode(request), decode(bytes), decodeRequest(bytes) }.
   method(name) {
     const [serviceName, methodName] = name.split(".");
     const service = this.#registry.getService(`${PACKAGE}.${serviceName}`);
@@ -28,6 +28,7 @@ export class Api {
       path: `/${service.typeName}/${methodName}`,
       encode: (request) => toBinary(input, create(input, request)),
       decode: (bytes) => fromBinary(output, bytes),
+      decodeRequest: (bytes) => fromBinary(input, bytes),
     };
   }
 

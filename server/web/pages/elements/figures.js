@@ -1,6 +1,7 @@
 // Formatting of numbers.
 
 const whole = new Intl.NumberFormat("en", { maximumFractionDigits: 0 });
+const digits = new Intl.NumberFormat("en", { maximumSignificantDigits: 3 });
 const short = new Intl.NumberFormat("en", { notation: "compact", maximumSignificantDigits: 3 });
 
 // Placeholder for a missing number.
@@ -23,6 +24,11 @@ export function rate(value) {
 // 7.25 -> "7.25", 10 -> "10"
 export function reward(value) {
   return known(value) ? String(Math.round(value * 100) / 100) : NONE;
+}
+
+// 0.12345 -> "0.123"
+export function significant(value) {
+  return known(value) ? digits.format(value) : NONE;
 }
 
 // 0.00123 s -> "1.23 ms", given in milliseconds

@@ -1,18 +1,12 @@
 // What the learner sent along with its steps (annotations): one value as a line over the last steps, several as bars.
 
+import { Bars, labelsOf } from "../elements/bars.js";
 import { element, setText } from "../elements/elements.js";
-import { NONE } from "../elements/figures.js";
+import { significant } from "../elements/figures.js";
 
 const STEPS_SHOWN = 300;
 const HEIGHT = 100;  // of a line's drawing, in its own units
 const SVG = "http://www.w3.org/2000/svg";
-const ACTION_PROBABILITIES = "action_probabilities";
-
-const digits = new Intl.NumberFormat("en", { maximumSignificantDigits: 3 });
-
-function text(value) {
-  return value === null ? NONE : digits.format(value);
-}
 
 export class AnnotationView {
   #list;
@@ -38,7 +32,7 @@ export class AnnotationView {
     this.#time += isSameEpisode ? step.length - this.#last.length : step.length;
     this.#last = step;
     for (const { name, values } of step.annotations) {
-      this.#viewOf(name, values.length).add(this.#time, values);
+      this.#viewOf(name, values.length).add(values, this.#time);
     }
     this.#list.hidden = this.#views.size === 0;
   }
@@ -52,16 +46,11 @@ export class AnnotationView {
     let view = this.#views.get(name);
     if (view?.count !== count) {
       view?.panel.remove();
-      view = count === 1 ? new Line(name) : new Bars(name, this.#labels(name, count));
+      view = count === 1 ? new Line(name) : new Bars(name, labelsOf(name, count, this.#actions));
       this.#views.set(name, view);
       this.#list.append(view.panel);
     }
     return view;
-  }
-
-  #labels(name, count) {
-    const isOfActions = name === ACTION_PROBABILITIES && count === this.#actions.length;
-    return Array.from({ length: count }, (_, i) => (isOfActions ? this.#actions[i].name : String(i)));
   }
 }
 
@@ -81,12 +70,12 @@ class Line {
     this.panel = element("section", { class: "annotation" }, element("h3", {}, name, " ", this.#value), drawing, this.#range);
   }
 
-  add(time, [value]) {
+  add([value], time) {
     this.#points = [...this.#points.filter(([step]) => step > time - STEPS_SHOWN), [time, value]];
     const known = this.#points.map(([, each]) => each).filter((each) => each !== null);
     const [low, high] = [Math.min(...known), Math.max(...known)];
-    setText(this.#value, text(value));
-    setText(this.#range, known.length === 0 ? "" : `${text(low)} to ${text(high)} in the last ${STEPS_SHOWN} steps`);
+    setText(this.#value, significant(value));
+    setText(this.#range, known.length === 0 ? "" : `${significant(low)} to ${significant(high)} in the last ${STEPS_SHOWN} steps`);
     const y = (each) => HEIGHT - (high > low ? (each - low) / (high - low) : 0.5) * HEIGHT;
     let isGap = true;
     const parts = this.#points.map(([step, each]) => {
@@ -95,28 +84,5 @@ class Line {
       return isGap ? "" : `${command}${STEPS_SHOWN - (time - step)} ${y(each).toFixed(1)}`;
     });
     this.#path.setAttribute("d", parts.join(""));
-  }
-}
-
-class Bars {
-  #rows;
-
-  constructor(name, labels) {
-    this.count = labels.length;
-    this.#rows = labels.map((label) => element("li", {}, element("span", {}, label), element("i"), element("span", { class: "number" })));
-    this.panel = element("section", { class: "annotation" }, element("h3", {}, name), element("ol", { class: "bars" }, ...this.#rows));
-  }
-
-  // Probabilities are drawn relative to 1, other values relative to the largest.
-  add(time, values) {
-    const known = values.filter((each) => each !== null);
-    const areShares = known.every((each) => each >= 0 && each <= 1);
-    const most = areShares ? 1 : Math.max(...known.map(Math.abs));
-    values.forEach((value, i) => {
-      const [, bar, number] = this.#rows[i].children;
-      bar.style.setProperty("--share", value === null ? 0 : Math.abs(value) / most);
-      bar.classList.toggle("negative", value < 0);
-      setText(number, text(value));
-    });
   }
 }

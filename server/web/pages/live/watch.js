@@ -13,7 +13,6 @@ const ENCODING_DELTA_ZSTD = 2;
 
 export class Watch {
   #call = null;
-  #sizePx;
   #decoder = new DeltaDecoder();
   #onFrames;
   #onEnd;
@@ -21,7 +20,6 @@ export class Watch {
   // `request`: pool, environments, sizePx, framesPerSecondMax, withSteps. `onFrames(frames)` is called with each response: images with
   // `environment`, `endedEpisode` and `step`. `onEnd(message)` is called if the server ends the watch.
   constructor(connection, request, onFrames, onEnd) {
-    this.#sizePx = request.sizePx;
     this.#onFrames = onFrames;
     this.#onEnd = onEnd;
     const isAgent = request.sizePx === AGENT_SIZE_PX;

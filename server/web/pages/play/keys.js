@@ -40,7 +40,8 @@ export class Keys {
 
   #onPress = () => {};
 
-  // Listens to the keyboard of the page and to the buttons with data-key below `pad`. `onPress()` is called with each key.
+  // Listens to the keyboard of the page and to the buttons with data-key below `pad`. `onPress(isRepeat)` is called with each key, and
+  // again while it is held.
   listen(pad, onPress) {
     this.#onPress = onPress;
     document.addEventListener("keydown", (event) => {
@@ -49,7 +50,9 @@ export class Keys {
         return;
       }
       event.preventDefault();
-      if (!event.repeat) {
+      if (event.repeat) {
+        this.#onPress(true);
+      } else {
         this.#press(name);
       }
     });
@@ -97,7 +100,7 @@ export class Keys {
       const button = target.closest("[data-key]");
       if (detail === 0 && button) {
         namesOf(button).forEach((name) => this.#tapped.add(name));
-        this.#onPress();
+        this.#onPress(false);
       }
     });
     pad.addEventListener("contextmenu", (event) => event.preventDefault());
@@ -118,7 +121,7 @@ export class Keys {
   #press(name) {
     this.#held.set(name, (this.#held.get(name) ?? 0) + 1);
     this.#tapped.add(name);
-    this.#onPress();
+    this.#onPress(false);
   }
 
   #release(name) {

@@ -15,11 +15,11 @@ function keyOf({ game, mode }) {
   return `${game}.${mode}`;
 }
 
-// Records the score of a level, { game, mode, options }. Returns whether it is the best so far. Levels with options that differ from
-// their defaults do not count, because some make a game easier.
+// Records the score of a level, { game, mode, options }. Returns whether it is the best so far and more than nothing. Levels with
+// options that differ from their defaults do not count, because some make a game easier.
 export function recordScore(level, score) {
   const best = bestScores();
-  const before = best[keyOf(level)];
+  const before = best[keyOf(level)] ?? 0;
   if (Object.keys(level.options).length > 0 || score <= before) {
     return false;
   }

@@ -9,7 +9,8 @@ const SNAPSHOT_ROWS_MIN = 64;    // between two of them
 const STEPS_AHEAD = 128;         // sent before they are answered
 const HUMAN_SIZE_PX = 512;
 
-// A source is { games, mode, options, envCount, environment, actions }, and endsAfter(index): whether an episode is known to end with
+// A source is { games, mode, options, envCount, environment, actions, annotations: AnnotationSeries of the learner's steps,
+// rowOfStep(step): the row that a step led to }, and endsAfter(index): whether an episode is known to end with
 // an action; check(recording): the first difference of the replay from what was recorded, { row, field, expected, got }, or null.
 export class ReplayRun {
   #environment;

@@ -23,7 +23,7 @@ export function sourceOfTrace(bytes, environment = 0) {
   }
   const first = trace.column("first", environment);
   return {
-    games, mode, options, envCount, environment, actions, annotations: [],
+    games, mode, options, envCount, environment, actions, annotations: [], rowOfStep: (step) => step + 1,
     endsAfter: (index) => first[index + 1] !== 0,
     check: (recording) => differenceOf(trace, environment, recording),
   };

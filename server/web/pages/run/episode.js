@@ -49,9 +49,20 @@ export function sourceOfEpisode(episode) {
   const isSummed = episode.actionCounts.length > 0;
   return {
     games: [episode.game], mode, options, envCount: 1, environment: 0, actions, annotations: episode.annotations,
+    rowOfStep: rowsOfSteps(episode),
     endsAfter: (index) => hasEnd && index === actions.length - 1,
     check: (recording) => checkEpisode(episode, recording, isSummed ? null : episode.rewards),
   };
+}
+
+// Returns the function that maps a learner's step to the row that it led to: after all of its actions.
+function rowsOfSteps({ actionCounts }) {
+  if (actionCounts.length === 0) {
+    return (step) => step + 1;
+  }
+  let row = 0;
+  const rows = actionCounts.map((count) => { row += count; return row; });
+  return (step) => rows[step];
 }
 
 // Throws a UserError if the replay differs from the episode: then its learner has chosen levels one by one. `rewards`: of each

@@ -14,7 +14,7 @@ const TYPES = {
 };
 
 function damaged(message) {
-  return new UserError("DATA_LOSS", `The file is no trace: ${message}.`);
+  return new UserError("DATA_LOSS", `The file is not a trace: ${message}.`);
 }
 
 function headerOf(bytes) {

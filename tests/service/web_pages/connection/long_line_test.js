@@ -2,6 +2,7 @@
 
 import assert from "node:assert/strict";
 import { after, before, test } from "node:test";
+import { decodeMessages } from "../bridge_messages.js";
 import { figure, waitForText, withBrowser } from "../browser.js";
 import { COINRUN_1000, COINRUN_1000_PATH, COINRUN_1000_STEPS, playKeys } from "../playing.js";
 import { Server } from "../server.js";
@@ -21,34 +22,26 @@ after(async () => {
   assert.equal(await server.stop(), 0);
 });
 
-// The JSON of a text or binary message.
-function headerOf(payload) {
-  return JSON.parse(typeof payload === "string" ? payload : payload.subarray(4, 4 + payload.readUInt32LE(0)).toString());
-}
-
-// Opens a page over the line. `most(method)` is the largest number of unanswered requests of this method so far; for a method of
-// replays, the smallest of these numbers of all replays.
+// Opens a page over the line. `most()` is the largest number of images of a pool of the page that were requested and not answered; of
+// several pools, the smallest of these numbers.
 async function openFar(path) {
   const page = await it.open("about:blank");
-  const unanswered = new Map();  // id -> method and replay
-  const largest = new Map();
-  page.on("websocket", (socket) => {
-    socket.on("framesent", ({ payload }) => {
-      const { id, method, replay = "" } = headerOf(payload);
-      const kind = `${method} ${replay}`;
-      unanswered.set(id, kind);
-      const now = [...unanswered.values()].filter((one) => one === kind).length;
-      largest.set(kind, Math.max(largest.get(kind) ?? 0, now));
-    });
-    socket.on("framereceived", ({ payload }) => unanswered.delete(headerOf(payload).id));
+  const requested = new Map();  // call -> { now, most }
+  await decodeMessages(page, server, {
+    onSent: ({ call, message }) => {
+      if (message.request?.case === "render") {
+        const { now = 0, most = 0 } = requested.get(call) ?? {};
+        requested.set(call, { now: now + 1, most: Math.max(most, now + 1) });
+      }
+    },
+    onReceived: ({ call, message }) => {
+      if (message.response?.case === "frames") {
+        requested.get(call).now -= 1;
+      }
+    },
   });
   await page.goto(`${line.web}${path}`);
-  const most = (method) => {
-    const counts = [...largest].filter(([kind]) => kind.startsWith(`${method} `)).map(([, count]) => count);
-    assert(counts.length > 0, `${method} was never requested`);
-    return Math.min(...counts);
-  };
-  return { page, most };
+  return { page, most: () => Math.min(...[...requested.values()].map(({ most }) => most)) };
 }
 
 test("play sends steps ahead, and none of them reaches the next episode", async () => {
@@ -56,7 +49,7 @@ test("play sends steps ahead, and none of them reaches the next episode", async 
   await waitForText(page.locator("#message"), "Press an arrow key to begin.");
   await page.keyboard.press("ArrowLeft");
   await waitForText(page.locator("#message"), "Episode over");
-  assert(most("play.step") >= 3, `${most("play.step")} steps were in flight`);
+  assert(most() >= 3, `${most()} steps were in flight`);
   const steps = await figure(page, "#figures", "Step").textContent();
   await page.click("#replay");
   await waitForText(figure(page, "#figures", "Step"), `0 of ${steps}`);
@@ -80,7 +73,7 @@ test("running replays side by side request rows ahead, and the first shows each 
   });
   await page.click("#run");
   await waitForText(figure(page, "#figures", "Step"), `${COINRUN_1000_STEPS} of ${COINRUN_1000_STEPS}`);
-  assert(most("replay.seek") >= 3, `${most("replay.seek")} rows were in flight`);
+  assert(most() >= 3, `${most()} rows were in flight`);
   assert.equal(await page.evaluate(() => window.shown.size), COINRUN_1000_STEPS);
   await waitForText(page.locator("#other-name"), `step ${COINRUN_1000_STEPS} of ${COINRUN_1000_STEPS}`);
 });

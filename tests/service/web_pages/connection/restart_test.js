@@ -2,7 +2,7 @@
 
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { figure, waitForChange, waitForText, withBrowser } from "../browser.js";
+import { figure, offerSources, waitForChange, waitForText, withBrowser } from "../browser.js";
 import { COINRUN_1000, COINRUN_1000_PATH, playKeys } from "../playing.js";
 import { Learner, Server } from "../server.js";
 
@@ -82,17 +82,19 @@ test("a play says that its server is silent, continues when it answers, and rest
 test("requests of a closed connection are rejected, and nothing is due after it opens again", async () => {
   const server = await Server.start();
   const page = await it.open(server.page());
+  await offerSources(page);
   const outcome = await page.evaluate(async () => {
-    const { Connection } = await import("/assets/connection/connection.js");
-    const connection = new Connection();
-    const opened = () => new Promise((resolve) => connection.addEventListener("open", resolve, { once: true }));
-    connection.open();
+    const { Connection } = await import("/source/connection/connection.js");
+    const connection = await Connection.load();
+    const { bridge } = connection;
+    const opened = () => new Promise((resolve) => bridge.addEventListener("open", resolve, { once: true }));
+    bridge.open();
     await opened();
-    const call = connection.call("hello").then(() => "answered", ({ code }) => code);
-    connection.close();
-    connection.open();
+    const call = connection.call("CatalogService.GetCatalog").then(() => "answered", ({ code }) => code);
+    bridge.close();
+    bridge.open();
     await opened();
-    const silent = new Promise((resolve) => connection.addEventListener("silent", () => resolve("silent"), { once: true }));
+    const silent = new Promise((resolve) => bridge.addEventListener("silent", () => resolve("silent"), { once: true }));
     const quiet = new Promise((resolve) => setTimeout(() => resolve("quiet"), 7000));
     return [await Promise.race([call, quiet]), await Promise.race([silent, quiet])];
   });

@@ -52,7 +52,7 @@ test("over https the page asks for the token, watches pools and plays levels, by
   await waitForText(figure(page, "#figures", "Step"), /^1$/);
 
   const { host } = new URL(server.page());
-  assert(addresses.includes(`wss://${host}/socket`));
+  assert(addresses.includes(`wss://${host}/bridge`));
   const others = addresses.filter((address) => !/^(https|wss):/.test(address) || new URL(address).host !== host);
   assert.deepEqual(others, []);
   assert(addresses.every((address) => !address.includes("token-")));

@@ -4,7 +4,8 @@ import assert from "node:assert/strict";
 import { createHash } from "node:crypto";
 import { EventEmitter, once } from "node:events";
 import { after, before, test } from "node:test";
-import { waitForText, withBrowser } from "../browser.js";
+import { decodeMessages } from "../bridge_messages.js";
+import { offerSources, waitForText, withBrowser } from "../browser.js";
 import { COINRUN_1000_PATH } from "../playing.js";
 import { Learner, Pool, Server } from "../server.js";
 import { SlowLine } from "../slow_line.js";
@@ -19,26 +20,27 @@ let server;
 before(async () => { server = await Server.start(); });
 after(async () => assert.equal(await server.stop(), 0));
 
-// Opens a page, and collects the header, length and time of each message from the server.
+// Opens a page, and collects the messages from the server: { method, message, length, time }.
 async function openRecorded(address) {
   const page = await it.open("about:blank");
   const messages = [];
   const arrivals = new EventEmitter();
-  page.on("websocket", (socket) => socket.on("framereceived", ({ payload }) => {
-    const json = typeof payload === "string" ? payload : payload.subarray(4, 4 + payload.readUInt32LE(0)).toString();
-    messages.push({ header: JSON.parse(json), length: payload.length, time: performance.now() });
-    arrivals.emit("message");
-  }));
+  await decodeMessages(page, server, {
+    onReceived: (message) => {
+      messages.push(message);
+      arrivals.emit("message");
+    },
+  });
   await page.goto(address);
-  const of = (event) => messages.filter(({ header }) => header.event === event);
-  // Waits until `count` events have arrived; returns them.
-  const events = async (event, count) => {
-    while (of(event).length < count) {
+  const of = (name) => messages.filter(({ method }) => method === name);
+  // Waits until `count` responses of a method have arrived; returns them.
+  const responses = async (name, count) => {
+    while (of(name).length < count) {
       await once(arrivals, "message");
     }
-    return of(event);
+    return of(name);
   };
-  return { page, events };
+  return { page, responses };
 }
 
 // The SHA-256 of the pixels of all canvases of the mosaic, without alpha.
@@ -50,16 +52,16 @@ async function shownPixels(page) {
 
 test("the mosaic shows the exact observations for less than a seventh of their bytes", async () => {
   const pool = await Pool.open(server, ["coinrun"], ENV_COUNT, { pool_id: "stepped", distribution_mode: "hard" });
-  const { page, events } = await openRecorded(server.page("/?pool=pools/stepped"));
+  const { page, responses } = await openRecorded(server.page("/?pool=pools/stepped"));
   let observations;
   for (let step = 0; step < 30; step += 1) {
     observations = await pool.step(Array(ENV_COUNT).fill(step % 9));
-    await events("frames", step + 1);
+    await responses("WatchPool", step + 1);
   }
   while (await shownPixels(page) !== observations) {
     // The last frames are on their way.
   }
-  const frames = (await events("frames", 2)).slice(1);
+  const frames = (await responses("WatchPool", 2)).slice(1);
   const mean = frames.reduce((sum, { length }) => sum + length, 0) / frames.length;
   assert(mean * FRAMES_PER_SECOND < MOSAIC_BYTES_PER_SECOND_MAX, `${mean * FRAMES_PER_SECOND} bytes a second`);
   await pool.close();
@@ -68,10 +70,10 @@ test("the mosaic shows the exact observations for less than a seventh of their b
 test("figures arrive every second while frames use all of the line", async () => {
   const learner = await Learner.start(server, "watched", ["starpilot"], ENV_COUNT);
   const line = await SlowLine.open(server.web, 0, THIN_BYTES_PER_SECOND);
-  const { events } = await openRecorded(`${line.web}/?pool=pools/watched`);
-  await events("frames", 3);
-  const before = (await events("pools", 1)).length;
-  const figures = (await events("pools", before + 6)).slice(before);
+  const { responses } = await openRecorded(`${line.web}/?pool=pools/watched`);
+  await responses("WatchPool", 3);
+  const before = (await responses("ListPools", 1)).length;
+  const figures = (await responses("ListPools", before + 6)).slice(before);
   const seconds = (figures.at(-1).time - figures[0].time) / 1000 / (figures.length - 1);
   assert(seconds < 2, `figures every ${seconds} s`);
   line.close();
@@ -91,8 +93,9 @@ test("play asks for a smaller human view if the line is too thin for a large one
 
 test("steps that have to wait are sent further ahead, with smaller views; few late ones change nothing", async () => {
   const page = await it.open(server.page("/gallery"));
+  await offerSources(page);
   const states = await page.evaluate(async () => {
-    const { StepPace } = await import("/assets/play/step_pace.js");
+    const { StepPace } = await import("/source/play/step_pace.js");
     const pace = new StepPace(2);
     const state = () => [pace.sizePx, [1, 2, 3, 4, 5, 6, 7, 8, 9].filter((inFlight) => pace.mayStep(inFlight, 0)).at(-1)];
     // A second in which some steps are late.

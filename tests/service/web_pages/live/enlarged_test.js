@@ -2,7 +2,7 @@
 
 import assert from "node:assert/strict";
 import { after, before, test } from "node:test";
-import { figure, picture, waitForDrawing, waitForPicture, waitForText, withBrowser } from "../browser.js";
+import { figure, offerSources, picture, waitForDrawing, waitForPicture, waitForText, withBrowser } from "../browser.js";
 import { stickingOut } from "../overflow.js";
 import { COINRUN_1000_ACTIONS, COINRUN_1000_STEPS } from "../playing.js";
 import { Pool, Server } from "../server.js";
@@ -93,8 +93,9 @@ test("a long result fits a narrow window", async () => {
   await page.setViewportSize({ width: 320, height: 700 });
   await page.click("#mosaic button");
   await waitForDrawing(page, "#large-picture");
+  await offerSources(page);
   await page.evaluate(async () => {
-    const { markEnd } = await import("/assets/live/ends.js");
+    const { markEnd } = await import("/source/live/ends.js");
     markEnd(document.querySelector("#large-frame"), { truncated: true, return: -1234.5, length: 1_000_000 });
   });
   await waitForText(page.locator("#large-frame .result"), /Time limit: return .* in 1,000,000 steps/);

@@ -64,7 +64,7 @@ test("an episode is replayed by one press, and ends with the return of its row",
   const [, value, , length, seed] = await row.locator("td").allTextContents();
   assert.notEqual(value, "0");
   await row.locator("button").click();
-  await page.waitForURL("**/replay");
+  await page.waitForURL("**/replay?*");
   await waitForText(page.locator("#verdict"), "Identical to the recording");
   await page.click("#last");
   await waitForText(figure(page, "#figures", "Step"), `${length} of ${length}`);

@@ -1,7 +1,9 @@
 // Gamepads on the play page. The browser's gamepads are replaced, since a test has no device.
 
 import assert from "node:assert/strict";
+import { EventEmitter, once } from "node:events";
 import { after, before, test } from "node:test";
+import { decodeMessages } from "../bridge_messages.js";
 import { figure, waitForText, withBrowser } from "../browser.js";
 import { Server } from "../server.js";
 
@@ -26,13 +28,15 @@ async function openWithGamepad() {
   });
   const page = await context.newPage();
   page.on("pageerror", (error) => it.errors.push(error.stack));
-  const opened = page.waitForEvent("websocket");
+  const steps = new EventEmitter();
+  await decodeMessages(page, server, {
+    onSent: ({ message: { request } }) => request?.case === "step" && steps.emit(String(request.value.actions[0])),
+  });
   await page.goto(server.page("/play?game=maze&mode=easy&level=5"));
-  const socket = await opened;
   await waitForText(page.locator("#message"), "Press an arrow key to begin.");
   await page.evaluate(() => dispatchEvent(new Event("gamepadconnected")));
   const set = (axes, ...buttons) => page.evaluate(([stick, pressed]) => setGamepad(stick, pressed), [axes, buttons]);
-  const asked = (name) => socket.waitForEvent("framesent", ({ payload }) => JSON.parse(payload).action === ACTIONS[name]);
+  const asked = (name) => once(steps, String(ACTIONS[name]));
   return { page, set, asked };
 }
 

@@ -2,11 +2,13 @@
 
 import assert from "node:assert/strict";
 import { execFile } from "node:child_process";
+import { EventEmitter, once } from "node:events";
 import { mkdtemp, rm } from "node:fs/promises";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
 import { after, before, test } from "node:test";
 import { promisify } from "node:util";
+import { decodeMessages } from "../bridge_messages.js";
 import { figure, picture, waitForPicture, waitForText, withBrowser } from "../browser.js";
 import { COINRUN_1000, COINRUN_1000_PATH, COINRUN_1000_STEPS, playKeys } from "../playing.js";
 import { Server } from "../server.js";
@@ -143,16 +145,16 @@ test("a mode with a single level names it", async () => {
   assert.equal(await page.locator("[name=level]").isEditable(), false);
 });
 
-// Opens a level and records the requests to its server. `asked(action)` waits for a request with this action.
+// Opens a level and records its steps. `asked(action)` waits for a step with this action.
 async function openRecorded(options) {
   const page = await it.open("about:blank", options);
-  const opened = page.waitForEvent("websocket");
+  const steps = new EventEmitter();
+  await decodeMessages(page, server, {
+    onSent: ({ message: { request } }) => request?.case === "step" && steps.emit(String(request.value.actions[0])),
+  });
   await page.goto(server.page("/play?game=maze&mode=easy&level=5"));
-  const socket = await opened;
   await waitForText(page.locator("#message"), /(Press|Touch) an arrow/);
-  const asked = (action) =>
-    socket.waitForEvent("framesent", ({ payload }) => JSON.parse(payload).action === ACTIONS[action]);
-  return { page, asked };
+  return { page, asked: (action) => once(steps, String(ACTIONS[action])) };
 }
 
 test("the newest held key wins, combined with compatible keys", async () => {

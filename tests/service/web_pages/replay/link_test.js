@@ -2,6 +2,7 @@
 
 import assert from "node:assert/strict";
 import { after, before, beforeEach, test } from "node:test";
+import { decodeMessages } from "../bridge_messages.js";
 import { figure, picture, waitForPicture, waitForText, withBrowser } from "../browser.js";
 import { Pool, Server } from "../server.js";
 
@@ -69,15 +70,17 @@ test("keys step, jump and run the replay wherever the focus is, except in fields
 
 test("a replay runs at the chosen speed, and at its end from the beginning if it loops", async () => {
   const page = await it.open("about:blank");
-  const opened = page.waitForEvent("websocket");
-  await page.goto(server.page(`/replay?pool=${encodeURIComponent(pool.name)}&environment=1`));
-  let rows = [];
-  (await opened).on("framesent", ({ payload }) => {
-    const { method, row } = typeof payload === "string" ? JSON.parse(payload) : {};
-    if (method === "replay.seek") {
-      rows.push(row);
-    }
+  let steps = [];  // between images
+  await decodeMessages(page, server, {
+    onSent: ({ message: { request } }) => {
+      if (request?.case === "step") {
+        steps[steps.length - 1] += 1;
+      } else if (request?.case === "render") {
+        steps.push(0);
+      }
+    },
   });
+  await page.goto(server.page(`/replay?pool=${encodeURIComponent(pool.name)}&environment=1`));
   await waitForStep(page, 0);
   await page.selectOption("#speed", "0.25");
   const begin = performance.now();
@@ -94,12 +97,12 @@ test("a replay runs at the chosen speed, and at its end from the beginning if it
   await page.click("#first");
   await waitForStep(page, 0);
   await page.selectOption("#speed", "16");
-  rows = [];
+  steps = [0];
   await page.click("#run");
   await waitForStep(page, STEPS);
   await waitForText(page.locator("#run"), "Play");
-  // Of 240 steps a second, each eighth is shown.
-  assert.deepEqual(rows, [8, 16, 24, 32, 40, 48, 56, STEPS]);
+  // Of 240 steps a second, each eighth is shown. The last ends the episode, and a further one begins the next.
+  assert.deepEqual(steps, [8, 8, 8, 8, 8, 8, 8, 4, 1, 0]);
 
   await page.check("#loop");
   await page.click("#run");

@@ -139,7 +139,7 @@ test("an invalid trace is rejected, and the page continues", async () => {
   const page = await it.open(server.page("/replay"));
   await page.setInputFiles("#file", { name: "no.trace", mimeType: "", buffer: Buffer.from("no trace\n") });
   const problem = page.locator("#notices .bad");
-  await waitForText(problem, "The file is not a trace: invalid trace header: the first line is not JSON.");
+  await waitForText(problem, "The file is not a trace: its first line is not JSON.");
   await page.click("#notices .bad button");
   await problem.waitFor({ state: "detached" });
   await page.setInputFiles("#file", { name: "no.trace", mimeType: "", buffer: Buffer.from("no trace\n") });
