@@ -16,7 +16,7 @@ run("${ESBUILD}" ${entries} --bundle --splitting --format=esm --minify --target=
 run("${ESBUILD}" ${styles} --minify --log-level=warning "--outdir=${WORK}/style")
 file(GLOB others "${PAGES}/*.html" "${PAGES}/*.svg")
 file(COPY ${others} "${DESCRIPTORS}" DESTINATION "${WORK}")
-file(COPY "${PAGES}/vendor/uPlot.iife.min.js" "${PAGES}/vendor/uPlot.min.css" DESTINATION "${WORK}/vendor")
+file(COPY "${PAGES}/vendor/uPlot.min.css" DESTINATION "${WORK}/vendor")
 
 file(GLOB_RECURSE names RELATIVE "${WORK}" "${WORK}/*")
 foreach(name IN LISTS names)

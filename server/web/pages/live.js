@@ -1,6 +1,6 @@
 // The live view: follows the server's pools and opens the one in the URL, or else the first.
 
-import { byId, setText, setTiles } from "./elements/elements.js";
+import { byId, element, setText, setTiles } from "./elements/elements.js";
 import { count, milliseconds, rate, reward } from "./elements/figures.js";
 import { notify } from "./elements/notices.js";
 import { tellOptions } from "./links/level_choice.js";
@@ -10,8 +10,9 @@ import { Mosaic } from "./live/mosaic.js";
 import { NodeTable } from "./live/nodes.js";
 import { LearnerPause } from "./live/pause.js";
 import { Plots } from "./live/plots.js";
-import { PoolTable, stateOf } from "./live/pools.js";
+import { labelsOf, PoolTable, stateOf, titleOf } from "./live/pools.js";
 import { Reports } from "./live/reports.js";
+import { keepSettings } from "./live/settings.js";
 import { loseReports, openPage, regainReports } from "./page.js";
 
 let connection = null;
@@ -21,6 +22,7 @@ let open = null;     // the name of the open pool
 let last = null;     // the last report
 let shown = null;    // the pool opened last: { name, createTimeS }
 
+keepSettings();
 const enlarged = new EnlargedView((isOpen) => mosaic.cover(isOpen), writeEnvironment);
 const mosaic = new Mosaic((pool, environment) => enlarged.show(connection, catalog, pool, environment));
 const nodes = new NodeTable(byId("node-rows"));
@@ -171,7 +173,7 @@ function follow(event) {
 function openPool(pool) {
   open = pool?.name ?? null;
   shown = pool ? { name: pool.name, createTimeS: pool.createTimeS } : shown;
-  document.title = `${open ?? "Live"} – Procgen Server`;
+  document.title = `${pool ? titleOf(pool) : "Live"} – Procgen Server`;
   enlarged.close();
   mosaic.open(connection, pool);
   plots.open(connection, catalog, pool);
@@ -204,13 +206,15 @@ function writeEnvironment(environment) {
 }
 
 function drawPool(pool) {
-  setText(byId("pool-name"), pool.name);
+  setText(byId("pool-name"), titleOf(pool));
   const { text, kind } = stateOf(pool, last.timeS);
   setText(byId("pool-state"), text);
   byId("pool-state").className = `badge ${kind}`;
   const chosen = tellOptions(pool.options, catalog);
   const owner = pool.owner ? [`owner ${pool.owner}`] : [];
-  setText(byId("pool-about"), [pool.games.join(", "), pool.mode, ...owner, ...chosen].join(" · "));
+  byId("pool-labels").replaceChildren(...labelsOf(pool).map((text) => element("span", { class: "badge" }, text)));
+  const name = pool.displayName ? [pool.name] : [];
+  setText(byId("pool-about"), [...name, pool.games.join(", "), pool.mode, ...owner, ...chosen].join(" · "));
   setTiles(byId("pool-figures"), [
     ["Steps / s", rate(pool.stepsPerSecond)], ["Mean return", reward(pool.meanReturn), "Score of the last 100 episodes"],
     ["Mean length", count(pool.meanLength), "Steps of the last 100 episodes"], ["Episodes", count(pool.episodeCount)],

@@ -269,15 +269,20 @@ listenToTraceButtons(() => ({ play, level, catalog }), () => isWaiting || pause(
 const SHORTCUTS = { p: "pause", " ": "pause", ".": "step", r: "restart", n: "next" };
 document.addEventListener("keydown", (event) => {
   const name = SHORTCUTS[event.key.toLowerCase()];
-  const isPressed = event.key === " " && event.target.closest("button, a, label") !== null;
+  const isPressed = event.key === " " && isControl(event.target);
   if (name && !event.ctrlKey && !event.metaKey && !event.altKey && !takesKeys(event.target) && !isPressed) {
     event.preventDefault();
     act(name);
   }
-  if (event.key === "Enter" && endTime !== null && event.target.closest("button, a") === null && !takesKeys(event.target)) {
+  if (event.key === "Enter" && endTime !== null && !isControl(event.target) && !takesKeys(event.target)) {
     goOn();
   }
 });
+// Whether an element is pressed with the space bar and the enter key.
+function isControl(target) {
+  return target.closest("button, a, label") !== null;
+}
+
 keys.listen(document.querySelector(".pad"), (isRepeat) => {
   if (isRepeat && !isWaiting) {
     return;  // A key that is held since before the level was there begins it, too.

@@ -221,12 +221,17 @@ const SHORTCUTS = {
 };
 // The slider handles arrows, Home and End itself; buttons and links are pressed with the space bar.
 const OWN_KEYS = [[slider, ["ArrowRight", "ArrowLeft", "Home", "End"]]];
+
+function isControl(target) {
+  return target.closest("button, a, label") !== null;
+}
+
 document.addEventListener("keydown", (event) => {
   const { target, key } = event;
   const name = SHORTCUTS[key.length === 1 ? key.toLowerCase() : key];
   const isPlain = !event.ctrlKey && !event.metaKey && !event.altKey && !event.shiftKey;
   const isOwn = OWN_KEYS.some(([element, keys]) => element === target && keys.includes(key))
-    || (key === " " && target.closest("button, a, label") !== null);
+    || (key === " " && isControl(target));
   if (name && replay && isPlain && !isOwn && (target === slider || !takesKeys(target))) {
     event.preventDefault();
     ACTS[name]();

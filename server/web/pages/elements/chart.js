@@ -1,5 +1,6 @@
 // A chart drawn by uPlot (vendor/), which follows the width of its place and the theme.
 
+import uPlot from "../vendor/uPlot.js";
 import { colorsOf } from "./colors.js";
 
 export class Chart {
@@ -32,7 +33,7 @@ export class Chart {
       this.#chart.setData(data);
     } else {
       const size = { width: this.#place.clientWidth, height: this.#heightPx };
-      this.#chart = new window.uPlot({ ...size, ...this.#describe() }, data, this.#place);
+      this.#chart = new uPlot({ ...size, ...this.#describe() }, data, this.#place);
     }
   }
 

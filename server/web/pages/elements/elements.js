@@ -3,6 +3,7 @@
 // element("button", { class: "main", disabled: true, onclick: begin }, "Play") creates <button class="main" ...>Play</button>.
 // Functions become listeners, booleans become properties, null and undefined are skipped, and other values become attributes.
 // Children are elements or texts; texts are not parsed as HTML.
+/** @returns {any} */
 export function element(name, attributes = {}, ...children) {
   const made = document.createElement(name);
   for (const [key, value] of Object.entries(attributes)) {
@@ -18,7 +19,10 @@ export function element(name, attributes = {}, ...children) {
   return made;
 }
 
-// Returns the element with this id.
+/**
+ * The element with this id.
+ * @returns {any}
+ */
 export function byId(id) {
   return document.getElementById(id);
 }

@@ -52,11 +52,11 @@ export function duration(seconds) {
   if (!known(seconds)) {
     return NONE;
   }
-  const [unit, length] = DURATION_UNITS.find(([, least]) => seconds >= least) ?? ["s", 1];
+  const { unit, length } = DURATION_UNITS.find((each) => seconds >= each.length) ?? { unit: "s", length: 1 };
   return `${Math.max(0, Math.floor(seconds / length))} ${unit}`;
 }
 
-const DURATION_UNITS = [["d", 86400], ["h", 3600], ["min", 60]];
+const DURATION_UNITS = [{ unit: "d", length: 86400 }, { unit: "h", length: 3600 }, { unit: "min", length: 60 }];
 
 // A time in seconds since 1970 -> "08:10:05", in local time
 export function clock(seconds) {

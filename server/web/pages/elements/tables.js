@@ -28,7 +28,7 @@ export class SortedHeader {
     return [...items].sort((one, other) => {
       const [a, b] = [value(one) ?? null, value(other) ?? null];
       if (a === null || b === null) {
-        return (a === null) - (b === null);
+        return Number(a === null) - Number(b === null);
       }
       return sign * (typeof a === "string" ? collator.compare(a, b) : a - b);
     });

@@ -4,9 +4,11 @@ import { baseOptions, Chart } from "../elements/chart.js";
 import { colorsOf } from "../elements/colors.js";
 import { element, setText } from "../elements/elements.js";
 import { count, plural, rate, reward } from "../elements/figures.js";
+import uPlot from "../vendor/uPlot.js";
 
 const HEIGHT_PX = 168;
 const BINS_MAX = 20;
+const LEVELS_MAX = 200;  // shown one by one
 
 // A figure with a title, the values under the cursor, and a chart.
 class EpisodeChart {
@@ -15,10 +17,11 @@ class EpisodeChart {
   #title;
   chart;
 
-  constructor(place, title, describe) {
+  // `describe()`: options of the chart beside those of all; `write(index)`: the values at an index.
+  constructor(place, title, describe, write) {
     this.#title = title;
     place.append(element("figure", { class: "plot" }, element("h4", {}, title, this.#values), this.#place));
-    const setCursor = (plot) => setText(this.#values, plot.cursor.idx == null ? "" : this.write(plot.cursor.idx));
+    const setCursor = (plot) => setText(this.#values, plot.cursor.idx == null ? "" : write(plot.cursor.idx));
     const cursor = { y: false, drag: { x: false, y: false } };
     this.chart = new Chart(this.#place, HEIGHT_PX, () => ({ ...describe(), cursor, hooks: { setCursor: [setCursor] } }));
   }
@@ -29,7 +32,7 @@ class EpisodeChart {
 }
 
 export class ReturnHistogram extends EpisodeChart {
-  #bins = [];
+  #bins = { centers: [], counts: [], width: 1 };
 
   constructor(place) {
     super(place, "Returns", () => {
@@ -41,9 +44,9 @@ export class ReturnHistogram extends EpisodeChart {
           x: { time: false, range: (chart, min, max) => [min - edge(), max + edge()] },
           y: { range: (chart, min, max) => [0, max * 1.1] },
         },
-        series: [{}, { stroke: accent, fill: accent, paths: window.uPlot.paths.bars({ size: [0.9, 64] }), points: { show: false } }],
+        series: [{}, { stroke: accent, fill: accent, paths: uPlot.paths.bars({ size: [0.9, 64] }), points: { show: false } }],
       };
-    });
+    }, (index) => this.#write(index));
   }
 
   draw(episodes) {
@@ -54,7 +57,7 @@ export class ReturnHistogram extends EpisodeChart {
     this.chart.draw([this.#bins.centers, this.#bins.counts]);
   }
 
-  write(index) {
+  #write(index) {
     const { centers, counts, width } = this.#bins;
     const [from, to] = [centers[index] - width / 2, centers[index] + width / 2];
     return `${reward(from)} to ${reward(to)}: ${plural(counts[index], "episode")}`;
@@ -72,36 +75,58 @@ function binsOf(values) {
   return { counts, width, centers: counts.map((_, bin) => low + bin * width) };
 }
 
+// Dots for levels; bars for ranges of seeds if there are more levels than a reader can tell apart.
 export class LevelReturns extends EpisodeChart {
   #levels = [];
+  #areRanges = false;
 
   constructor(place) {
     super(place, "Mean return by level seed", () => {
       const { accent, warn } = colorsOf("accent", "warn");
       const dots = (color, size) => ({ stroke: color, paths: () => null, points: { show: true, size, stroke: color, fill: color } });
+      const bars = { stroke: accent, fill: accent, paths: uPlot.paths.bars({ size: [0.9, 64] }), points: { show: false } };
+      const margin = () => (this.#areRanges ? (this.#levels[1].seed - this.#levels[0].seed) / 2 : 1);
       return {
         ...baseOptions(rate, reward),
-        scales: { x: { time: false, range: (chart, min, max) => [min - 1, max + 1] } },
-        series: [{}, dots(accent, 5), dots(warn, 7)],
+        scales: { x: { time: false, range: (chart, min, max) => [min - margin(), max + margin()] } },
+        series: this.#areRanges ? [{}, bars] : [{}, dots(accent, 5), dots(warn, 7)],
       };
-    });
+    }, (index) => this.#write(index));
   }
 
   draw(episodes) {
-    this.#levels = levelsOf(episodes);
-    const failed = this.#levels.filter(({ completed }) => completed === 0);
-    this.name(`${plural(this.#levels.length, "level")}, of which ${count(failed.length)} were never completed`);
-    this.chart.draw([
-      this.#levels.map(({ seed }) => seed),
-      this.#levels.map(({ completed, mean }) => (completed > 0 ? mean : null)),
-      this.#levels.map(({ completed, mean }) => (completed > 0 ? null : mean)),
-    ]);
+    const levels = levelsOf(episodes);
+    const failed = levels.filter(({ completed }) => completed === 0);
+    this.name(`${plural(levels.length, "level")}, of which ${count(failed.length)} were never completed`);
+    const wereRanges = this.#areRanges;
+    this.#areRanges = levels.length > LEVELS_MAX;
+    this.#levels = this.#areRanges ? rangesOf(levels) : levels;
+    const seeds = this.#levels.map(({ seed }) => seed);
+    const means = (isShown) => this.#levels.map((level) => (isShown(level) ? level.mean : null));
+    this.chart.draw(this.#areRanges ? [seeds, means(() => true)]
+      : [seeds, means(({ completed }) => completed > 0), means(({ completed }) => completed === 0)], wereRanges !== this.#areRanges);
   }
 
-  write(index) {
-    const { seed, episodes, mean, completed } = this.#levels[index];
-    return `level ${seed}: ${reward(mean)}, ${completed} of ${episodes} completed`;
+  #write(index) {
+    const { seed, width, episodes, mean, completed } = this.#levels[index];
+    const where = this.#areRanges ? `levels ${rate(seed - width / 2)} to ${rate(seed + width / 2)}` : `level ${seed}`;
+    return `${where}: ${reward(mean)}, ${completed} of ${episodes} completed`;
   }
+}
+
+// Levels by ranges of seeds, whose middle is `seed`: { seed, width, episodes, completed, mean }.
+function rangesOf(levels) {
+  const low = levels[0].seed;
+  const width = (levels.at(-1).seed - low + 1) / BINS_MAX;
+  return Array.from({ length: BINS_MAX }, (_, i) => {
+    const inside = levels.filter(({ seed }) => Math.floor((seed - low) / width) === i);
+    const sum = (valueOf) => inside.reduce((total, level) => total + valueOf(level), 0);
+    const episodes = sum((level) => level.episodes);
+    return {
+      seed: low + (i + 0.5) * width, width, episodes, completed: sum(({ completed }) => completed),
+      mean: episodes === 0 ? null : sum((level) => level.mean * level.episodes) / episodes,
+    };
+  });
 }
 
 // The levels of episodes by seed: { seed, episodes, completed, mean }.

@@ -17,7 +17,8 @@ export class LevelSets {
     byId("training-pool").addEventListener("change", () => this.#choose());
   }
 
-  // Offers the level ranges of this pool and of others that play the same. `requestEpisodes(pool)` returns those of another pool.
+  // Offers the training levels of this pool. Those of others that play the same can be chosen: only the user knows whether
+  // the same agent plays there. `requestEpisodes(pool)` returns the episodes of another pool.
   offer(pool, pools, requestEpisodes) {
     const isOld = pool.name !== this.#pool?.name || performance.now() - this.#othersTime > OTHERS_INTERVAL_MS;
     this.#pool = pool;
@@ -28,18 +29,24 @@ export class LevelSets {
     const isChanged = sources.map(({ name }) => name).join() !== [...this.#sources.keys()].join();
     this.#sources = new Map(sources.map((source) => [source.name, source]));
     if (isChanged) {
-      setOptions(byId("training-pool"), sources.map((source) => [source.name, `${rangeOf(source)} of ${source.name}`]));
+      const none = sources[0]?.name === pool.name ? [] : [["", "Choose the pool that trains this agent"]];
+      setOptions(byId("training-pool"), [...none, ...sources.map((source) => [source.name, this.#describe(source)])]);
     }
     if (sources.length > 0 && (isChanged || isOld)) {
       this.#choose();
     }
   }
 
+  #describe(source) {
+    return source.name === this.#pool.name ? rangeOf(source) : `${rangeOf(source)} of ${source.name}, with its episodes`;
+  }
+
   draw(episodes) {
     this.#episodes = episodes;
-    const isOffered = this.#sources.has(byId("training-pool").value);
-    byId("level-sets").hidden = !isOffered;
-    if (!isOffered) {
+    byId("level-sets").hidden = this.#sources.size === 0;
+    byId("level-sets-table").hidden = !this.#chosen;
+    if (!this.#chosen) {
+      setText(byId("level-sets-about"), "");
       return;
     }
     const { start_level: start, num_levels: levels } = this.#chosen.options;
@@ -59,8 +66,8 @@ export class LevelSets {
   async #choose() {
     this.#othersTime = performance.now();
     const chosen = this.#chosen;
-    const others = chosen.name === this.#pool.name ? [] : await this.#requestEpisodes(chosen);
-    if (chosen.name === this.#chosen?.name) {
+    const others = !chosen || chosen.name === this.#pool.name ? [] : await this.#requestEpisodes(chosen);
+    if (chosen?.name === this.#chosen?.name) {
       this.#others = others;
       this.draw(this.#episodes);
     }

@@ -1,5 +1,7 @@
 // The lines of a plot: which values of which pools are drawn, and their data.
 
+import uPlot from "../vendor/uPlot.js";
+
 export const LINES_MAX = 8;  // lines with a colour of their own
 
 const BANDS = {
@@ -66,15 +68,28 @@ function scaleOf(pool, game, { isNormalised, rangeOf }) {
   return (value) => ((value ?? null) === null ? null : (value - min) / (max - min));
 }
 
-// The columns that uPlot draws: x, then one for each line. `x`: "timeS" or "stepCount".
-export function dataOf(lines, x) {
+// The columns that uPlot draws: x, then one for each line. `x`: "timeS" or "stepCount"; `smoothing`: see smoothed().
+export function dataOf(lines, { x, smoothing }) {
   const allSeries = [...new Set(lines.map(({ series }) => series))];
   const tables = allSeries.map((series) => {
     const rows = increasing(series.rows, x);
     const own = lines.filter((line) => line.series === series);
-    return [rows.map((row) => row[x]), ...own.map(({ value }) => rows.map((row) => value(row)))];
+    return [rows.map((row) => row[x]), ...own.map(({ value }) => smoothed(rows.map((row) => value(row)), smoothing))];
   });
-  return tables.length === 1 ? tables[0] : window.uPlot.join(tables);
+  return tables.length === 1 ? tables[0] : uPlot.join(tables);
+}
+
+// An exponential moving average, in which the values before have this weight; 0: the values. Gaps stay.
+function smoothed(values, weight) {
+  let [sum, total] = [0, 0];
+  return weight === 0 ? values : values.map((value) => {
+    if (value === null) {
+      return null;
+    }
+    sum = weight * sum + (1 - weight) * value;
+    total = weight * total + (1 - weight);
+    return sum / total;
+  });
 }
 
 // Rows with increasing x: the last of those with the same number of steps.

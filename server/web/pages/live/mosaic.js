@@ -84,7 +84,7 @@ export class Mosaic {
     }
     const { name, envCount: all } = this.#pool;
     const environments = Array.from({ length: Math.min(this.#shown, all - this.#first) }, (_, i) => this.#first + i);
-    const size = Number(document.querySelector("[name=size]:checked").value);
+    const size = Number(sizeInput().value);
     this.#layOut(environments, size, all);
     const isHeld = byId("hold").getAttribute("aria-pressed") === "true";
     if (isHeld || document.hidden || this.#isCovered) {
@@ -124,4 +124,9 @@ export class Mosaic {
     }
     this.#canvases.forEach((canvas) => canvas.classList.toggle("pixels", size === AGENT_SIZE_PX));
   }
+}
+
+/** @returns {any} */
+function sizeInput() {
+  return document.querySelector("[name=size]:checked");
 }

@@ -4,9 +4,11 @@ import { baseOptions, Chart } from "../elements/chart.js";
 import { colorsOf } from "../elements/colors.js";
 import { element, setText } from "../elements/elements.js";
 import { clock, NONE, rate, reward } from "../elements/figures.js";
+import { baselinesOf } from "./baselines.js";
 import { bandOf, dataOf, LINES_MAX, linesOf } from "./lines.js";
 
 const HEIGHT_PX = 152;
+const RETURN_HEIGHT_PX = 240;
 const TICKS_S = [1, 5, 10, 15, 30, 60, 120, 300, 600, 900, 1800, 3600, 7200, 10800, 21600, 43200];
 const COLORS = Array.from({ length: LINES_MAX }, (_, index) => `line-${index}`);
 const KEY_STEP = 0.02;  // of the width, for a press of an arrow key
@@ -21,6 +23,7 @@ export class PoolPlot {
   #key = "";        // of the lines and settings that the chart was made for
   #lines = [];
   #band = [];
+  #baselines = [];  // { name, value }
   #data = [[]];
   #settings = null;
 
@@ -29,8 +32,8 @@ export class PoolPlot {
     this.#plot = plot;
     this.#onZoom = onZoom;
     this.#place = element("div", { class: "drawing", role: "img", tabindex: "0", "aria-label": plot.title, onkeydown: (event) => this.#press(event) });
-    place.append(element("figure", { class: "plot panel" }, element("h3", {}, plot.title, this.#where, this.#legend), this.#place));
-    this.#chart = new Chart(this.#place, HEIGHT_PX, () => this.#options());
+    place.append(element("figure", { class: `plot panel${plot.isReturn ? " return" : ""}` }, element("h3", {}, plot.title, this.#where, this.#legend), this.#place));
+    this.#chart = new Chart(this.#place, plot.isReturn ? RETURN_HEIGHT_PX : HEIGHT_PX, () => this.#options());
   }
 
   // Draws the series of pools; without any, nothing.
@@ -38,12 +41,16 @@ export class PoolPlot {
     this.#settings = settings;
     this.#lines = allSeries.length === 0 ? [] : linesOf(this.#plot, allSeries, settings).slice(0, 2 * LINES_MAX);
     this.#band = this.#lines.length === 0 ? [] : bandOf(this.#plot, this.#lines, settings);
-    this.#data = this.#lines.length === 0 ? [[]] : dataOf([...this.#lines, ...this.#band], settings.x);
-    const key = JSON.stringify([this.#lines.map(({ name }) => name), this.#band.length, settings.x]);
+    this.#baselines = baselinesOf(this.#plot, allSeries, settings);
+    this.#data = this.#lines.length === 0 ? [[]] : dataOf([...this.#lines, ...this.#band], settings);
+    this.#data = [...this.#data, ...this.#baselines.map(({ value }) => this.#data[0].map(() => value))];
+    const key = JSON.stringify([this.#lines.map(({ name }) => name), this.#band.length, this.#baselines, settings.x]);
     const isOther = key !== this.#key;
     this.#key = key;
     if (isOther) {
-      this.#legend.replaceChildren(...this.#lines.map((_, index) => element("span", { class: colorOf(index) })));
+      const format = this.#format();
+      this.#legend.replaceChildren(...this.#lines.map((_, index) => element("span", { class: colorOf(index) })),
+        ...this.#baselines.map(({ name, value }) => element("span", { class: "quiet" }, `${name} ${format(value)}`)));
     }
     this.#chart.draw(this.#data, isOther);
     this.#write(this.#chart.plot?.cursor.idx);
@@ -58,9 +65,14 @@ export class PoolPlot {
     this.#texts(index ?? null).forEach((text, line) => setText(this.#legend.children[line], text));
   }
 
-  #texts(index) {
+  // The format of values.
+  #format() {
     const { isReturn, write } = this.#plot;
-    const format = isReturn && this.#settings.isNormalised ? (value) => (value === null ? NONE : value.toFixed(2)) : write;
+    return isReturn && this.#settings.isNormalised ? (value) => (value === null ? NONE : value.toFixed(2)) : write;
+  }
+
+  #texts(index) {
+    const format = this.#format();
     const newest = ({ series: { rows }, value }) => (rows.length === 0 ? null : value(rows.at(-1)));
     const valueOf = (line, column) => format((index === null ? newest(line) : this.#data[column][index]) ?? null);
     const [low, high] = this.#band.map((line, edge) => valueOf(line, this.#lines.length + 1 + edge));
@@ -69,7 +81,7 @@ export class PoolPlot {
   }
 
   #options() {
-    const colors = colorsOf(...COLORS);
+    const colors = colorsOf(...COLORS, "quiet");
     const isTime = this.#settings.x === "timeS";
     const base = baseOptions(isTime ? minute : rate, this.#plot.isReturn ? reward : this.#plot.write);
     const [xAxis, yAxis] = base.axes;
@@ -99,6 +111,7 @@ export class PoolPlot {
         {},
         ...this.#lines.map((_, index) => ({ stroke: stroke(index), dash: index < LINES_MAX ? [] : [4, 4], width: 1.75, points: { show: false } })),
         ...this.#band.map(() => ({ stroke: "transparent", points: { show: false } })),
+        ...this.#baselines.map((_, index) => ({ stroke: colors.quiet, dash: index === 0 ? [2, 4] : [8, 4], width: 1, points: { show: false } })),
       ],
     };
   }
@@ -155,10 +168,10 @@ function decades(chart, ticks) {
   return ticks.map((tick) => (Number.isInteger(Math.log10(tick)) ? tick : null));
 }
 
-// Starts at zero if all values are positive, with some margin.
+// Starts at zero if all values are positive, with some margin. Without values the labels are whole numbers.
 function rangeOf(min, max) {
   if (min === null || max === null) {
-    return [0, 1];
+    return [0, 10];
   }
   const low = Math.min(0, min);
   const high = Math.max(0, max);

@@ -14,9 +14,9 @@ const NEWEST_S = 5;     // of history that is requested every second
 // The plots: title, the members of a pool that are the lines, their names if there are several, the number format, and whether
 // the scale is logarithmic, so that a single stall does not flatten the rest.
 const PLOTS = [
+  { title: "Mean return", members: ["meanReturn"], names: [""], write: reward, isReturn: true },
   { title: "Steps per second", members: ["stepsPerSecond"], names: [""], write: rate },
   { title: "Request latency", members: ["requestP50Ms", "requestP99Ms"], names: ["p50", "p99"], write: milliseconds, isLog: true },
-  { title: "Mean return", members: ["meanReturn"], names: [""], write: reward, isReturn: true },
   { title: "Mean episode length", members: ["meanLength"], names: [""], write: count },
 ];
 
@@ -37,6 +37,7 @@ export class Plots {
     });
     byId("x").addEventListener("change", () => this.#setZoom(null));
     byId("band").addEventListener("change", () => this.#draw());
+    byId("smoothing").addEventListener("change", () => this.#draw());
     byId("normalised").addEventListener("change", () => this.#draw());
     byId("unzoom").addEventListener("click", () => this.#setZoom(null));
     byId("csv").addEventListener("click", () => this.#save());
@@ -127,7 +128,7 @@ export class Plots {
     const hasRanges = this.#series.every(({ pool }) => pool.games.every((game) => this.#rangeOf(pool, game)));
     box.disabled = !hasRanges;
     const settings = {
-      x: byId("x").value, span: byId("span").selectedOptions[0].text, band: byId("band").value, zoom: this.#zoom,
+      x: byId("x").value === "time" ? "timeS" : "stepCount", smoothing: Number(byId("smoothing").value), span: byId("span").selectedOptions[0].text, band: byId("band").value, zoom: this.#zoom,
       isNormalised: hasRanges && box.checked, rangeOf: (pool, game) => this.#rangeOf(pool, game),
     };
     this.#plots.forEach((plot) => plot.draw(this.#series, settings));

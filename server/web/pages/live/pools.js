@@ -4,12 +4,13 @@ import { byId, element, setText } from "../elements/elements.js";
 import { count, duration, plural, rate, reward } from "../elements/figures.js";
 import { drawSparkline, makeSparkline } from "../elements/sparkline.js";
 import { SortedHeader } from "../elements/tables.js";
+import { addressOfPool, comparedPools, writeComparedPools } from "./settings.js";
 
 const COMPARED_MAX = 8;
 const IDLE_S = 5;  // without a step
 
 const COLUMNS = [
-  { title: "Pool", value: ({ name }) => name },
+  { title: "Pool", value: (pool) => titleOf(pool) },
   { title: "State", value: ({ state }) => state.rank },
   { title: "Game", value: (pool) => gamesOf(pool) },
   { title: "Mode", value: ({ mode }) => mode },
@@ -21,6 +22,16 @@ const COLUMNS = [
   { title: "Age", isNumber: true, value: ({ ageS: age }) => age },
   { title: "Compare" },
 ];
+
+// The name of a pool for people.
+export function titleOf({ displayName, name }) {
+  return displayName || name;
+}
+
+// The labels of a pool as texts, in order: ["seed=3"].
+export function labelsOf({ labels }) {
+  return Object.entries(labels).map(([key, value]) => `${key}=${value}`).sort();
+}
 
 export function gamesOf({ games }) {
   const names = [...new Set(games)];
@@ -49,7 +60,7 @@ export class PoolTable {
   #pools = [];
   #open = null;          // name
   #rows = new Map();     // name -> row
-  #compared = new Set();  // names, without the open pool
+  #compared = new Set(comparedPools());  // names, without the open pool
   #header = new SortedHeader(byId("pool-columns"), COLUMNS, "State", false, () => this.#arrange());
   #returnsOf;
   #onOpen;
@@ -61,6 +72,7 @@ export class PoolTable {
     this.#onOpen = onOpen;
     this.#onCompare = onCompare;
     byId("pool-filter").addEventListener("input", () => this.#arrange());
+    onCompare([...this.#compared]);
   }
 
   // Shows the pools of a report at `time`; `open` is the name of the open one.
@@ -101,12 +113,12 @@ export class PoolTable {
   #arrange() {
     const words = byId("pool-filter").value.toLowerCase().split(/\s+/);
     const shown = this.#header.sort(this.#pools).filter((pool) => {
-      const text = [pool.name, ...pool.games, pool.mode, pool.owner, pool.state.text].join(" ").toLowerCase();
+      const text = [pool.name, pool.displayName, ...labelsOf(pool), ...pool.games, pool.mode, pool.owner, pool.state.text].join(" ").toLowerCase();
       return words.every((word) => text.includes(word));
     }).map(({ name }) => this.#rows.get(name));
     const list = byId("pools");
     if (shown.length !== list.childElementCount || shown.some((row, index) => list.children[index] !== row)) {
-      const focused = list.contains(document.activeElement) ? document.activeElement : null;
+      const focused = list.querySelector(":focus");
       list.replaceChildren(...shown);
       focused?.focus({ preventScroll: true });
     }
@@ -115,12 +127,13 @@ export class PoolTable {
       : `${count(shown.length)} of ${plural(this.#pools.length, "pool")}`);
   }
 
-  #makeRow({ name }) {
+  #makeRow(pool) {
+    const { name } = pool;
     const compare = element("input", {
       type: "checkbox", "aria-label": `Compare ${name}`, onchange: ({ target }) => this.#compare(name, target.checked),
     });
     const cells = COLUMNS.map(({ isNumber, title }) => element("td", { class: isNumber ? "number" : null }, {
-      Pool: element("a", { href: `/?pool=${encodeURIComponent(name)}`, onclick: this.#onOpen }, name),
+      Pool: element("a", { href: addressOfPool(name), onclick: this.#onOpen }, titleOf(pool)),
       State: element("span"), "Last hour": makeSparkline(), Compare: compare,
     }[title]));
     return element("tr", {}, ...cells);
@@ -145,7 +158,8 @@ export class PoolTable {
     const isOpen = pool.name === this.#open;
     row.classList.toggle("open", isOpen);
     const link = cell("Pool").firstChild;
-    link.title = pool.owner ? `owner ${pool.owner}` : "";
+    link.title = [pool.name, ...labelsOf(pool), ...(pool.owner ? [`owner ${pool.owner}`] : [])].join(", ");
+    link.href = addressOfPool(pool.name);
     if (isOpen) {
       link.setAttribute("aria-current", "true");
     } else {
@@ -178,6 +192,7 @@ export class PoolTable {
       this.#compared.delete(name);
     }
     this.#pools.filter((pool) => this.#rows.has(pool.name)).forEach((pool) => this.#drawRow(pool));
+    writeComparedPools([...this.#compared]);
     this.#onCompare([...this.#compared]);
   }
 }

@@ -38,6 +38,7 @@ export class Keys {
   #tapped = new Set();
   #ofGamepads = [];  // names
 
+  /** @type {(isRepeat: boolean) => void} */
   #onPress = () => {};
 
   // Listens to the keyboard of the page and to the buttons with data-key below `pad`. `onPress(isRepeat)` is called with each key, and

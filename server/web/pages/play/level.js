@@ -40,7 +40,7 @@ export function tellLevel(level, catalog, from = null) {
   setText(byId("from"), from ? `Continues ${from}. Restart returns to it.` : "");
   const specials = factsOf(catalog, level.game).specialActions.map(({ action, description }) => [catalog.actions[action].name, description]);
   setText(byId("special_keys"), describeKeys(specials));
-  for (const button of document.querySelectorAll(".letters button")) {
+  for (const button of byId("letters").children) {
     const special = specials.find(([key]) => key === button.dataset.key);
     button.hidden = !special;
     button.title = special?.[1] ?? "";

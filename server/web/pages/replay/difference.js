@@ -21,6 +21,7 @@ export function firstDifference(one, other, actionNames) {
   const sides = [one.recording, other.recording];
   const rows = Math.min(one.rows, other.rows);
   for (let row = 0; row < rows; row += 1) {
+    /** @type {[string, (side: any) => any][]} */
     const fields = [
       ["action", ({ actions }) => (row === 0 ? NONE : actionNames.get(actions[row - 1]) ?? actions[row - 1])],
       ["reward", ({ rewards }) => reward(rewards[row])],

@@ -1,0 +1,1 @@
+export function decompress(bytes: Uint8Array): Uint8Array;

@@ -1,0 +1,1 @@
+export const create: any, createFileRegistry: any, fromBinary: any, toBinary: any, FileDescriptorSetSchema: any;
