@@ -5,7 +5,7 @@ import { byId, setText } from "./elements/elements.js";
 import { clearNotices, notify } from "./elements/notices.js";
 import { copy } from "./export/clipboard.js";
 import { replayProgram } from "./export/python_code.js";
-import { followLink, placeAddress, showWrongLink, subjectOfTrace } from "./links/replay_link.js";
+import { followLink, otherPlaceIn, placeAddress, showWrongLink, subjectOfTrace } from "./links/replay_link.js";
 import { keepTrace, saveTrace } from "./links/traces.js";
 import { attempt, openPage } from "./page.js";
 import { takesKeys } from "./play/keys.js";
@@ -41,12 +41,13 @@ const player = new Player({
   },
 });
 const exportDialog = new ExportDialog(() => ({ replay, frames, index: player.wanted, speed: player.speed }));
-const comparison = new Comparison(() => ({ connection, replay, actionNames }), async (row) => {
+const comparison = new Comparison(() => ({ connection, replay, place: subject?.place, actionNames }), async (row) => {
   if (row !== null) {
     await player.go(frames.ofRow(row));
   }
   comparison.show(frames.at(player.wanted));
   redraw();
+  tellPlace();
 });
 const map = new LevelMap(() => ({ replay }));
 const annotations = new AnnotationTracks(byId("annotation-lines"), byId("annotation-bars"), goToFraction);
@@ -71,7 +72,11 @@ async function follow() {
     const found = await attempt(() => followLink(connection, query));
     if (found?.subject) {
       subject = found.subject;
-      open(found.step);
+      await open(found.step);
+      const other = otherPlaceIn(query);
+      if (other && replay) {
+        comparison.openPlace(other);
+      }
     }
   } catch (error) {
     showWrongLink(error.message, query);
@@ -160,7 +165,7 @@ function tellPlace() {
 }
 
 function address(path = "/replay") {
-  return placeAddress(path, subject.place, frames.at(player.wanted).row);
+  return placeAddress(path, subject.place, frames.at(player.wanted).row, path === "/replay" ? comparison.place : null);
 }
 
 function program() {

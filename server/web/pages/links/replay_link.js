@@ -9,6 +9,7 @@ import { sourceOfTrace } from "../replay/trace_source.js";
 import { fetchEpisode, placeOf, sourceOfEpisode } from "../run/episode.js";
 import { keptTrace } from "./traces.js";
 
+const OTHER = "other_";  // prefix of the parameters of a second replay
 const INTEGER = /^\d{1,9}$/;
 
 // The place in a query, { place, step }: the place is null without a pool; without an episode it is the last one. Throws an Error
@@ -26,9 +27,16 @@ function placeIn(query) {
   return { place: pool === null ? null : { pool, environment, episode: query.get("episode") ?? "last" }, step };
 }
 
-// The URL of a step, for the replay page or for the play page, which continues from it.
-export function placeAddress(path, place, step) {
-  return `${path}?${new URLSearchParams({ ...place, step })}`;
+// The URL of a step, for the replay page or for the play page, which continues from it. `other`: the place of a second replay, or null.
+export function placeAddress(path, place, step, other = null) {
+  const others = Object.entries(other ?? {}).map(([name, value]) => [`${OTHER}${name}`, value]);
+  return `${path}?${new URLSearchParams({ ...place, ...Object.fromEntries(others), step })}`;
+}
+
+// The place of the second replay in a query, or null.
+export function otherPlaceIn(query) {
+  const [pool, environment, episode] = ["pool", "environment", "episode"].map((name) => query.get(`${OTHER}${name}`));
+  return pool && episode && INTEGER.test(environment ?? "") ? { pool, environment: Number(environment), episode } : null;
 }
 
 function isSamePlace(one, other) {

@@ -1,11 +1,11 @@
 // A second replay beside the first, at the same step, with their first difference.
 
-import { byId, setOptions, setText } from "../elements/elements.js";
+import { byId, setText } from "../elements/elements.js";
 import { drawImage } from "../elements/pictures.js";
 import { fetchSubject, subjectOfTrace } from "../links/replay_link.js";
 import { attempt } from "../page.js";
-import { kindOf } from "../run/kinds.js";
 import { firstDifference } from "./difference.js";
+import { OtherEpisodes } from "./other_episodes.js";
 import { ReplayRun } from "./replay_run.js";
 import { Rows } from "./rows.js";
 import { imageOf } from "./view.js";
@@ -13,12 +13,12 @@ import { imageOf } from "./view.js";
 export class Comparison {
   #current;
   #onChange;
-  #subject = null;    // { source, name }
+  #subject = null;    // see links/replay_link.js
   #replay = null;     // a ReplayRun
   #rows = null;
   #difference = null;
 
-  // `current()` returns what the page shows: { connection, replay, actionNames }. `onChange(row)` is called when another replay is
+  // `current()` returns what the page shows: { connection, replay, place, actionNames }. `onChange(row)` is called when another replay is
   // shown or none; `row`: the one to go to, or null.
   constructor(current, onChange) {
     this.#current = current;
@@ -30,11 +30,8 @@ export class Comparison {
       }
       target.value = "";
     });
-    byId("compare").addEventListener("toggle", () => byId("compare").open && this.#listPools());
-    byId("other-pool").addEventListener("submit", (event) => {
-      event.preventDefault();
-      this.#openEpisode(event.target.elements);
-    });
+    const episodes = new OtherEpisodes(current, (place) => this.openPlace(place));
+    byId("compare").addEventListener("toggle", () => byId("compare").open && current().replay && episodes.listPools());
     byId("go-difference").addEventListener("click", () => onChange(this.#difference.row));
     byId("end-compare").addEventListener("click", () => this.#end());
   }
@@ -42,6 +39,21 @@ export class Comparison {
   // The row of the first difference, or null.
   get row() {
     return this.#difference?.row ?? null;
+  }
+
+  // The place of the second replay (see links/replay_link.js), or null.
+  get place() {
+    return this.#subject?.place ?? null;
+  }
+
+  // Compares with an episode of a pool.
+  async openPlace(place) {
+    const { connection } = this.#current();
+    const subject = await attempt(() => fetchSubject(connection, place));
+    if (subject) {
+      byId("compare").open = true;
+      await this.#open({ ...subject, name: `${place.pool}, environment ${place.environment}` });
+    }
   }
 
   // The connection is lost, and with it the replay on the server.
@@ -112,24 +124,5 @@ export class Comparison {
     byId("go-difference").hidden = true;
     setText(byId("difference"), "");
     this.#onChange(null);
-  }
-
-  // Offers the pools that there are now.
-  async #listPools() {
-    const { connection } = this.#current();
-    const list = await attempt(() => connection.call("PoolService.ListPools"));
-    if (list) {
-      const pools = list.pools.filter(({ name }) => kindOf(name) === "pool");
-      setOptions(byId("other-pool").elements.pool, pools.map(({ name, spec }) => [name, `${name}, ${spec.games.join(", ")}`]));
-      byId("other-pool").hidden = pools.length === 0;
-    }
-  }
-
-  async #openEpisode({ pool, environment }) {
-    const { connection } = this.#current();
-    const subject = await attempt(() => fetchSubject(connection, { pool: pool.value, environment: environment.valueAsNumber }));
-    if (subject) {
-      await this.#open({ ...subject, name: `${pool.value}, environment ${environment.value}` });
-    }
   }
 }
