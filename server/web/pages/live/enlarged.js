@@ -1,6 +1,7 @@
 // A dialog with an enlarged environment: human view, agent view and newest step. Its episodes can be saved and replayed.
 
 import { byId, setText } from "../elements/elements.js";
+import { count } from "../elements/figures.js";
 import { sentence } from "../elements/notices.js";
 import { drawImage } from "../elements/pictures.js";
 import { attempt } from "../page.js";
@@ -27,9 +28,13 @@ export class EnlargedView {
   #onChoose;
   #step = null;         // StepView of the environment
   #annotations = null;  // AnnotationView of the environment
-  #human = new EndHold(END_SHOWN_MS, (image) => draw(image, "large-picture", "large-frame"));
+  #human = new EndHold(END_SHOWN_MS, (image) => {
+    draw(image, "large-picture", "large-frame");
+    setText(byId("large-human-step"), captionOf("Human view", image.step));
+  });
   #agent = new EndHold(END_SHOWN_MS, (image) => {
     draw(image, "large-agent", "large-agent-frame");
+    setText(byId("large-agent-step"), captionOf("Agent view", image.step));
     this.#step.show(image.step);
   });
 
@@ -90,14 +95,14 @@ export class EnlargedView {
     const { name, games } = this.#pool;
     this.#step = new StepView(this.#catalog, games[this.#environment % games.length]);
     this.#annotations = new AnnotationView(byId("large-annotations"), this.#catalog.actions);
-    this.#watch({ pool: name, sizePx: HUMAN_SIZE_PX }, (image) => this.#human.show(image));
+    this.#watch({ pool: name, sizePx: HUMAN_SIZE_PX, withSteps: true }, (image) => this.#human.show(image));
     this.#watch({ pool: name, sizePx: AGENT_SIZE_PX, withSteps: true }, (image) => {
       this.#annotations.add(image.step);
       this.#agent.show(image);
     });
   }
 
-  // The views have watches of their own, because people's view is drawn less often while the machine is busy.
+  // Each view has a watch of its own.
   #watch(what, show) {
     const request = { ...what, environments: [this.#environment], framesPerSecondMax: FRAMES_PER_SECOND };
     this.#watches.push(new Watch(this.#connection, request, ([image]) => show(image), (message) => this.#say(sentence(message))));
@@ -121,6 +126,11 @@ export class EnlargedView {
   #say(text) {
     setText(byId("large-problem"), text);
   }
+}
+
+// The views may show different steps, because people's view is drawn less often while the machine is busy.
+function captionOf(name, step) {
+  return step ? `${name}, step ${count(step.length)}` : name;
 }
 
 async function draw(image, canvas, frame) {

@@ -4,8 +4,9 @@ import { byId, element, setText } from "../elements/elements.js";
 import { plural } from "../elements/figures.js";
 import { notify, sentence } from "../elements/notices.js";
 import { saveFile } from "../export/files.js";
-import { encodesVideo, Video } from "../export/video.js";
+import { Video, videoFormats } from "../export/video.js";
 
+const FORMAT = "webm";
 const GAP_PX = 2;
 const FRAMES_PER_SECOND = 15;
 const VIDEO_SIZE_PX_MAX = 1024;
@@ -20,8 +21,11 @@ export class MosaicExport {
     this.#current = current;
     byId("mosaic-image").addEventListener("click", () => this.#saveImage());
     byId("mosaic-video").addEventListener("click", () => (this.#recording ? this.stop() : this.#record()));
-    byId("mosaic-video").disabled = !encodesVideo();
-    byId("mosaic-video").title = encodesVideo() ? "" : "This browser encodes no videos here";
+    byId("mosaic-video").disabled = true;
+    videoFormats().then((formats) => {
+      byId("mosaic-video").disabled = !formats.includes(FORMAT);
+      byId("mosaic-video").title = formats.includes(FORMAT) ? "" : "This browser encodes no videos here";
+    });
   }
 
   // Ends a recording and saves it.
@@ -34,7 +38,7 @@ export class MosaicExport {
     clearInterval(recording.timer);
     this.#showState(null);
     try {
-      saveFile(await recording.video.finish(), `${recording.name}.webm`);
+      saveFile(await recording.video.finish(), `${recording.name}.${FORMAT}`);
     } catch (error) {
       notify(sentence(error.message), "bad");
     } finally {
@@ -49,10 +53,12 @@ export class MosaicExport {
     saveFile(await new Promise((resolve) => { canvas.toBlob(resolve); }), `${nameOf(name)}.png`);
   }
 
-  #record() {
+  async #record() {
     const { name, canvases } = this.#current();
     const canvas = makeCanvas(canvases, VIDEO_SIZE_PX_MAX);
-    const video = new Video({ width: canvas.width, height: canvas.height, framesPerSecond: FRAMES_PER_SECOND });
+    byId("mosaic-video").disabled = true;
+    const video = await Video.start({ format: FORMAT, width: canvas.width, height: canvas.height, framesPerSecond: FRAMES_PER_SECOND });
+    byId("mosaic-video").disabled = false;
     this.#recording = { video, canvas, name: nameOf(name), count: 0, timer: setInterval(() => this.#add(), 1000 / FRAMES_PER_SECOND) };
     this.#add();
   }

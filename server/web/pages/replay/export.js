@@ -4,7 +4,7 @@ import { byId, element, setText } from "../elements/elements.js";
 import { plural } from "../elements/figures.js";
 import { drawImage } from "../elements/pictures.js";
 import { saveFile } from "../export/files.js";
-import { encodesVideo, Video } from "../export/video.js";
+import { Video, videoFormats } from "../export/video.js";
 import { AGENT_SIZE_PX } from "../run/environment.js";
 import { FRAMES_PER_SECOND_MAX, STEPS_PER_SECOND } from "./player.js";
 import { Rows } from "./rows.js";
@@ -17,6 +17,7 @@ export class ExportDialog {
   #dialog = byId("export");
   #current;
   #isCancelled = false;
+  #formats = [];  // that the browser encodes
 
   // `current()` returns what the page shows: { replay, frames, index, speed }.
   constructor(current) {
@@ -28,13 +29,17 @@ export class ExportDialog {
     this.#dialog.addEventListener("close", () => this.#cancel());
   }
 
-  show() {
+  async show() {
+    this.#formats = await videoFormats();
+    for (const option of byId("export-format").options) {
+      option.disabled = this.#formats.length > 0 && !this.#formats.includes(option.value);
+    }
     const { frames, index, speed } = this.#current();
     setText(byId("export-image"), `Save image of step ${frames.at(index).row}`);
-    setText(byId("export-about"), encodesVideo()
+    setText(byId("export-about"), this.#formats.length > 0
       ? `The video has the whole replay at ${speed}× speed, ${plural(Math.ceil(this.#durationS()), "second")}.`
       : isSecureContext ? "This browser does not encode videos." : "This browser encodes videos only on HTTPS and localhost.");
-    byId("export-video").disabled = !encodesVideo();
+    byId("export-video").disabled = this.#formats.length === 0;
     this.#say("");
     this.#dialog.showModal();
   }
@@ -86,7 +91,8 @@ export class ExportDialog {
     const stride = Math.ceil(STEPS_PER_SECOND * speed / FRAMES_PER_SECOND_MAX);
     const indexes = Array.from({ length: Math.floor(frames.last / stride) + 1 }, (_, i) => i * stride);
     const canvas = this.#canvas();
-    const video = new Video({ width: canvas.width, height: canvas.height, framesPerSecond: STEPS_PER_SECOND * speed / stride });
+    const format = byId("export-format").value;
+    const video = await Video.start({ format, width: canvas.width, height: canvas.height, framesPerSecond: STEPS_PER_SECOND * speed / stride });
     try {
       for (let i = 0; i < indexes.length && !this.#isCancelled; i += 1) {
         await this.#draw(canvas, rows, indexes.slice(i, i + ROWS_AHEAD));
@@ -98,7 +104,7 @@ export class ExportDialog {
         this.#say("Cancelled.");
         return;
       }
-      const name = `${this.#name}.webm`;
+      const name = `${this.#name}.${format}`;
       saveFile(await video.finish(), name);
       this.#say(`Saved ${name}.`);
     } finally {
@@ -126,10 +132,10 @@ export class ExportDialog {
   }
 
   #setBusy(isBusy) {
-    for (const id of ["export-image", "export-view", "export-scale"]) {
+    for (const id of ["export-image", "export-view", "export-scale", "export-format"]) {
       byId(id).disabled = isBusy;
     }
-    byId("export-video").disabled = isBusy || !encodesVideo();
+    byId("export-video").disabled = isBusy || this.#formats.length === 0;
     byId("export-progress").hidden = !isBusy;
     byId("export-progress").value = 0;
     byId("export-cancel").hidden = !isBusy;
