@@ -125,7 +125,7 @@ function waitForKey() {
     keys.take();
     isWaiting = true;
     drawMain();
-    say(`${factsOf(catalog, level.game).description} ${isTouched() ? "Touch an arrow below to begin." : "Press an arrow key to begin."}`);
+    say(isTouched() ? "Touch an arrow below to begin." : `${factsOf(catalog, level.game).description} Press an arrow key to begin.`);
   }
 }
 
