@@ -8,12 +8,13 @@ function(run)
 endfunction()
 
 file(REMOVE_RECURSE "${WORK}")
-set(entries "${PAGES}/live.js" "${PAGES}/play.js" "${PAGES}/replay.js" "${PAGES}/gallery.js" "${PAGES}/theme.js")
-file(GLOB styles "${PAGES}/style/*.css")
+set(entries "${PAGES}/live.js" "${PAGES}/play.js" "${PAGES}/replay.js" "${PAGES}/gallery.js" "${PAGES}/theme.js"
+  "${PAGES}/standalone/player.js")
+file(GLOB styles "${PAGES}/style/*.css" "${PAGES}/standalone/*.css")
 # Modules that several pages use are in files of their own, with the hash of their contents in their names.
 run("${ESBUILD}" ${entries} --bundle --splitting --format=esm --minify --target=es2022 --log-level=warning
-  "--outdir=${WORK}")
-run("${ESBUILD}" ${styles} --minify --log-level=warning "--outdir=${WORK}/style")
+  "--outbase=${PAGES}" "--outdir=${WORK}")
+run("${ESBUILD}" ${styles} --minify --log-level=warning "--outbase=${PAGES}" "--outdir=${WORK}")
 file(GLOB others "${PAGES}/*.html" "${PAGES}/*.svg")
 file(COPY ${others} "${DESCRIPTORS}" DESTINATION "${WORK}")
 file(COPY "${PAGES}/vendor/uPlot.min.css" DESTINATION "${WORK}/vendor")

@@ -77,6 +77,7 @@ async function begin() {
   stage.hidden = false;
   byId("wrong").hidden = true;
   view = null;
+  say("The level is on its way.");
   if (!await (branch ? continueReplay() : startLevel())) {
     view = null;
   }

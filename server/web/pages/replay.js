@@ -18,7 +18,7 @@ import { FRAMES_PER_SECOND_MAX, Player } from "./replay/player.js";
 import { ReplayRun } from "./replay/replay_run.js";
 import { Rows } from "./replay/rows.js";
 import { drawTimeline } from "./replay/timeline.js";
-import { describe, drawFrame, judge } from "./replay/view.js";
+import { describe, drawFrame, frameText, judge } from "./replay/view.js";
 import { writeTrace } from "./run/trace_file.js";
 
 const LINK_DELAY_MS = 250;  // browsers limit how often the URL changes
@@ -40,7 +40,10 @@ const player = new Player({
     tellPlace();
   },
 });
-const exportDialog = new ExportDialog(() => ({ replay, frames, index: player.wanted, speed: player.speed }));
+const exportDialog = new ExportDialog(() => ({
+  replay, frames, index: player.wanted, speed: player.speed, name: subject.name, texts: (frame) => frameText(replay, frame, actionNames),
+  values: (all) => annotations.textsOf(all.map(rowOfStep)),
+}));
 const comparison = new Comparison(() => ({ connection, replay, place: subject?.place, actionNames }), async (row) => {
   if (row !== null) {
     await player.go(frames.ofRow(row));
@@ -136,7 +139,7 @@ async function show(index, view, rows) {
   const other = comparison.show(frames.at(index), rows);
   map.show(frames.at(index));
   if (await drawFrame(replay, view, frames.at(index), actionNames, () => replay !== null && replay === shown)) {
-    annotations.show(frames.at(index).isStart ? 0 : frames.at(index).row, index);
+    annotations.show(rowOfStep(frames.at(index)), index);
     redraw();
     tellPlace();
   }
@@ -147,6 +150,11 @@ function redraw() {
   if (replay) {
     drawTimeline(byId("rewards"), replay, frames, Math.max(0, player.shown), comparison.row);
   }
+}
+
+// The row that the action of a frame led to; 0 at the start of an episode.
+function rowOfStep({ row, isStart }) {
+  return isStart ? 0 : row;
 }
 
 // Goes to a part of the time line, in [0, 1].

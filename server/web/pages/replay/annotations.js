@@ -11,7 +11,7 @@ export class AnnotationTracks {
   #lines;
   #bars;
   #onSeek;
-  #tracks = [];  // { view, valuesOf(row) }
+  #tracks = [];  // { name, view, valuesOf(row) }
 
   // `lines`, `bars`: where to draw; `onSeek(fraction)` is called when a part of a line is pressed, in [0, 1].
   constructor(lines, bars, onSeek) {
@@ -27,13 +27,18 @@ export class AnnotationTracks {
       const values = valuesByRow(series, rowOfStep);
       const view = series.valueCount === 1 ? new Track(series.name, values, frames, this.#onSeek)
         : new Bars(series.name, labelsOf(series.name, series.valueCount, actions));
-      return { view, valuesOf: (row) => values.get(row) ?? new Array(series.valueCount).fill(null) };
+      return { name: series.name, view, valuesOf: (row) => values.get(row) ?? new Array(series.valueCount).fill(null) };
     });
     const panels = (isLine) => this.#tracks.filter(({ view }) => view instanceof Track === isLine).map(({ view }) => view.panel);
     this.#lines.replaceChildren(...panels(true));
     this.#bars.replaceChildren(...panels(false));
     this.#lines.hidden = this.#lines.childElementCount === 0;
     this.#bars.hidden = this.#bars.childElementCount === 0;
+  }
+
+  // The values at some rows, as texts: [{ name, texts }].
+  textsOf(rows) {
+    return this.#tracks.map(({ name, valuesOf }) => ({ name, texts: rows.map((row) => valuesOf(row).map(significant).join(" ")) }));
   }
 
   // Shows the values of the step that led to a row, at a frame.

@@ -4,6 +4,7 @@ import { byId, element, setText } from "../elements/elements.js";
 import { plural } from "../elements/figures.js";
 import { drawImage } from "../elements/pictures.js";
 import { saveFile } from "../export/files.js";
+import { pageFile } from "../export/page_file.js";
 import { Video, videoFormats } from "../export/video.js";
 import { AGENT_SIZE_PX } from "../run/environment.js";
 import { FRAMES_PER_SECOND_MAX, STEPS_PER_SECOND } from "./player.js";
@@ -19,11 +20,12 @@ export class ExportDialog {
   #isCancelled = false;
   #formats = [];  // that the browser encodes
 
-  // `current()` returns what the page shows: { replay, frames, index, speed }.
+  // `current()` returns what the page shows: { replay, frames, index, speed, name }, texts(frame), and the values(frames) of the learner.
   constructor(current) {
     this.#current = current;
     byId("export-image").addEventListener("click", () => this.#run((rows) => this.#saveImage(rows)));
     byId("export-video").addEventListener("click", () => this.#run((rows) => this.#saveVideo(rows)));
+    byId("export-page").addEventListener("click", () => this.#run(() => this.#savePage()));
     byId("export-cancel").addEventListener("click", () => this.#cancel());
     byId("export-close").addEventListener("click", () => this.#dialog.close());
     this.#dialog.addEventListener("close", () => this.#cancel());
@@ -112,6 +114,29 @@ export class ExportDialog {
     }
   }
 
+  // Saves all frames of the agent's view as a web page.
+  async #savePage() {
+    const { replay, frames, name, texts, values } = this.#current();
+    const rows = new Rows(replay, AGENT_SIZE_PX);
+    const all = Array.from({ length: frames.last + 1 }, (_, i) => frames.at(i));
+    const images = [];
+    for (let i = 0; i < all.length && !this.#isCancelled; i += 1) {
+      const view = await rows.fetch([...new Set(all.slice(i, i + ROWS_AHEAD).map(({ row }) => row))]);
+      if (!view) {
+        throw new Error(STOPPED);
+      }
+      images.push(imageOf(view, all[i], "agent").content);
+      byId("export-progress").value = (i + 1) / all.length;
+    }
+    if (this.#isCancelled) {
+      this.#say("Cancelled.");
+      return;
+    }
+    const file = `${this.#name}.html`;
+    saveFile(await pageFile({ title: name, about: byId("level").textContent, size: AGENT_SIZE_PX, images, texts: all.map(texts), values: values(all) }), file);
+    this.#say(`Saved ${file}.`);
+  }
+
   // Draws the first of some frames, and requests the rows of all.
   async #draw(canvas, rows, indexes) {
     const { frames } = this.#current();
@@ -132,7 +157,7 @@ export class ExportDialog {
   }
 
   #setBusy(isBusy) {
-    for (const id of ["export-image", "export-view", "export-scale", "export-format"]) {
+    for (const id of ["export-image", "export-page", "export-view", "export-scale", "export-format"]) {
       byId(id).disabled = isBusy;
     }
     byId("export-video").disabled = isBusy || this.#formats.length === 0;

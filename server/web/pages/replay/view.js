@@ -54,6 +54,16 @@ export async function drawFrame(replay, view, frame, actionNames, isCurrent) {
   return true;
 }
 
+// A frame in one line: its step, action, reward and score.
+export function frameText({ recording }, { row, isStart }, actionNames) {
+  if (isStart) {
+    return `Step ${row}, start of an episode`;
+  }
+  const { reward: gained, totalReward } = recording.viewOf(row);
+  const action = recording.actions[row - 1];
+  return `Step ${row}, ${actionNames.get(action) ?? action}, reward ${reward(gained)}, score ${reward(totalReward)}`;
+}
+
 function episodeOf(view, frame) {
   if (isEnd(view, frame)) {
     return view.prevLevelComplete ? "complete" : "over";
