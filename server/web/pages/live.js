@@ -17,7 +17,6 @@ import { loseReports, openPage, regainReports } from "./page.js";
 
 let connection = null;
 let catalog = null;
-let self = null;     // the server's node name
 let open = null;     // the name of the open pool
 let last = null;     // the last report
 let shown = null;    // the pool opened last: { name, createTimeS }
@@ -39,7 +38,7 @@ function ready(hello, opened) {
   connection = opened;
   open = null;
   catalog = hello.catalog;
-  self = hello.node;
+  setText(byId("address"), hello.address);
   byId("token-hint").hidden = !hello.requiresToken;
   byId("nodes").hidden = !hello.cluster;
   reports.start(connection, hello.cluster !== "");
@@ -58,7 +57,7 @@ function lost() {
 function receive(report) {
   regainReports();
   last = report;
-  if (!byId("nodes").hidden) {
+  if (report.nodes) {
     nodes.draw(report.nodes, report.timeS);
   }
   show();
@@ -75,7 +74,6 @@ function show() {
   // The load counts the pools of all owners.
   const hasOthers = !byId("token-hint").hidden && last.load.poolCount > 0;
   setText(byId("empty-title"), hasOthers ? "No pools of your token yet" : "No pools yet");
-  setText(byId("address"), addressOf(last));
   byId("bench").hidden = last.pools.length === 0;
   tellIfClosed();
   const wanted = new URLSearchParams(location.search).get("pool");
@@ -151,12 +149,6 @@ function drawServer(load) {
     ["Environments", count(load.envCount - envCount)],
     ["Workers", count(load.workerCount), "Threads that step environments"], ["Steps so far", rate(load.stepCount)],
   ]);
-}
-
-// The address for programs: the browser's host name if the server listens on all addresses.
-function addressOf({ nodes }) {
-  const address = nodes.find(({ name }) => name === self)?.address ?? "";
-  return address.replace(/^(0\.0\.0\.0|\[::\]):/, `${location.hostname}:`);
 }
 
 // Opens a pool in this page, unless the link opens in another tab.

@@ -16,7 +16,7 @@ let page = null;  // { connection, state, onLost, hasContent, isOut, isLost, isA
 
 // Shows the page and connects. `onReady(hello, connection)` is called when the server accepts the page, and again after each
 // reconnect; `onLost()` when the connection is lost or given up; `onSilent()` when the server sends nothing for some time.
-// hello: { catalog, requiresToken, cluster, node: the server's name }.
+// hello: { catalog, requiresToken, cluster, address: of the server, for programs }.
 export async function openPage(onReady, onLost = () => {}, onSilent = () => {}) {
   const state = element("span", { class: "link", role: "status", "data-state": "connecting" }, "Connecting");
   drawBar(state);
@@ -88,9 +88,12 @@ async function greet() {
     if (token) {
       connection.bridge.sendToken(token);
     }
-    const [catalog, { cluster, localNode }] = await Promise.all(
+    const [catalog, { cluster, localNode, nodes }] = await Promise.all(
       [connection.call("CatalogService.GetCatalog"), connection.call("ClusterService.ListNodes")]);
-    return { catalog: catalogOf(catalog), requiresToken: token !== null, cluster, node: localNode };
+    const { address = "" } = nodes.find(({ name }) => name === localNode) ?? {};
+    // The browser's host name if the server listens on all addresses.
+    const reachable = address.replace(/^(0\.0\.0\.0|\[::\]):/, `${location.hostname}:`);
+    return { catalog: catalogOf(catalog), requiresToken: token !== null, cluster, address: reachable };
   } catch (error) {
     if (error.code === "UNAUTHENTICATED") {
       changeToken(token ? "The server does not know this token. Is it complete?" : "");

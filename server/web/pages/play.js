@@ -23,7 +23,8 @@ const END_SHOWN_MS = 500;
 const form = byId("choice");
 const stage = byId("stage");
 const keys = new Keys();
-let catalog = null;
+let hello = null;     // see page.js
+let catalog = null;   // the server's
 let connection = null;
 let play = null;      // a PlayRun
 let view = null;      // the last one; null: no play
@@ -36,7 +37,8 @@ let turn = 0;         // steps since a key was pressed
 let asked = 0;        // number of requested views that are not shown yet
 let pace = new StepPace(1);
 
-async function ready(hello, opened) {
+async function ready(greeting, opened) {
+  hello = greeting;
   connection = opened;
   view = null;
   pace = new StepPace((await attempt(() => requestsInFlight(connection, STEPS_PER_SECOND))) ?? 1);
@@ -264,7 +266,7 @@ form.elements.game.addEventListener("change", () => catalog && describe());
 for (const name of ["pause", "step", "restart", "next"]) {
   byId(name).addEventListener("click", () => act(name));
 }
-listenToTraceButtons(() => ({ play, level, catalog }), () => isWaiting || pause(true));
+listenToTraceButtons(() => ({ play, level, hello }), () => isWaiting || pause(true));
 
 // The space bar is everybody's first key; buttons and links are pressed with it.
 const SHORTCUTS = { p: "pause", " ": "pause", ".": "step", r: "restart", n: "next" };

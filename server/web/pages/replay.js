@@ -24,7 +24,7 @@ import { writeTrace } from "./run/trace_file.js";
 const LINK_DELAY_MS = 250;  // browsers limit how often the URL changes
 
 let connection = null;
-let catalog = null;
+let hello = null;     // see page.js
 let subject = null;   // see links/replay_link.js
 let replay = null;    // a ReplayRun
 let frames = null;    // of the replay
@@ -56,11 +56,11 @@ const map = new LevelMap(() => ({ replay }));
 const annotations = new AnnotationTracks(byId("annotation-lines"), byId("annotation-bars"), goToFraction);
 let actionNames = new Map();  // by number
 
-async function ready(hello, opened) {
+async function ready(greeting, opened) {
   inFlight = (await attempt(() => requestsInFlight(opened, FRAMES_PER_SECOND_MAX))) ?? 1;
   connection = opened;  // After the wait: a file that is chosen meanwhile is opened once.
-  catalog = hello.catalog;
-  actionNames = new Map(catalog.actions.map(({ number, name }) => [number, name]));
+  hello = greeting;
+  actionNames = new Map(hello.catalog.actions.map(({ number, name }) => [number, name]));
   if (subject) {
     open();
   } else {
@@ -114,9 +114,9 @@ async function open(step = null) {
   byId("replay").hidden = false;
   byId("copy-link").hidden = !subject.place;
   setText(byId("name"), subject.name);
-  setText(byId("level"), describe(replay, catalog));
+  setText(byId("level"), describe(replay, hello.catalog));
   judge(replay.difference);
-  annotations.open(replay, frames, catalog.actions);
+  annotations.open(replay, frames, hello.catalog.actions);
   slider.max = frames.last;
   comparison.reopen();
   await player.open(new Rows(replay), frames, step === null ? player.wanted : frameOf(step), inFlight);
@@ -179,7 +179,7 @@ function address(path = "/replay") {
 function program() {
   const { row, isStart } = frames.at(player.wanted);
   const isEnd = replay.recording.isEnd(row) && !isStart;
-  return replayProgram({ source: replay.source, name: subject.name, row, isEnd }, catalog);
+  return replayProgram({ source: replay.source, name: subject.name, row, isEnd }, hello);
 }
 
 async function take(file) {

@@ -36,10 +36,11 @@ function argumentsOf({ games, mode, options, envCount: all = 1, environment = 0 
   ];
 }
 
-function program(comment, header, catalog, body) {
+// `address`: of this server, for programs.
+function program(comment, header, { catalog, address }, body) {
   return `from procgen_client import Pool
 
-# ${comment}
+# ${comment} It is stepped in this process; with server=${literal(address)}, on the server of the page.
 pool = Pool(
 ${wrapped(argumentsOf(header, catalog), "    ")}
 )
@@ -48,21 +49,23 @@ ${body.map((line) => `    ${line}\n`).join("")}`;
 }
 
 // A program that shows the start of a level: { game, mode, level, options }.
-export function levelProgram({ game, mode, level, options }, catalog) {
+// `hello`: see page.js.
+export function levelProgram({ game, mode, level, options }, hello) {
+  const { catalog } = hello;
   const modes = catalog.games.find(({ name }) => name === game).modes;
   const isOnly = modes.find(({ name }) => name === mode).levelSeed !== undefined;
   const all = { ...options, num_levels: isOnly ? 0 : 1, start_level: isOnly ? 0 : level, rand_seed: 0 };
-  return program(`${game}, ${mode}, level ${level}.`, { games: [game], mode, options: all }, catalog, [
+  return program(`${game}, ${mode}, level ${level}.`, { games: [game], mode, options: all }, hello, [
     "batch = pool.observe()", "observation = batch.observations[0]  # uint8 [64, 64, 3]",
     "print(batch.level_seeds[0], observation.shape)",
   ]);
 }
 
 // A program that repeats a replay up to a frame, whose observation it has at the end. `isEnd`: it is the last of its episode.
-export function replayProgram({ source, name, row, isEnd }, catalog) {
+export function replayProgram({ source, name, row, isEnd }, hello) {
   const actions = source.actions.slice(0, row).map(String);
   const list = actions.length === 0 ? "[]" : `[\n${wrapped(actions, "        ")}\n    ]`;
-  return program(`${name}: ${row} of ${source.actions.length} steps.`, source, catalog, [
+  return program(`${name}: ${row} of ${source.actions.length} steps.`, source, hello, [
     `actions = ${list}`,
     "batch = pool.observe()",
     "for action in actions:", "    batch = pool.step([action], final_observations=True)",

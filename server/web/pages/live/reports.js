@@ -8,10 +8,10 @@ import { Rates } from "./rates.js";
 const INTERVAL_MS = 1000;
 const FIRST_INTERVAL_MS = 300;  // rates need two reports
 
-// A report is { timeS, load, pools, nodes, isFirst }; `timeS` is the server's time.
+// A report is { timeS, load, pools, nodes: of the cluster or null, isFirst }; `timeS` is the server's time.
 export class Reports {
   #connection = null;
-  #nodes = [];
+  #nodes = null;  // of the cluster, once they are known
   #nodeWatch = null;
   #timer = null;
   #isFirst = true;
@@ -36,6 +36,7 @@ export class Reports {
     this.#connection = connection;
     this.#isFirst = true;
     this.#rates = new Rates();
+    this.#nodes = null;
     if (isCluster) {
       this.#nodeWatch = connection.watch("ClusterService.WatchNodes", {}, ({ nodes }) => { this.#nodes = nodes; }, () => {});
     }
@@ -53,12 +54,10 @@ export class Reports {
     const connection = this.#connection;
     const begin = performance.now();
     try {
-      const [pools, load, { nodes }] = await Promise.all(
-        [listPools(connection), connection.call("CatalogService.GetLoad"), this.#listNodes(connection)]);
+      const [pools, load] = await Promise.all([listPools(connection), connection.call("CatalogService.GetLoad")]);
       if (connection !== this.#connection) {
         return;
       }
-      this.#nodes = nodes;
       this.#report(pools.map(poolOf), load);
       this.#hours.request(connection, pools);
     } catch (error) {
@@ -70,11 +69,6 @@ export class Reports {
     const interval = this.#isFirst ? FIRST_INTERVAL_MS : INTERVAL_MS;
     this.#isFirst = false;
     this.#timer = setTimeout(() => this.#poll(), Math.max(0, interval - (performance.now() - begin)));
-  }
-
-  // The nodes of a cluster are watched; the server alone is listed once.
-  #listNodes(connection) {
-    return this.#nodes.length > 0 ? { nodes: this.#nodes } : connection.call("ClusterService.ListNodes");
   }
 
   #report(pools, load) {

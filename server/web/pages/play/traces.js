@@ -7,7 +7,7 @@ import { levelProgram } from "../export/python_code.js";
 import { replayTrace, saveTrace } from "../links/traces.js";
 import { writeTrace } from "../run/trace_file.js";
 
-// `current()` returns what is played: { play, level, catalog }. `stop()` is called before the trace is read.
+// `current()` returns what is played: { play, level, hello }. `stop()` is called before the trace is read.
 export function listenToTraceButtons(current, stop) {
   const withRecording = (use) => {
     stop();
@@ -20,7 +20,7 @@ export function listenToTraceButtons(current, stop) {
   }));
   byId("replay").addEventListener("click", () => withRecording((bytes, name) => replayTrace(bytes, name)));
   byId("copy-python").addEventListener("click", () => {
-    const { level, catalog } = current();
-    copy(levelProgram(level, catalog), "a program with this level");
+    const { level, hello } = current();
+    copy(levelProgram(level, hello), "a program with this level");
   });
 }
