@@ -19,6 +19,7 @@ packages=(
   prometheus-cpp-dev      # metrics
   cyclonedds-dev          # discovery in a cluster
   cyclonedds-tools        # compiles its message types
+  esbuild                 # bundles the web pages
   libboost-dev            # HTTP and WebSocket of the web pages
   libstb-dev              # reads art
   libpng-dev              # writes PNG

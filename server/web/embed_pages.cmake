@@ -43,3 +43,4 @@ foreach(name IN LISTS names)
   math(EXPR number "${number} + 1")
 endforeach()
 configure_file("${TEMPLATE}" "${OUTPUT}" @ONLY)
+file(TOUCH "${OUTPUT}")  # also if only the embedded bytes have changed

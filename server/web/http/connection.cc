@@ -1,5 +1,6 @@
 #include "server/web/http/connection.h"
 
+#include <algorithm>
 #include <chrono>
 #include <optional>
 #include <string>
@@ -33,10 +34,14 @@ std::string HeaderOf(const UpgradeRequest& request, http::field name) {
   return std::string(begin->value());
 }
 
+// Whether the browser accepts gzip: it lists it, and not with the weight 0.
 bool AcceptsGzip(const UpgradeRequest& request) {
   for (const auto& [coding, parameters] : http::ext_list(request[http::field::accept_encoding])) {
     if (coding == "gzip") {
-      return true;
+      return std::all_of(parameters.begin(), parameters.end(), [](const auto& parameter) {
+        return parameter.first != "q" ||
+               parameter.second.find_first_not_of("0.") != parameter.second.npos;
+      });
     }
   }
   return false;

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gzip
 import http.client
 import socket
 
@@ -49,6 +50,19 @@ def test_cached_pages_are_not_sent_again(server: WebServer) -> None:
     assert (again.status, nothing, again.getheader("ETag")) == (304, b"", etag)
     other, same = ask(server, "/", If_None_Match='"other"')
     assert (other.status, same) == (200, body)
+
+
+def test_files_are_compressed_for_browsers_that_accept_it(server: WebServer) -> None:
+    _, body = ask(server, "/")
+    for accepted in ("gzip, deflate, br", "br;q=1.0, gzip;q=0.8"):
+        response, compressed = ask(server, "/", Accept_Encoding=accepted)
+        assert response.getheader("Content-Encoding") == "gzip"
+        assert response.getheader("Vary") == "Accept-Encoding"
+        assert gzip.decompress(compressed) == body
+        assert len(compressed) < len(body) / 2
+    for other in ("br", "gzip;q=0", "identity"):
+        response, plain = ask(server, "/", Accept_Encoding=other)
+        assert response.getheader("Content-Encoding") is None and plain == body
 
 
 def test_head_returns_only_the_length(server: WebServer) -> None:

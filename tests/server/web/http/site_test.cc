@@ -31,6 +31,7 @@ class SiteTest : public testing::Test {
                     {"play.html", "<play>"},
                     {"a/b.html", "<inner>"},
                     {"a/b.js", "script"},
+                    {"a/b.js.gz", "smaller"},
                     {"style/page.css", "style"}}};
 };
 
@@ -54,6 +55,26 @@ TEST_F(SiteTest, EtagIdentifiesTheContents) {
   request.if_none_match = etag;
   EXPECT_EQ(site_.ReplyToPage(request).status, 304);
   EXPECT_EQ(site_.ReplyToPage(request).contents, "");
+}
+
+TEST_F(SiteTest, BrowsersThatAcceptItGetTheCompressedForm) {
+  HttpRequestInfo request = RequestTo("/assets/a/b.js");
+  const Reply plain = site_.ReplyToPage(request);
+  EXPECT_FALSE(plain.is_gzip);
+  request.accepts_gzip = true;
+  const Reply compressed = site_.ReplyToPage(request);
+  EXPECT_TRUE(compressed.is_gzip);
+  EXPECT_EQ(compressed.contents, "smaller");
+  EXPECT_EQ(compressed.content_type, plain.content_type);
+  EXPECT_NE(compressed.etag, plain.etag);
+  request.if_none_match = compressed.etag;
+  EXPECT_EQ(site_.ReplyToPage(request).status, 304);
+  request.accepts_gzip = false;
+  EXPECT_EQ(site_.ReplyToPage(request).status, 200);
+  request = RequestTo("/play");
+  request.accepts_gzip = true;
+  EXPECT_FALSE(site_.ReplyToPage(request).is_gzip);
+  EXPECT_EQ(site_.ReplyToPage(RequestTo("/assets/a/b.js.gz")).status, 404);
 }
 
 TEST_F(SiteTest, AllowedHostsMatchAnyPort) {
