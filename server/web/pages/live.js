@@ -204,7 +204,7 @@ function drawPool(pool) {
   byId("pool-state").className = `badge ${kind}`;
   const chosen = tellOptions(pool.options, catalog);
   const owner = pool.owner ? [`owner ${pool.owner}`] : [];
-  byId("pool-labels").replaceChildren(...labelsOf(pool).map((text) => element("span", { class: "badge" }, text)));
+  byId("pool-labels").replaceChildren(...labelsOf(pool).map((label) => element("span", { class: "badge" }, label)));
   const name = pool.displayName ? [pool.name] : [];
   setText(byId("pool-about"), [...name, pool.games.join(", "), pool.mode, ...owner, ...chosen].join(" · "));
   setTiles(byId("pool-figures"), [

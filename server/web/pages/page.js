@@ -23,7 +23,7 @@ export async function openPage(onReady, onLost = () => {}, onSilent = () => {}) 
   const connection = await Connection.load();
   const { bridge } = connection;
   page = { connection, state, onLost, hasContent: false, isOut: false, isLost: false, isAsking: false };
-  bridge.addEventListener("open", async () => {
+  bridge.on("open", async () => {
     const hello = await greet();
     if (!hello) {
       return;
@@ -36,18 +36,18 @@ export async function openPage(onReady, onLost = () => {}, onSilent = () => {}) 
     endOutage();
     onReady(hello, connection);
   });
-  bridge.addEventListener("lost", ({ detail }) => {
+  bridge.on("lost", (loss) => {
     if (!page.isLost && page.hasContent) {
       onLost();
     }
     page.isLost = true;
-    beginOutage(describeLoss(detail), detail.code === TRY_AGAIN_LATER ? "Server is full" : "Waiting for the server");
+    beginOutage(describeLoss(loss), loss.code === TRY_AGAIN_LATER ? "Server is full" : "Waiting for the server");
   });
-  bridge.addEventListener("silent", ({ detail }) => {
-    beginOutage(`The server has sent nothing since ${clock(detail.timeS)}.`, "No answer");
+  bridge.on("silent", ({ timeS }) => {
+    beginOutage(`The server has sent nothing since ${clock(timeS)}.`, "No answer");
     onSilent();
   });
-  bridge.addEventListener("heard", endOutage);
+  bridge.on("heard", endOutage);
   bridge.open();
 }
 

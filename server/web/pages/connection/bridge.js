@@ -27,6 +27,11 @@ export class Bridge extends EventTarget {
     setInterval(() => this.#checkSilence(), 1000);
   }
 
+  // Calls `listener` with the detail of each event of this name.
+  on(name, listener) {
+    this.addEventListener(name, (event) => listener(/** @type {CustomEvent} */ (event).detail));
+  }
+
   get isOpen() {
     return this.#socket?.readyState === WebSocket.OPEN;
   }

@@ -38,8 +38,8 @@ export class NodeTable {
     this.#drawRows(null);
   }
 
-  // `stateOf(node)` returns the state of a listed node; null: not known.
-  #drawRows(stateOf) {
+  // `describe(node)` returns the state of a listed node; null: not known.
+  #drawRows(describe) {
     const known = [...this.#known.values()].sort((one, other) => collator.compare(one.node.name, other.node.name));
     while (this.#body.rows.length > known.length) {
       this.#body.deleteRow(-1);
@@ -47,8 +47,8 @@ export class NodeTable {
     known.forEach(({ node, seen }, index) => {
       const row = this.#body.rows[index] ?? this.#body.appendChild(makeRow());
       const isListed = seen === this.#time;
-      const state = isListed ? stateOf?.(node) ?? ["warn", "unknown"] : ["bad", `gone since ${clock(seen)}`];
-      drawRow(row, node, state, isListed && stateOf !== null);
+      const state = isListed ? describe?.(node) ?? ["warn", "unknown"] : ["bad", `gone since ${clock(seen)}`];
+      drawRow(row, node, state, isListed && describe !== null);
     });
   }
 }

@@ -98,7 +98,7 @@ export class LearnerPause {
     for (const { toggle, step, state } of this.#groups) {
       setText(toggle, this.#call !== null ? "Resume learner" : "Pause learner");
       toggle.disabled = !this.#connection || !this.#pool;
-      step.hidden = !this.#call !== null;
+      step.hidden = this.#call === null;
       setText(state, !isPaused ? "" : this.#call !== null ? "Paused: the learner waits." : "Paused by another page.");
     }
   }

@@ -49,7 +49,7 @@ export class PoolPlot {
     this.#key = key;
     if (isOther) {
       const format = this.#format();
-      this.#legend.replaceChildren(...this.#lines.map((_, index) => element("span", { class: colorOf(index) })),
+      this.#legend.replaceChildren(...this.#lines.map((_, line) => element("span", { class: colorOf(line) })),
         ...this.#baselines.map(({ name, value }) => element("span", { class: "quiet" }, `${name} ${format(value)}`)));
     }
     this.#chart.draw(this.#data, isOther);
@@ -77,7 +77,7 @@ export class PoolPlot {
     const valueOf = (line, column) => format((index === null ? newest(line) : this.#data[column][index]) ?? null);
     const [low, high] = this.#band.map((line, edge) => valueOf(line, this.#lines.length + 1 + edge));
     const band = low === undefined ? "" : ` (${low} to ${high})`;
-    return this.#lines.map((line, index) => `${line.name} ${valueOf(line, index + 1)}${band}`.trim());
+    return this.#lines.map((line, i) => `${line.name} ${valueOf(line, i + 1)}${band}`.trim());
   }
 
   #options() {

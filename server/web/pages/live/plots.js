@@ -128,7 +128,8 @@ export class Plots {
     const hasRanges = this.#series.every(({ pool }) => pool.games.every((game) => this.#rangeOf(pool, game)));
     box.disabled = !hasRanges;
     const settings = {
-      x: byId("x").value === "time" ? "timeS" : "stepCount", smoothing: Number(byId("smoothing").value), span: byId("span").selectedOptions[0].text, band: byId("band").value, zoom: this.#zoom,
+      x: byId("x").value === "time" ? "timeS" : "stepCount", smoothing: Number(byId("smoothing").value),
+      span: byId("span").selectedOptions[0].text, band: byId("band").value, zoom: this.#zoom,
       isNormalised: hasRanges && box.checked, rangeOf: (pool, game) => this.#rangeOf(pool, game),
     };
     this.#plots.forEach((plot) => plot.draw(this.#series, settings));

@@ -66,7 +66,8 @@ export class PoolTable {
   #onOpen;
   #onCompare;
 
-  // `returnsOf(pool)`: its mean returns of the last hour, oldest first; `onOpen(event)`: a pool's link was clicked; `onCompare(names)`: others are compared with the open pool.
+  // `returnsOf(pool)`: its mean returns of the last hour, oldest first; `onOpen(event)`: a pool's link was clicked;
+  // `onCompare(names)`: others are compared with the open pool.
   constructor(returnsOf, onOpen, onCompare) {
     this.#returnsOf = returnsOf;
     this.#onOpen = onOpen;

@@ -54,7 +54,9 @@ export class OtherEpisodes {
     const isHere = ({ levelSeed }) => levelSeed === replay.recording.levelSeeds[0];
     const recorded = list.episodes.slice(-Number(list.recordedCount)).reverse();
     const shown = [...recorded.filter(isHere), ...recorded.filter((each) => !isHere(each))].slice(0, OFFERED_MAX);
-    setOptions(episode, shown.map((each) => [`${each.environment} ${fingerprintText(each.fingerprint)}`,
-      `level ${each.levelSeed}${isHere(each) ? " (this one)" : ""}, return ${reward(each.totalReward)}, ${plural(each.length, "step")}, environment ${each.environment}`]));
+    setOptions(episode, shown.map((each) => [`${each.environment} ${fingerprintText(each.fingerprint)}`, [
+      `level ${each.levelSeed}${isHere(each) ? " (this one)" : ""}`, `return ${reward(each.totalReward)}`, plural(each.length, "step"),
+      `environment ${each.environment}`,
+    ].join(", ")]));
   }
 }
