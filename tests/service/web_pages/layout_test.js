@@ -46,6 +46,15 @@ test("on a phone the picture, the touch pad and the main button are visible toge
   }
 });
 
+test("on phones of any size the picture and the touch keys are visible together", async () => {
+  for (const [width, height] of [[320, 568], [360, 640], [375, 667], [568, 320]]) {
+    const page = await openPlay("game=starpilot&mode=easy&level=1", { viewport: { width, height }, hasTouch: true, isMobile: true });
+    await checkVisible(page, "#human", ".cross", ".letters");
+    const { width: side } = await page.locator("#human").boundingBox();
+    assert(side >= 0.4 * Math.min(width, height), `the picture has ${side} pixels of ${width} x ${height}`);
+  }
+});
+
 test("touch screens have the buttons that the game uses, and are not told to press keys", async () => {
   const maze = await openPlay("game=maze&mode=easy&level=1", PHONE);
   assert.match(await maze.locator("#message").textContent(), /Touch an arrow below to begin\.$/);

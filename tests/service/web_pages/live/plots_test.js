@@ -6,7 +6,7 @@ import { after, before, test } from "node:test";
 import { waitForText, withBrowser } from "../browser.js";
 import { Learner, Server } from "../server.js";
 
-const FIRST = "#plots .drawing >> nth=0";
+const FIRST = "#plots .plot:has(h3:has-text('Steps per second')) .drawing";
 const RETURNS = "#plots .plot:has(h3:has-text('Mean return'))";
 const it = withBrowser();
 let server;

@@ -61,6 +61,24 @@ test("a level starts with the first key and runs at 15 steps a second until it i
     Number(document.querySelectorAll("#figures dd")[1].textContent) > before, [paused]);
 });
 
+test("the space bar begins, pauses and resumes a level, and never scrolls the page", async () => {
+  const page = await it.open(server.page("/play?game=bigfish&mode=hard&level=7"), { viewport: { width: 1280, height: 500 } });
+  await waitForText(page.locator("#message"), "Press an arrow key to begin.");
+  for (const label of ["Pause", "Resume", "Pause"]) {
+    await page.keyboard.press("Space");
+    await waitForText(page.locator("#pause"), label);
+  }
+  assert.equal(await page.evaluate(() => scrollY), 0);
+  await waitForText(figure(page, "#figures", "Step"), /^[1-9]/);
+});
+
+test("a key that is held since before the level was there begins it", async () => {
+  const page = await it.open(server.page("/play?game=bigfish&mode=hard&level=7"));
+  await waitForText(page.locator("#message"), "Press an arrow key to begin.");
+  await page.evaluate(() => document.body.dispatchEvent(new KeyboardEvent("keydown", { code: "ArrowLeft", repeat: true, bubbles: true })));
+  await waitForText(page.locator("#pause"), "Pause");
+});
+
 test("restart repeats the level, the next level has the next seed, and the URL follows", async () => {
   const page = await it.open(server.page("/play?game=maze&mode=easy&level=41&use_backgrounds=false"));
   const seed = figure(page, "#figures", "Level seed");

@@ -40,6 +40,16 @@ test("a best score is announced once, kept by the browser, and shown beside a ra
   assert.equal(await page.locator("#scores").textContent(), "");
 });
 
+test("a score of nothing is no best score", async () => {
+  const page = await it.open(server.page("/play?game=leaper&mode=easy&level=1"));
+  await waitForText(page.locator("#message"), "Press an arrow key to begin.");
+  await page.keyboard.down("ArrowUp");
+  await waitForText(page.locator("#message"), "Episode over: score 0");
+  assert.doesNotMatch(await page.locator("#message").textContent(), /New best/);
+  await page.keyboard.up("ArrowUp");
+  assert.equal(await page.evaluate(() => localStorage.getItem("best scores")), null);
+});
+
 test("levels with other options and continued replays set no best score", async () => {
   const page = await it.open(server.page(`${COINRUN_1000_PATH}&use_backgrounds=false`));
   assert.doesNotMatch(await win(page), /New best/);

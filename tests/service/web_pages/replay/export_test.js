@@ -1,9 +1,11 @@
 // Images and videos of a replay, decoded again and compared with what the page shows.
 
 import assert from "node:assert/strict";
-import { readFile } from "node:fs/promises";
+import { mkdtemp, readFile, rm, writeFile } from "node:fs/promises";
+import { tmpdir } from "node:os";
+import { join } from "node:path";
 import { after, before, test } from "node:test";
-import { figure, waitForText, withBrowser } from "../browser.js";
+import { figure, picture, waitForText, withBrowser } from "../browser.js";
 import { decode, differenceFrom } from "../saved_images.js";
 import { Pool, Server } from "../server.js";
 
@@ -54,14 +56,15 @@ test("the image of a step has the chosen view and size", async () => {
 
 test("a video has all frames, in the chosen view, size and speed", async () => {
   const page = await openExport();
-  for (const [view, scale, speed] of [["human", 4, 1], ["agent", 8, 4]]) {
+  for (const [format, view, scale, speed] of [["webm", "human", 4, 1], ["webm", "agent", 8, 4], ["mp4", "human", 4, 2]]) {
     await page.keyboard.press("Escape");
     await page.selectOption("#speed", String(speed));
     await page.click("#open-export");
     await page.selectOption("#export-view", view);
     await page.selectOption("#export-scale", String(scale));
+    await page.selectOption("#export-format", format);
     const video = await save(page, "#export-video");
-    assert.match(video.name, new RegExp(`\\.${view}\\.webm$`));
+    assert.match(video.name, new RegExp(`\\.${view}\\.${format}$`));
     const perSecond = STEPS_PER_SECOND * speed;
     const shown = await decode(it, video.content, (SHOWN + 0.5) / perSecond);
     assert.deepEqual([shown.width, shown.height], [64 * scale, 64 * scale]);
@@ -90,6 +93,29 @@ test("a video ends with the last frame of the episode, not with the next start",
   const difference = await differenceAt(STEPS);
   const further = await differenceAt(0);
   assert(further > 4 * difference, `a start differs by ${further}, the last frame by ${difference}`);
+});
+
+test("a web page has all frames of the agent's view and a player, and needs no server", async () => {
+  const page = await openExport();
+  const saved = await save(page, "#export-page");
+  assert.match(saved.name, /\.html$/);
+  const bytes = Buffer.from(saved.content, "base64");
+  assert(bytes.length < 2_000_000, `${bytes.length} bytes`);
+  const folder = await mkdtemp(join(tmpdir(), "procgen-web-"));
+  const path = join(folder, saved.name);
+  await writeFile(path, bytes);
+  const context = await it.browser.newContext({ offline: true });
+  const alone = await it.openIn(context, `file://${path}`);
+  await waitForText(alone.locator("[role=status]"), "Step 0");
+  await alone.locator("input").fill(String(SHOWN));
+  await waitForText(alone.locator("[role=status]"), `Step ${SHOWN}, `);
+  await page.keyboard.press("Escape");
+  assert.equal(await picture(alone, "canvas"), await picture(page, "#agent"));
+  await alone.click("button");
+  await waitForText(alone.locator("button"), "Pause");
+  await waitForText(alone.locator("[role=status]"), `Step ${STEPS}, `);
+  await waitForText(alone.locator("button"), "Play");
+  await rm(folder, { recursive: true });
 });
 
 test("a video is cancelled by the button and by closing the dialog", async () => {

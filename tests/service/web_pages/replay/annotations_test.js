@@ -1,0 +1,60 @@
+// Values that the learner sent, along the time line of a replay.
+
+import assert from "node:assert/strict";
+import { after, before, test } from "node:test";
+import { figure, waitForText, withBrowser } from "../browser.js";
+import { Pool, Server } from "../server.js";
+
+const STEPS = 12;
+const PROBABILITIES = Array.from({ length: 15 }, (_, action) => (action === 7 ? 0.3 : 0.05));
+
+const it = withBrowser();
+let server;
+let pool;
+before(async () => {
+  server = await Server.start();
+  pool = await Pool.open(server, ["coinrun"], 1, { pool_id: "annotated" });
+  for (let step = 1; step <= STEPS; step += 1) {
+    await pool.step([step < STEPS ? 7 : -1], { annotations: { value: [step / 100], action_probabilities: [PROBABILITIES] } });
+  }
+});
+after(async () => {
+  await pool.close();
+  assert.equal(await server.stop(), 0);
+});
+
+const line = (page) => page.locator("#annotation-lines .annotation");
+const step = (page) => figure(page, "#figures", "Step");
+
+test("a value is a line over all steps, several values are bars of the shown step", async () => {
+  const page = await it.open(server.page("/replay?pool=pools/annotated&environment=0"));
+  await waitForText(step(page), `0 of ${STEPS}`);
+  assert.match(await line(page).locator("h3").textContent(), /^value – 0\.01 to 0\.12$/);
+  assert.equal((await line(page).locator("path").first().getAttribute("d")).split("L").length, STEPS);
+  await page.locator("#row").fill("5");
+  await waitForText(step(page), `5 of ${STEPS}`);
+  await waitForText(line(page).locator(".number").first(), /^0\.05$/);
+  const bars = page.locator("#annotation-bars li");
+  assert.equal(await bars.count(), 15);
+  assert.equal(await bars.nth(7).textContent(), "RIGHT0.3");
+});
+
+test("a press on the line goes to its step", async () => {
+  const page = await it.open(server.page("/replay?pool=pools/annotated&environment=0"));
+  await waitForText(step(page), `0 of ${STEPS}`);
+  const box = await line(page).locator("svg").boundingBox();
+  await page.mouse.click(box.x + box.width * 0.75, box.y + box.height / 2);
+  await waitForText(step(page), `${STEPS * 0.75} of ${STEPS}`);
+  await waitForText(line(page).locator(".number").first(), /^0\.09$/);
+});
+
+test("a replay of an episode without values shows none", async () => {
+  const plain = await Pool.open(server, ["coinrun"], 1, { pool_id: "plain" });
+  await plain.step([7]);
+  await plain.step([-1]);
+  const page = await it.open(server.page("/replay?pool=pools/plain&environment=0"));
+  await waitForText(step(page), "0 of 2");
+  assert.equal(await page.locator("#annotation-lines").isVisible(), false);
+  assert.equal(await page.locator("#annotation-bars").isVisible(), false);
+  await plain.close();
+});
