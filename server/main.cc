@@ -36,7 +36,6 @@
 #include "server/metrics/metrics_page.h"
 #include "server/net/address.h"
 #include "server/net/listener.h"
-#include "server/pool_reports.h"
 #include "server/rpc/server.h"
 #include "server/security_flags.h"
 #include "server/web/web_server.h"
@@ -171,18 +170,8 @@ absl::StatusOr<std::unique_ptr<web::WebServer>> StartWebServer(const Config& con
        .allowed_hosts = config.web_allowed_hosts,
        .viewers_max = config.web_viewers_max,
        .tls = config.server.tls,
-       .requires_token = config.server.tokens != nullptr,
-       .version = PROCGEN_SERVER_VERSION,
-       .channel = server.MakeChannel(),
        .make_stub = [&server] { return server.MakeStub(); },
-       .request_bytes_max = config.server.limits.request_bytes_max,
-       .report_pools = [&server] { return ReportPools(server); },
-       .report_episodes = [&server](
-                              const std::string& owner, const std::string& name,
-                              int64_t after) { return ReportEpisodes(server, owner, name, after); },
-       .pause_pool = [&server](
-                         const std::string& owner,
-                         const std::string& name) { return PausePool(server, owner, name); }});
+       .request_bytes_max = config.server.limits.request_bytes_max});
 }
 
 int FailToStart(const absl::Status& status) {

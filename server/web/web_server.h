@@ -8,10 +8,8 @@
 #include <vector>
 
 #include "absl/status/statusor.h"
-#include "procgen_client/client.h"
 #include "server/net/tls_files.h"
 #include "server/rpc/bridge/generic_call.h"
-#include "server/web/session/pool_report.h"
 
 namespace procgen::web {
 
@@ -20,18 +18,9 @@ struct WebOptions {
   std::vector<std::string> allowed_hosts;  // further host names that browsers may use
   int32_t viewers_max = 64;                // maximum number of open pages
   std::shared_ptr<TlsFiles> tls;           // null: plain text
-  bool requires_token = false;             // whether the server requires tokens
-  std::string version;                     // of the server
-  // In-process channel to the server itself.
-  std::shared_ptr<grpc::Channel> channel;
   // Returns a stub of the server itself, for the calls of pages.
   std::function<std::unique_ptr<GenericStub>()> make_stub;
   int64_t request_bytes_max = 4 << 20;  // Limits.request_bytes_max of the server
-  // Returns the pools of all owners.
-  std::function<std::vector<PoolReport>()> report_pools;
-  // Returns the last episodes of a pool, without the first `after`.
-  ReportEpisodes report_episodes;
-  PausePool pause_pool;
 };
 
 // HTTP server of the pages, with its own threads. Threads: one at a time.
@@ -39,11 +28,11 @@ class WebServer {
  public:
   // Errors: UNAVAILABLE the address cannot be listened on.
   static absl::StatusOr<std::unique_ptr<WebServer>> Start(const WebOptions& options);
-  // Begins to close, and waits until all sessions have ended: until the requests in progress have,
-  // and about two seconds more if a page does not read.
+  // Begins to close, and waits until all calls of pages have ended: about two seconds if a page does
+  // not read.
   virtual ~WebServer() = default;
 
-  // Accepts no more pages, notifies the open ones that the server stops, and ends their sessions.
+  // Accepts no more pages, notifies the open ones that the server stops, and ends their calls.
   // Does not wait for them.
   virtual void BeginClose() = 0;
 

@@ -1,137 +1,114 @@
-// Fuzz target: messages of a page. An input is pieces (pieces.h), each a text message or, after a
-// mark, a binary one. A page session executes them with the real services. Aborts if a message gets
-// neither a response nor the end of the socket, if a response is not JSON, has no id or an
-// undocumented error, or if pools remain after the page is closed.
+// Fuzz target: messages of a page. An input is pieces (pieces.h), each a BridgeRequest; a mark
+// waits until the calls have nothing to report. A bridge session executes them with the real
+// services. Aborts if a message to the page is no BridgeResponse or belongs to no call, if a call
+// ends with an undocumented error or a socket without a reason, or if pools remain after the page.
 
 #include <cstddef>
 #include <cstdint>
-#include <cstring>
+#include <deque>
 #include <memory>
+#include <optional>
 #include <string>
 #include <thread>
+#include <utility>
 #include <vector>
 
 #include "absl/base/thread_annotations.h"
 #include "absl/functional/any_invocable.h"
 #include "absl/synchronization/mutex.h"
-#include "procgen_client/client.h"
-#include "server/concurrency/thread_group.h"
-#include "server/web/session/page_session.h"
-#include "server/web/session/pool_feed.h"
+#include "absl/time/time.h"
+#include "procgen/web/v1/bridge.pb.h"
+#include "server/rpc/bridge/generic_stub.h"
+#include "server/web/bridge/bridge_session.h"
 #include "tests/fuzz/fuzzed_server.h"
 
 namespace procgen {
 namespace {
 
-// Fewer than the rate limit's burst.
-constexpr size_t kPiecesMax = 24;
-constexpr size_t kThreadsMax = 64;
+constexpr size_t kPiecesMax = 64;
+// Calls that report nothing for this long wait for the page.
+constexpr absl::Duration kQuiet = absl::Milliseconds(20);
 
-// The header of a message.
-web::Json HeaderOf(const web::WireMessage& message) {
-  absl::string_view text = message.bytes;
-  if (message.is_binary) {
-    uint32_t length = 0;
-    Require(text.size() >= sizeof(length), "a binary message has a length");
-    std::memcpy(&length, text.data(), sizeof(length));
-    Require(length <= text.size() - sizeof(length), "a binary message has a header");
-    text = text.substr(sizeof(length), length);
-  }
-  return web::Json::parse(text.begin(), text.end(), nullptr, /*allow_exceptions=*/false);
-}
-
-// A socket that checks outgoing messages and waits for responses.
-class CheckedOutbox final : public web::Outbox {
+// Runs functions that other threads post, on the thread of the target.
+class Strand {
  public:
-  void Answer(web::WireMessage message) override {
-    const web::Json header = HeaderOf(message);
-    Require(header.is_object() && header.contains("id"), "an answer has an id");
-    Require(header.contains("result") != header.contains("error"),
-            "an answer has a result or an error");
-    if (header.contains("error")) {
-      Require(header["error"]["code"] != "INTERNAL" && header["error"]["code"] != "UNKNOWN",
-              header.dump());
-      Require(!header["error"]["message"].get<std::string>().empty(),
-              "an error says what is wrong");
-    }
+  void Post(absl::AnyInvocable<void()> function) {
     absl::MutexLock lock(&mutex_);
-    ++answer_count_;
-  }
-  void SendEvent(web::WireMessage message) override {
-    Require(HeaderOf(message).contains("event"), "an event has a name");
-  }
-  void SendLatestEvent(const std::string& /*key*/, web::WireMessage message) override {
-    SendEvent(std::move(message));
-  }
-  void SendFrames(const std::string& /*key*/,
-                  absl::AnyInvocable<web::WireMessage()> compose) override {
-    SendEvent(compose());
-  }
-  void DropEvent(const std::string& /*key*/) override {}
-  void AcceptHello() override {}
-  void Close(int /*code*/, std::string reason) override {
-    Require(!reason.empty(), "the end of a socket has a reason");
-    absl::MutexLock lock(&mutex_);
-    is_closed_ = true;
+    posted_.push_back(std::move(function));
   }
 
-  // Waits until `count` messages are answered or the socket is closed.
-  void Await(size_t count) {
-    absl::MutexLock lock(&mutex_);
-    const auto is_done = [this, count]() ABSL_SHARED_LOCKS_REQUIRED(mutex_) {
-      return is_closed_ || answer_count_ == count;
-    };
-    mutex_.Await(absl::Condition(&is_done));
+  // Runs what was posted, waiting up to `timeout` for the first. Returns whether there was any.
+  bool Run(absl::Duration timeout) {
+    std::deque<absl::AnyInvocable<void()>> functions;
+    {
+      absl::MutexLock lock(&mutex_);
+      const auto has_any = [this]() ABSL_SHARED_LOCKS_REQUIRED(mutex_) { return !posted_.empty(); };
+      mutex_.AwaitWithTimeout(absl::Condition(&has_any), timeout);
+      functions.swap(posted_);
+    }
+    for (absl::AnyInvocable<void()>& function : functions) {
+      function();
+    }
+    return !functions.empty();
   }
 
  private:
   absl::Mutex mutex_;
-  size_t answer_count_ ABSL_GUARDED_BY(mutex_) = 0;
-  bool is_closed_ ABSL_GUARDED_BY(mutex_) = false;
+  std::deque<absl::AnyInvocable<void()>> posted_ ABSL_GUARDED_BY(mutex_);
 };
 
-// The context of a page session. Destroyed after it.
-struct Dependencies {
-  web::PoolFeed feed{[] { return std::vector<web::PoolReport>(); }};
-  ThreadGroup watch_threads{kThreadsMax, "no room for another watch"};
-  web::DifferenceCache differences;
-  web::PageSessionContext context{
-      .version = "fuzzed",
-      .requires_token = false,
-      .viewers_max = 1,
-      .connect =
-          [](const std::string& token) {
-            return procgen_client::Client::FromChannel(TheFuzzedServer().channel(), token);
-          },
-      .report_episodes = [](const std::string&, const std::string&,
-                            int64_t) { return web::EpisodeList(); },
-      .pause_pool = [](const std::string&, const std::string&) -> std::unique_ptr<web::PoolPause> {
-        return nullptr;
-      },
-      .feed = &feed,
-      .watch_threads = &watch_threads,
-      .differences = &differences};
-};
+void CheckMessage(const std::string& bytes) {
+  web::v1::BridgeResponse response;
+  Require(response.ParseFromString(bytes), "a message to the page is a BridgeResponse");
+  Require(response.call() != 0, "a message to the page belongs to a call");
+  Require(response.has_message() || response.has_end(), "a response is of a known kind");
+  if (response.has_end() && response.end().code() != 0) {
+    const absl::Status status(static_cast<absl::StatusCode>(response.end().code()),
+                              response.end().message());
+    Require(!absl::IsInternal(status) && !absl::IsUnknown(status), "an error is documented",
+            status);
+    Require(!status.message().empty(), "an error says what is wrong", status);
+  }
+}
+
+// Runs the session until it reports nothing for some time.
+void Settle(web::BridgeSession* session, Strand* strand) {
+  do {
+    while (std::optional<std::string> message = session->Next()) {
+      CheckMessage(*message);
+      session->OnWritten();
+    }
+  } while (strand->Run(kQuiet));
+}
 
 void Play(const std::vector<Piece>& pieces) {
   LivePool& pool = TheLivePool();
-  Dependencies dependencies;
-  const auto outbox = std::make_shared<CheckedOutbox>();
-  const auto page_session = std::make_shared<web::PageSession>(dependencies.context, outbox);
-  std::thread thread([page_session] { page_session->Run(); });
-  page_session->Take({R"({"id":0,"method":"hello"})", false});
-  size_t count = 1;
-  bool is_binary = false;
+  Strand strand;
+  std::unique_ptr<GenericStub> stub = MakeGenericStub(TheFuzzedServer().channel());
+  auto session = std::make_shared<web::BridgeSession>(
+      stub.get(),
+      [&strand](absl::AnyInvocable<void()> function) { strand.Post(std::move(function)); }, [] {});
   for (size_t i = 0; i < pieces.size() && i < kPiecesMax; ++i) {
-    if (!pieces[i].is_mark) {
-      page_session->Take({pieces[i].bytes, is_binary});
-      ++count;
+    if (pieces[i].is_mark || !session->CanTake()) {
+      Settle(session.get(), &strand);
     }
-    is_binary = pieces[i].is_mark;
+    if (!session->CanTake()) {
+      break;  // a call that takes nothing, such as one of a stream that the server does not read
+    }
+    if (pieces[i].is_mark) {
+      continue;
+    }
+    if (const std::optional<web::CloseReason> reason = session->Take(pieces[i].bytes)) {
+      Require(!reason->text.empty() && reason->code >= 1000, "the end of a socket has a reason");
+      break;
+    }
   }
-  outbox->Await(count);
-  page_session->Stop();
-  thread.join();
+  Settle(session.get(), &strand);
+  session->Stop();
+  std::thread([&stub] { stub.reset(); }).join();
+  while (strand.Run(absl::ZeroDuration())) {
+  }
+  session.reset();
   TheFuzzedServer().RequirePoolCount(1);
   pool.Step();
 }

@@ -30,13 +30,10 @@ _RPC["server/rpc/bridge"] = ()
 for _folder in ("run", "watch", "services"):
     _RPC[f"server/rpc/{_folder}"] = (*_BELOW_RPC, *_RPC)
 _RPC["server/rpc"] = (*_BELOW_RPC, *_RPC)
-# Each folder may include the ones before it.
-_BELOW_WEB = ("envcore/pool", "envcore/environment", "envcore/trace", "envcore/games",
-              *_BELOW_RPC_AND_WEB, "server/encoding", "server/net", "server/rpc/bridge",
-              "clients/cpp")
-_WEB = {"server/web/json": _BELOW_WEB, "server/web/bridge": ("proto", "server/rpc/bridge")}
-for _folder in ("/play", "/session", "/http", ""):
-    _WEB[f"server/web{_folder}"] = (*_BELOW_WEB, *_WEB)
+# Bytes of a connection know the calls of a page.
+_WEB = {"server/web/bridge": ("proto", "server/rpc/bridge")}
+for _folder in ("/http", ""):
+    _WEB[f"server/web{_folder}"] = ("server/concurrency", "server/net", "server/rpc/bridge", *_WEB)
 # Each folder may include the ones before it.
 _RENDER = {"envcore/render/output": _BELOW_SCENE}
 for _folder in ("raster", "art", "scene"):

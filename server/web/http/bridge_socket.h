@@ -12,6 +12,8 @@
 
 namespace procgen::web {
 
+using UpgradeRequest = boost::beast::http::request<boost::beast::http::empty_body>;
+
 // Shared by the sockets of all pages.
 struct BridgeContext {
   GenericStub* stub = nullptr;
@@ -22,9 +24,8 @@ struct BridgeContext {
 
 // Upgrades a connection to a WebSocket that speaks proto/procgen/web/v1/bridge.proto. `context` and
 // `sockets` must outlive the socket.
-void OpenBridgeSocket(ByteStream stream,
-                      const boost::beast::http::request<boost::beast::http::empty_body>& request,
-                      BridgeContext* context, OpenSockets* sockets);
+void OpenBridgeSocket(ByteStream stream, const UpgradeRequest& request, BridgeContext* context,
+                      OpenSockets* sockets);
 
 }  // namespace procgen::web
 

@@ -122,11 +122,7 @@ class Connection final : public std::enable_shared_from_this<Connection> {
     }
     const web::Reply reply = context_.site->ReplyToSocket(info);
     if (reply.status == kSwitchingProtocols) {
-      if (Site::IsBridge(info)) {
-        OpenBridgeSocket(std::move(stream_), request, context_.bridge, context_.sockets);
-      } else {
-        OpenPageSocket(std::move(stream_), request, context_.page, context_.sockets);
-      }
+      OpenBridgeSocket(std::move(stream_), request, context_.bridge, context_.sockets);
       return;
     }
     Write(info, reply, /*keep_alive=*/false);

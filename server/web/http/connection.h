@@ -8,14 +8,12 @@
 #include "server/web/http/bridge_socket.h"
 #include "server/web/http/open_sockets.h"
 #include "server/web/http/site.h"
-#include "server/web/http/socket.h"
 
 namespace procgen::web {
 
 // Shared by all connections.
 struct ConnectionContext {
   const Site* site = nullptr;
-  PageContext page;
   BridgeContext* bridge = nullptr;
   OpenSockets* sockets = nullptr;
 };

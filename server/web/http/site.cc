@@ -25,7 +25,6 @@ constexpr int kMethodNotAllowed = 405;
 constexpr int kMisdirected = 421;
 constexpr int kUpgradeRequired = 426;
 
-constexpr absl::string_view kSocketPath = "/socket";
 constexpr absl::string_view kBridgePath = "/bridge";
 
 absl::string_view ContentTypeOf(absl::string_view name) {
@@ -136,8 +135,8 @@ Reply Site::ReplyToSocket(const HttpRequestInfo& request) const {
   if (!IsOurHost(request)) {
     return WrongHost(request);
   }
-  if (PathIn(request.target) != kSocketPath && !IsBridge(request)) {
-    return TextReply(kNotFound, "Not found. The WebSockets are at /bridge and /socket.\n");
+  if (PathIn(request.target) != kBridgePath) {
+    return TextReply(kNotFound, "Not found. The WebSocket is at /bridge.\n");
   }
   const std::string ours =
       absl::StrCat(request.is_secure ? "https://" : "http://", absl::AsciiStrToLower(request.host));
@@ -151,10 +150,6 @@ Reply Site::ReplyToSocket(const HttpRequestInfo& request) const {
   return reply;
 }
 
-bool Site::IsBridge(const HttpRequestInfo& request) {
-  return PathIn(request.target) == kBridgePath;
-}
-
 Reply Site::ReplyToPage(const HttpRequestInfo& request) const {
   if (!IsOurHost(request)) {
     return WrongHost(request);
@@ -163,7 +158,7 @@ Reply Site::ReplyToPage(const HttpRequestInfo& request) const {
     return TextReply(kMethodNotAllowed, "Pages are there to be read: GET or HEAD.\n");
   }
   const absl::string_view path = PathIn(request.target);
-  if (path == kSocketPath || path == kBridgePath) {
+  if (path == kBridgePath) {
     return TextReply(kUpgradeRequired, "This is a WebSocket.\n");
   }
   const auto found = files_.find(path);

@@ -43,9 +43,6 @@ class Site {
 
   // The reply to a WebSocket upgrade request: status 101 if it is accepted, else an error.
   Reply ReplyToSocket(const HttpRequestInfo& request) const;
-  // Whether an accepted upgrade request is for the bridge, else for the socket of the JSON
-  // protocol.
-  static bool IsBridge(const HttpRequestInfo& request);
   // The reply to any other request.
   Reply ReplyToPage(const HttpRequestInfo& request) const;
 

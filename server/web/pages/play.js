@@ -79,6 +79,8 @@ async function begin() {
   stage.hidden = false;
   byId("wrong").hidden = true;
   view = null;
+  play?.close();
+  play = null;
   say("The level is on its way.");
   if (!await (branch ? continueReplay() : startLevel())) {
     view = null;
@@ -109,7 +111,7 @@ function continueReplay() {
 // Plays what was started, in place of the play before. Resolves to its view.
 async function take(started) {
   const next = await started;
-  play?.close();
+  play?.close();  // of a level that was chosen meanwhile
   play = next;
   return play.view;
 }

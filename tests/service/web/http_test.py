@@ -5,9 +5,10 @@ from __future__ import annotations
 import gzip
 import http.client
 import socket
+from pathlib import Path
 
 import pytest
-from page import WebServer
+from page import WebServer, serve
 
 
 def ask(
@@ -92,7 +93,7 @@ def test_pages_can_only_be_read(server: WebServer, method: str) -> None:
 
 
 def test_the_socket_is_no_page(server: WebServer) -> None:
-    assert ask(server, "/socket")[0].status == 426
+    assert ask(server, "/bridge")[0].status == 426
     assert ask(server, "/bridge")[0].status == 426
 
 
@@ -119,7 +120,7 @@ def test_duplicate_or_missing_host_is_rejected(server: WebServer) -> None:
 _KEY = b"Sec-WebSocket-Key: AAAAAAAAAAAAAAAAAAAAAA==\r\nSec-WebSocket-Version: 13\r\n"
 
 
-def upgrade(server: WebServer, host: str, origins: list[str], path: str = "/socket") -> bytes:
+def upgrade(server: WebServer, host: str, origins: list[str], path: str = "/bridge") -> bytes:
     lines = [f"GET {path} HTTP/1.1", f"Host: {host}", *(f"Origin: {it}" for it in origins)]
     head = "\r\n".join(lines).encode() + b"\r\nConnection: Upgrade\r\nUpgrade: websocket\r\n"
     with socket.create_connection(("127.0.0.1", server.port), timeout=30) as connection:
@@ -167,3 +168,9 @@ def test_one_connection_serves_many_pages(server: WebServer) -> None:
         response = connection.getresponse()
         assert response.status == 200
         response.read()
+
+
+def test_allowed_host_names_are_accepted(tmp_path: Path) -> None:
+    with serve(tmp_path, "--web_allowed_hosts=lab.example,other.example") as server:
+        for host, status in (("LAB.example:80", 200), ("evil.example", 421)):
+            assert ask(server, "/", Host=host)[0].status == status

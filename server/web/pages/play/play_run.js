@@ -1,6 +1,6 @@
 // A play: a pool of one environment that the player steps, and the recording of its steps.
 
-import { Environment, look } from "../run/environment.js";
+import { Environment } from "../run/environment.js";
 import { Recording } from "../run/recording.js";
 import { optionsOf } from "../run/options.js";
 import { levelSpec } from "../run/spec.js";
@@ -12,7 +12,8 @@ export class PlayRun {
   #anchor = null;    // the start of the current episode: { rows, state }
   #images = null;    // of the current state
   #finalImages = null;
-  #sent = [];        // steps without a view: { action, row, images, resolve, reject }
+  #sent = [];        // steps without a view: { action, sizePx, round, row, images, resolve, reject }
+  #round = 0;        // number of restarts
   #isSettling = false;
   #isEnding = false;  // the newest step has ended its episode, and the next one begins
 
@@ -20,13 +21,13 @@ export class PlayRun {
   static async start(connection, level, isOnly, sizePx) {
     const environment = await Environment.start(connection, "play", levelSpec(level, isOnly));
     const { mode, options } = optionsOf(environment.spec.options);
-    const [row, images, state] = await Promise.all([environment.observe(), look(environment, sizePx), environment.save()]);
+    const [row, images, state] = await Promise.all([environment.observe(), environment.look(sizePx), environment.save()]);
     return new PlayRun(environment, new Recording({ games: environment.spec.games, mode, options }, row), state, images);
   }
 
   // Continues a replay at its last row, and takes over its environment.
   static async continue({ environment, recording }, sizePx) {
-    const [images, state] = await Promise.all([look(environment, sizePx), environment.save()]);
+    const [images, state] = await Promise.all([environment.look(sizePx), environment.save()]);
     return new PlayRun(environment, recording, state, images);
   }
 
@@ -57,15 +58,17 @@ export class PlayRun {
       return null;
     }
     const row = this.#environment.step(action);
-    const images = look(this.#environment, sizePx);
+    const images = this.#environment.look(sizePx);
     return new Promise((resolve, reject) => {
-      this.#sent.push({ action, sizePx, row, images, resolve, reject });
+      this.#sent.push({ action, sizePx, round: this.#round, row, images, resolve, reject });
       this.#settle();
     });
   }
 
-  // Returns to the start of the level, or to the row at which a replay was continued. Resolves to the view.
+  // Returns to the start of the level, or to the row at which a replay was continued. Resolves to the view. Steps without a view are void.
   async restart() {
+    this.#round += 1;
+    this.#isEnding = false;
     this.#environment.restore(this.#start.state);
     this.#recording.truncate(this.#start.rows);
     this.#anchor = this.#start;
@@ -91,10 +94,17 @@ export class PlayRun {
     this.#isSettling = false;
   }
 
-  async #record({ action, sizePx, row: answer, images }) {
+  // Resolves to the view of a step, or to null if a restart has made it void.
+  async #record({ action, sizePx, round, row: answer, images }) {
+    const isVoid = () => round !== this.#round;
     const row = await answer;
-    this.#isEnding = row.hasEnded;
+    if (!isVoid()) {
+      this.#isEnding = row.hasEnded;
+    }
     const shown = await images;
+    if (isVoid()) {
+      return null;
+    }
     if (!row.hasEnded) {
       this.#recording.add(action, row, null);
       this.#images = shown;
@@ -102,25 +112,31 @@ export class PlayRun {
       return this.view;
     }
     const late = this.#sent.splice(0);
+    late.forEach(({ resolve }) => resolve(null));
     if (late.length > 0) {
-      await this.#undo(action, late);
+      await Promise.all(late.flatMap((step) => [step.row, step.images]));
+      if (isVoid()) {
+        return null;
+      }
+      this.#repeat(action);
     }
-    const [next, start, state] = await Promise.all([this.#environment.step(0), look(this.#environment, sizePx), this.#environment.save()]);
+    const [next, start, state] = await Promise.all([this.#environment.step(0), this.#environment.look(sizePx), this.#environment.save()]);
+    if (isVoid()) {
+      return null;
+    }
     this.#recording.add(action, row, next);
     this.#images = start;
     this.#finalImages = shown;
     this.#anchor = { rows: this.#recording.rows, state };
     this.#isEnding = false;
-    late.forEach(({ resolve }) => resolve(null));
     return this.view;
   }
 
-  // Steps that were sent ahead have begun the next episode: plays this one again, up to its last action.
-  async #undo(action, late) {
-    await Promise.all(late.flatMap(({ row, images }) => [row, images]));
+  // Plays the current episode again, up to its last action: steps that were sent ahead have begun the next one.
+  #repeat(lastAction) {
     this.#environment.restore(this.#anchor.state);
-    for (const each of [...this.#recording.actions.slice(this.#anchor.rows - 1), action]) {
-      this.#environment.step(each);
+    for (const action of [...this.#recording.actions.slice(this.#anchor.rows - 1), lastAction]) {
+      this.#environment.step(action);
     }
   }
 }

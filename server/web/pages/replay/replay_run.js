@@ -1,6 +1,6 @@
 // A replay: a pool of one environment that repeats recorded actions, and shows any row.
 
-import { Environment, look } from "../run/environment.js";
+import { Environment } from "../run/environment.js";
 import { Recording } from "../run/recording.js";
 import { sliceSpec } from "../run/spec.js";
 
@@ -66,11 +66,11 @@ export class ReplayRun {
     let final = null;
     if (isEnd) {
       this.#environment.step(this.#source.actions[row - 1]);
-      final = this.#look(sizePx);
+      final = this.#environment.look(sizePx);
       this.#environment.step(0);
       this.#position = row;
     }
-    const current = this.#look(sizePx);
+    const current = this.#environment.look(sizePx);
     return { ...this.recording.viewOf(row), finalImages: await final, images: await current };
   }
 
@@ -83,10 +83,6 @@ export class ReplayRun {
     this.#goTo(row);
     const image = this.#environment.level(sizePx);
     return { firstRow, places: await this.#path.places, image: await image, levelSeed: this.recording.levelSeeds[row] };
-  }
-
-  #look(sizePx) {
-    return look(this.#environment, sizePx);
   }
 
   // Where the agent is in the rows of a level. Where the level ends its episode, the last place is that before the next one begins.

@@ -29,13 +29,13 @@ export class Environment {
   }
 
   // Steps, or begins the next episode after the end of one. Resolves to the row.
-  async step(action) {
-    return rowOf(await this.#pool.request("step", { slice: SLICE, actions: [action], observation: OBSERVATION_NONE }));
+  step(action) {
+    return this.#pool.request("step", { slice: SLICE, actions: [action], observation: OBSERVATION_NONE }, rowOf);
   }
 
   // The row of the last step, with the agent's view as `agent`.
-  async observe() {
-    return rowOf(await this.#pool.request("observe", { slice: SLICE }));
+  observe() {
+    return this.#pool.request("observe", { slice: SLICE }, rowOf);
   }
 
   // The view for people, as an image of this size.
@@ -49,20 +49,25 @@ export class Environment {
   }
 
   // Where the agent is in an image of the whole level: { x, y }, fractions from the top left corner.
-  async place() {
-    const { frames: [{ agentPosition: { x, y } }] } = await this.#pool.request("render",
-      { environments: [0], view: FRAME_VIEW_LEVEL, format: FRAME_FORMAT_NONE });
-    return { x, y };
+  place() {
+    return this.#pool.request("render", { environments: [0], view: FRAME_VIEW_LEVEL, format: FRAME_FORMAT_NONE },
+      ({ frames: [{ agentPosition: { x, y } }] }) => ({ x, y }));
   }
 
   // A snapshot.
-  async save() {
-    const { states: [state] } = await this.#pool.request("saveStates", {});
-    return state;
+  save() {
+    return this.#pool.request("saveStates", {}, ({ states: [state] }) => state);
   }
 
   restore(state) {
     return this.#pool.request("restoreStates", { states: [state] });
+  }
+
+  // Both views of the current state: { agent, human }.
+  look(sizePx) {
+    const views = Promise.all([this.observe(), this.human(sizePx)]).then(([{ agent }, human]) => ({ agent, human }));
+    views.catch(() => {});  // as of other requests
+    return views;
   }
 
   // Ends the pool.
@@ -70,17 +75,10 @@ export class Environment {
     this.#pool.close();
   }
 
-  async #render(view, sizePx) {
-    const { frames: [{ image, sizePx: size }] } = await this.#pool.request("render",
-      { environments: [0], sizePx, format: FRAME_FORMAT_PNG, view });
-    return { format: "png", width: size, height: size, content: image };
+  #render(view, sizePx) {
+    return this.#pool.request("render", { environments: [0], sizePx, format: FRAME_FORMAT_PNG, view },
+      ({ frames: [{ image, sizePx: size }] }) => ({ format: "png", width: size, height: size, content: image }));
   }
-}
-
-// Resolves to both views of the current state: { agent, human }.
-export async function look(environment, sizePx) {
-  const [{ agent }, human] = await Promise.all([environment.observe(), environment.human(sizePx)]);
-  return { agent, human };
 }
 
 // A fingerprint as 16 hexadecimal digits.

@@ -26,14 +26,16 @@ export class PoolStream {
       (error) => this.#end(error ?? errorOf({ code: OK, message: "The pool was closed." })));
   }
 
-  // Sends a request, a field of RunPoolRequest. Requests may be sent ahead. Resolves to the response: batches have `images`, the
-  // observations by row.
-  request(field, value) {
+  // Sends a request, a field of RunPoolRequest. Requests may be sent ahead. Resolves to `convert(response)`: batches have `images`, the
+  // observations by row. Callers need not wait for each response: an error rejects all later ones, too.
+  request(field, value, convert = (response) => response) {
     if (this.#error) {
-      return Promise.reject(this.#error);
+      const rejected = Promise.reject(this.#error);
+      rejected.catch(() => {});
+      return rejected;
     }
-    const response = new Promise((resolve, reject) => { this.#waiting.push({ resolve, reject }); });
-    response.catch(() => {});  // Callers may wait only for a later one.
+    const response = new Promise((resolve, reject) => { this.#waiting.push({ resolve, reject }); }).then(convert);
+    response.catch(() => {});
     this.#stream.send({ request: { case: field, value } });
     return response;
   }

@@ -20,7 +20,7 @@ class SiteTest : public testing::Test {
     return request;
   }
   Reply Socket(const std::string& host, const std::string& origin, bool is_secure = false) const {
-    HttpRequestInfo request = RequestTo("/socket", host);
+    HttpRequestInfo request = RequestTo("/bridge", host);
     request.origin = origin;
     request.is_secure = is_secure;
     return site_.ReplyToSocket(request);

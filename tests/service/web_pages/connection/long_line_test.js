@@ -53,6 +53,7 @@ test("play sends steps ahead, and none of them reaches the next episode", async 
   const steps = await figure(page, "#figures", "Step").textContent();
   await page.click("#replay");
   await waitForText(figure(page, "#figures", "Step"), `0 of ${steps}`);
+  assert.equal(await page.locator("#verdict").textContent(), "Identical to the recording");
   assert.equal(await page.locator("#notices .bad").count(), 0);
 });
 

@@ -1,13 +1,15 @@
 // The replay page: a play is saved, loaded, scrubbed in both directions, and compared.
 
 import assert from "node:assert/strict";
-import { mkdtemp, readFile, rm, writeFile } from "node:fs/promises";
+import { mkdtemp, readdir, readFile, rm, writeFile } from "node:fs/promises";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
 import { after, before, test } from "node:test";
 import { figure, picture, waitForPicture, waitForText, withBrowser } from "../browser.js";
 import { COINRUN_1000, COINRUN_1000_PATH, COINRUN_1000_STEPS, playKeys } from "../playing.js";
 import { Server } from "../server.js";
+
+const GOLDEN = join(import.meta.dirname, "../../../conformance/golden");
 
 const it = withBrowser();
 let server;
@@ -133,6 +135,34 @@ test("a diverging recording is reported by its row", async () => {
   const page = await it.open(server.page("/replay"));
   await page.setInputFiles("#file", changed);
   await waitForText(page.locator("#verdict"), "Differs at step 5: reward is 0, was 1");
+});
+
+test("an episode that ends earlier than recorded is replayed, and reported by its row", async () => {
+  const bytes = await readFile(trace);
+  const headerBytes = bytes.indexOf("\n") + 1;
+  const header = JSON.parse(bytes.subarray(0, headerBytes).toString());
+  assert.deepEqual(header.arrays.slice(0, 3).map(([name]) => name), ["action", "reward", "first"]);
+  // As if the episode did not end with the last action.
+  bytes[headerBytes + header.steps + (header.steps + 1) * 4 + header.steps] = 0;
+  const changed = join(folder, "changed.trace");
+  await writeFile(changed, bytes);
+  const page = await it.open(server.page("/replay"));
+  await page.setInputFiles("#file", changed);
+  await waitForText(page.locator("#verdict"), `Differs at step ${COINRUN_1000_STEPS}: first is 1, was 0`);
+  await page.click("#last");
+  await row(page, COINRUN_1000_STEPS);
+  assert.equal(await figure(page, "#figures", "Score").textContent(), "10");
+});
+
+test("recordings of every game are replayed bit for bit", async () => {
+  const page = await it.open(server.page("/replay"));
+  const names = (await readdir(GOLDEN)).filter((name) => name.endsWith(".trace"));
+  assert(names.length >= 16);
+  for (const name of names) {
+    await page.setInputFiles("#file", join(GOLDEN, name));
+    await waitForText(page.locator("#name"), name);
+    assert.equal(await page.locator("#verdict").textContent(), "Identical to the recording", name);
+  }
 });
 
 test("an invalid trace is rejected, and the page continues", async () => {
