@@ -96,8 +96,10 @@ class Environments:
             self._client.close()
 
 
-def pool_options(options: argparse.Namespace, rank: int, rank_count: int) -> dict[str, Any]:
-    """Returns options of Pool, for a rank's part of one logical pool.
+def environment_options(
+    options: argparse.Namespace, rank: int, rank_count: int
+) -> dict[str, Any]:
+    """Returns options of Environments, for a rank's part of one logical pool.
 
     The ranks of a host share its cores.
     """
@@ -107,6 +109,8 @@ def pool_options(options: argparse.Namespace, rank: int, rank_count: int) -> dic
     return {
         **({"frame_stack": frames} if frames > 1 else {}),
         **({"num_threads": threads} if ranks_here > 1 else {}),
+        "server": options.server,
+        "server_timeout": options.server_timeout,
         "distribution_mode": options.mode,
         "num_levels": options.levels,
         "start_level": options.start_level,

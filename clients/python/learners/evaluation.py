@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from learners.agent import AgentPolicy
-from learners.environments import Environments, pool_options
+from learners.environments import Environments, environment_options
 
 TEST_COLUMNS = ("step", "return_mean", "length_mean")
 EPISODE_WINDOW = 100  # Number of episodes in return_mean and length_mean.
@@ -25,15 +25,9 @@ class PeriodicEvaluation:
         """Makes as many environments as the run has, on all levels."""
         self._policy = policy
         self._step_count: int = options.num_steps
-        its_options = pool_options(options, 0, 1) | {"num_levels": 0}
+        its_options = environment_options(options, 0, 1) | {"num_levels": 0}
         its_options.pop("frame_stack", None)  # The policy stacks frames itself.
-        self._environments = Environments(
-            options.game,
-            options.num_envs,
-            server=options.server,
-            server_timeout=options.server_timeout,
-            **its_options,
-        )
+        self._environments = Environments(options.game, options.num_envs, **its_options)
         self._recent: deque[tuple[float, int]] = deque(maxlen=EPISODE_WINDOW)
         self._first = np.ones(options.num_envs, bool)
 

@@ -27,7 +27,7 @@ from torch import nn
 from torch.nn import functional as F  # noqa: N812 - the usual name
 
 from learners.agent import MEMORY_SIZE, Agent, AgentPolicy, sampled
-from learners.environments import Environments, Episode, episodes_of, pool_options
+from learners.environments import Environments, Episode, environment_options, episodes_of
 from learners.evaluation import PeriodicEvaluation
 from learners.gradients import ChunkedGradients
 from learners.networks import captured
@@ -399,13 +399,8 @@ def train(
     """Trains, and returns the exit status. learners.upstream passes `make_environments`."""
     device = set_device(options)
     ranks = Ranks("nccl" if device.type == "cuda" else "gloo")
-    environments = make_environments(
-        options.game,
-        options.num_envs,
-        server=options.server,
-        server_timeout=options.server_timeout,
-        **pool_options(options, ranks.rank, ranks.count),
-    )
+    its_options = environment_options(options, ranks.rank, ranks.count)
+    environments = make_environments(options.game, options.num_envs, **its_options)
     evaluation = None
     try:
         learner = Ppo(options, ranks, environments)

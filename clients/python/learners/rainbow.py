@@ -24,7 +24,7 @@ import torch
 from torch import nn
 from torch.nn import functional as F  # noqa: N812 - the usual name
 
-from learners.environments import Environments, Episode, episodes_of, pool_options
+from learners.environments import Environments, Episode, environment_options, episodes_of
 from learners.gradients import ChunkedGradients
 from learners.networks import DENSE_SIZES, captured, make_encoder
 from learners.options import parsed, run_parser, set_device
@@ -337,13 +337,8 @@ def train(options: argparse.Namespace) -> int:
     folder = Path(options.output)
     if (folder / CHECKPOINT).exists() and not (folder / REPLAY).exists():
         raise SystemExit(f"{folder / REPLAY} is missing: the run cannot be continued without it")
-    environments = Environments(
-        options.game,
-        options.num_envs,
-        server=options.server,
-        server_timeout=options.server_timeout,
-        **pool_options(options, 0, 1),
-    )
+    its_options = environment_options(options, 0, 1)
+    environments = Environments(options.game, options.num_envs, **its_options)
     try:
         if options.value_min is None:
             options.value_min = VALUE_MIN.get(options.game, 0.0)

@@ -13,7 +13,7 @@ from small_runs import options, train
 
 from learners import policy, ppo
 from learners.agent import Agent, AgentPolicy
-from learners.environments import Environments, pool_options
+from learners.environments import Environments, environment_options
 from learners.ranks import Ranks
 from procgen_client import Pool
 
@@ -24,7 +24,7 @@ _KINDS = ({"frame_stack": 3}, {"lstm": True})
 def test_first_minibatch_repeats_the_choices_of_the_rollout(kind: dict[str, int]) -> None:
     """Else the ratio of new to old probabilities is not 1; 64 steps end many episodes."""
     parsed = ppo.parse(options(Path(), None, num_steps=64, precision="float32", **kind))
-    environments = Environments("bigfish", 8, **pool_options(parsed, 0, 1))
+    environments = Environments("bigfish", 8, **environment_options(parsed, 0, 1))
     learner = ppo.Ppo(parsed, Ranks("gloo"), environments)
     for _ in range(2):  # The second rollout continues with the memory of the first.
         assert learner.collect().episodes

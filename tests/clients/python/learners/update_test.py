@@ -15,7 +15,7 @@ torch = pytest.importorskip("torch")
 from small_runs import options
 
 from learners import networks, ppo
-from learners.environments import Environments, pool_options
+from learners.environments import Environments, environment_options
 from learners.ranks import Ranks
 
 # On the CPU the path is forced.
@@ -29,7 +29,7 @@ _COMPILED = (True, False) if hasattr(torch.nn.Module, "compile") else (False,)
 def environments() -> Iterator[Environments]:
     """Eight environments."""
     parsed = ppo.parse(options(Path(), None, num_envs=8))
-    made = Environments("bigfish", 8, **pool_options(parsed, 0, 1))
+    made = Environments("bigfish", 8, **environment_options(parsed, 0, 1))
     yield made
     made.close()
 
