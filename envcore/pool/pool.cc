@@ -371,4 +371,21 @@ StatusOr<SceneSnapshot> Pool::CaptureScene(int32_t environment, bool whole_level
   return snapshot;
 }
 
+StatusOr<AgentPosition> Pool::FindAgent(int32_t environment) {
+  if (Status status = CheckIndex(environment); !status.ok()) {
+    return status;
+  }
+  if (!Take()) {
+    return AbortedError("another call steps or reads this pool; retry when it has returned");
+  }
+  const World& world = environments_[static_cast<size_t>(environment)]->game().world();
+  const auto width = static_cast<float>(world.grid.width());
+  const auto height = static_cast<float>(world.grid.height());
+  const float cells = std::max(width, height);
+  const AgentPosition position = {0.5F + (world.agent().x - width / 2) / cells,
+                                  0.5F - (world.agent().y - height / 2) / cells};
+  Release();
+  return position;
+}
+
 }  // namespace procgen

@@ -27,6 +27,13 @@ namespace procgen {
 class FrameStack;
 class StaticLayerCache;
 
+// The centre of an agent in an image of its whole level, which is in the middle of a square: in
+// fractions of the image's width from the left, and of its height from the top.
+struct AgentPosition {
+  float x = 0;
+  float y = 0;
+};
+
 // Size in pixels and in bytes of an observation in the default format: uint8 [64, 64, 3], top row
 // first, RGB.
 inline constexpr int kObservationSizePx = 64;
@@ -215,6 +222,10 @@ class Pool {
   // INVALID_ARGUMENT: the index is out of range. ABORTED as in Step. `whole_level`: the scene shows
   // the whole level, and not what the agent sees of it.
   StatusOr<SceneSnapshot> CaptureScene(int32_t environment, bool whole_level = false);
+
+  // Returns where the agent of one environment is in an image of its whole level. Errors:
+  // INVALID_ARGUMENT: the index is out of range. ABORTED as in Step.
+  StatusOr<AgentPosition> FindAgent(int32_t environment);
 
  private:
   class StepJob;

@@ -50,7 +50,7 @@ void PoolObservers::SelectFinalScenes(int32_t first, int32_t count,
 void PoolObservers::OnExecuted(const Request& request, const StepInput& input, const Batch& batch,
                                int64_t request_count) {
   if (request.kind != Request::Kind::kObserve && episodes_ != nullptr) {
-    episodes_->Add(input, batch);
+    episodes_->Add(input, batch, {request.annotations, request.first, request.count});
   }
   if (input.steps) {
     *step_count_ += counts_.Add(input, batch, episodes_.get());

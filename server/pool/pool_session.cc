@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <deque>
+#include <map>
 #include <optional>
 #include <utility>
 
@@ -26,11 +27,11 @@ absl::Status NoEpisodes() {
 }  // namespace
 
 PoolSession::PoolSession(std::string owner, std::string name, std::unique_ptr<Pool> pool,
-                         Encoding encoding, EndStream end_stream, const PoolContext& context)
+                         SessionOptions options, EndStream end_stream, const PoolContext& context)
     : owner_(std::move(owner)),
       name_(std::move(name)),
       pool_(std::move(pool)),
-      encoding_(encoding),
+      session_options_(std::move(options)),
       create_time_(absl::Now()),
       background_(context.executor),
       end_stream_(std::move(end_stream)),
@@ -43,6 +44,32 @@ PoolSession::PoolSession(std::string owner, std::string name, std::unique_ptr<Po
                  .turns = &turns_,
                  .observers = &observers_,
                  .metrics = context.metrics}) {}
+
+std::vector<GameReturn> PoolSession::ReadGameReturns() const {
+  const std::vector<std::string>& games = options().games;
+  std::vector<GameReturn> returns;
+  std::map<std::string, size_t> places;
+  for (const std::string& game : games) {
+    places[game] = 0;
+  }
+  if (places.size() < 2) {
+    return returns;
+  }
+  for (auto& [game, place] : places) {
+    place = returns.size();
+    returns.push_back({game, std::nullopt});
+  }
+  const std::vector<std::optional<float>> means =
+      recent_episodes().ReadMeanReturns(returns.size(), [&](int32_t environment) {
+        const auto number =
+            static_cast<size_t>(options().first_env) + static_cast<size_t>(environment);
+        return places[games[number % games.size()]];
+      });
+  for (size_t i = 0; i < returns.size(); ++i) {
+    returns[i].mean_return = means[i];
+  }
+  return returns;
+}
 
 void PoolSession::Execute(Request* request, std::shared_ptr<ResponseSink> sink) {
   pause_.Pass([this, request, sink = std::move(sink)]() mutable {

@@ -4,6 +4,7 @@
 #include <atomic>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -16,8 +17,8 @@
 #include "absl/time/time.h"
 #include "absl/types/span.h"
 #include "envcore/pool/pool.h"
-#include "server/encoding/encoding.h"
 #include "server/pool/episodes/recent_episodes.h"
+#include "server/pool/history/pool_history.h"
 #include "server/pool/pool_context.h"
 #include "server/pool/pool_observer.h"
 #include "server/pool/pool_observers.h"
@@ -27,9 +28,17 @@
 #include "server/pool/request_times.h"
 #include "server/pool/response_sink.h"
 #include "server/pool/scene_capture.h"
+#include "server/pool/session_options.h"
 #include "server/pool/turn_queue.h"
 
 namespace procgen {
+
+// Mean return of one game of a pool.
+struct GameReturn {
+  std::string game;
+  // Of its last RecentEpisodes::kRecentCount episodes among those listed; nullopt: there are none.
+  std::optional<float> mean_return;
+};
 
 // A running pool: its environments, and their users. Its stream changes it; others look.
 //
@@ -46,8 +55,8 @@ class PoolSession {
   using EndStream = absl::AnyInvocable<void(absl::Status)>;
 
   // `owner`: empty if callers are not authenticated. `context` must outlive this.
-  PoolSession(std::string owner, std::string name, std::unique_ptr<Pool> pool, Encoding encoding,
-              EndStream end_stream, const PoolContext& context);
+  PoolSession(std::string owner, std::string name, std::unique_ptr<Pool> pool,
+              SessionOptions options, EndStream end_stream, const PoolContext& context);
   // REQUIRES: no caller has a turn.
   ~PoolSession() = default;
   PoolSession(const PoolSession&) = delete;
@@ -57,8 +66,8 @@ class PoolSession {
   const std::string& name() const { return name_; }
   const PoolOptions& options() const { return pool_->options(); }
   int32_t env_count() const { return options().env_count; }
-  // How its observations are sent.
-  Encoding encoding() const { return encoding_; }
+  const SessionOptions& session_options() const { return session_options_; }
+  Encoding encoding() const { return session_options_.encoding; }
   // Bytes of one environment's observation as drawn.
   int64_t observation_bytes() const { return options().observation_format.bytes(); }
   absl::Time create_time() const { return create_time_; }
@@ -67,6 +76,10 @@ class PoolSession {
   // Statistics of its episodes and requests.
   RecentEpisodes::Summary episodes() const { return recent_episodes().Read(); }
   const RecentEpisodes& recent_episodes() const { return observers_.counts().episodes(); }
+  // Mean returns of its games, in alphabetical order. Empty for a pool of one game.
+  std::vector<GameReturn> ReadGameReturns() const;
+  // Its statistics over time.
+  PoolHistory& history() { return history_; }
   int64_t request_count() const { return executor_.request_count(); }
   RequestTimes::Summary request_times() const { return executor_.request_times(); }
 
@@ -125,6 +138,8 @@ class PoolSession {
   absl::StatusOr<EpisodeRecording> FindEpisode(int32_t environment, uint64_t fingerprint) const;
   // As SceneCapture::Capture, on another thread if there are many.
   using Captured = absl::AnyInvocable<void(absl::StatusOr<Draw>)>;
+  // As Pool::FindAgent, for environments of the pool.
+  AgentPosition FindAgent(int32_t environment) { return pool_->FindAgent(environment).value(); }
   void CaptureScenes(std::vector<int32_t> environments, View view, int32_t size_px, Captured done);
 
   // Records that a capture ran from `begin_time` until now. Threads: this and next_capture_time
@@ -138,10 +153,11 @@ class PoolSession {
   const std::string owner_;
   const std::string name_;
   const std::unique_ptr<Pool> pool_;
-  const Encoding encoding_;
+  const SessionOptions session_options_;
   const absl::Time create_time_;
   BackgroundExecutor* const background_;
   SceneCapture scene_capture_;
+  PoolHistory history_;
   std::atomic<int64_t> next_capture_ns_ = 0;  // of next_capture_time()
 
   absl::Mutex mutex_;

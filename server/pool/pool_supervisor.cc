@@ -20,7 +20,8 @@ PoolSupervisor::PoolSupervisor(const Limits& limits, int32_t worker_count, Metri
       art_(std::move(art)),
       quotas_(limits),
       episode_bytes_(limits.episode_history_bytes_max),
-      executor_(kBackgroundThreadCount) {}
+      executor_(kBackgroundThreadCount),
+      history_sampler_([this] { return pools_.All(); }) {}
 
 PoolSupervisor::~PoolSupervisor() {
   pools_.Clear();
@@ -50,7 +51,7 @@ absl::StatusOr<PoolRegistry::Key> PoolSupervisor::Reserve(absl::string_view owne
 }
 
 void PoolSupervisor::Create(absl::string_view owner, absl::string_view id,
-                            const PoolOptions& options, Encoding encoding,
+                            const PoolOptions& options, SessionOptions session_options,
                             PoolSession::EndStream end_stream, CreateDone done) {
   absl::StatusOr<PoolRegistry::Key> key = Reserve(owner, id, options);
   if (!key.ok()) {
@@ -59,30 +60,31 @@ void PoolSupervisor::Create(absl::string_view owner, absl::string_view id,
   }
   PoolOptions drawn = options;
   drawn.art = art_;
-  executor_.Run(std::string(owner),
-                [this, key = *std::move(key), drawn = std::move(drawn), encoding,
-                 end_stream = std::move(end_stream), done = std::move(done)]() mutable {
-                  absl::StatusOr<std::unique_ptr<Pool>> pool = Pool::Create(drawn, workers_);
-                  if (!pool.ok()) {
-                    pools_.Remove(key);
-                    done(pool.status());
-                    return;
-                  }
-                  std::shared_ptr<PoolSession> session =
-                      MakeSession(key, *std::move(pool), encoding, std::move(end_stream));
-                  pools_.Put(key, session);
-                  LogEvent(LogLevel::kInfo, "pool_created",
-                           {{"pool", session->name()},
-                            {"owner", session->owner()},
-                            {"games", session->options().games.front()},
-                            {"environments", absl::StrCat(session->env_count())}});
-                  done(std::move(session));
-                });
+  executor_.Run(
+      std::string(owner), [this, key = *std::move(key), drawn = std::move(drawn),
+                           session_options = std::move(session_options),
+                           end_stream = std::move(end_stream), done = std::move(done)]() mutable {
+        absl::StatusOr<std::unique_ptr<Pool>> pool = Pool::Create(drawn, workers_);
+        if (!pool.ok()) {
+          pools_.Remove(key);
+          done(pool.status());
+          return;
+        }
+        std::shared_ptr<PoolSession> session =
+            MakeSession(key, *std::move(pool), std::move(session_options), std::move(end_stream));
+        pools_.Put(key, session);
+        LogEvent(LogLevel::kInfo, "pool_created",
+                 {{"pool", session->name()},
+                  {"owner", session->owner()},
+                  {"games", session->options().games.front()},
+                  {"environments", absl::StrCat(session->env_count())}});
+        done(std::move(session));
+      });
 }
 
 std::shared_ptr<PoolSession> PoolSupervisor::MakeSession(const PoolRegistry::Key& key,
                                                          std::unique_ptr<Pool> pool,
-                                                         Encoding encoding,
+                                                         SessionOptions session_options,
                                                          PoolSession::EndStream end_stream) {
   {
     absl::MutexLock lock(&mutex_);
@@ -90,16 +92,17 @@ std::shared_ptr<PoolSession> PoolSupervisor::MakeSession(const PoolRegistry::Key
   }
   // Shared by the registry and current callers. Freed on the background executor, because the last
   // reference may be dropped by a worker of the pool's own worker pool.
-  return {new PoolSession(key.first, key.second, std::move(pool), encoding, std::move(end_stream),
-                          {&executor_, &episode_bytes_, &step_count_, metrics_}),
-          [this](PoolSession* freed) {
-            executor_.Run(freed->owner(), [this, freed] {
-              delete freed;
-              memory_trimmer_.Request();
-              absl::MutexLock lock(&mutex_);
-              --unfreed_count_;
-            });
-          }};
+  return {
+      new PoolSession(key.first, key.second, std::move(pool), std::move(session_options),
+                      std::move(end_stream), {&executor_, &episode_bytes_, &step_count_, metrics_}),
+      [this](PoolSession* freed) {
+        executor_.Run(freed->owner(), [this, freed] {
+          delete freed;
+          memory_trimmer_.Request();
+          absl::MutexLock lock(&mutex_);
+          --unfreed_count_;
+        });
+      }};
 }
 
 void PoolSupervisor::Free(PoolSession* pool) {

@@ -15,14 +15,15 @@
 #include "absl/synchronization/mutex.h"
 #include "envcore/pool/pool.h"
 #include "server/concurrency/background_executor.h"
-#include "server/encoding/encoding.h"
 #include "server/metrics/metrics.h"
+#include "server/pool/history/history_sampler.h"
 #include "server/pool/pool_registry.h"
 #include "server/pool/pool_session.h"
 #include "server/pool/quota/byte_budget.h"
 #include "server/pool/quota/limits.h"
 #include "server/pool/quota/memory_trimmer.h"
 #include "server/pool/quota/quotas.h"
+#include "server/pool/session_options.h"
 
 namespace procgen {
 
@@ -70,7 +71,7 @@ class PoolSupervisor {
   // malformed id; ALREADY_EXISTS; RESOURCE_EXHAUSTED a limit; UNAVAILABLE while draining; those of
   // Pool::Create.
   void Create(absl::string_view owner, absl::string_view id, const PoolOptions& options,
-              Encoding encoding, PoolSession::EndStream end_stream, CreateDone done);
+              SessionOptions session_options, PoolSession::EndStream end_stream, CreateDone done);
   // Closes and removes a pool whose stream has ended.
   void Free(PoolSession* pool);
 
@@ -103,7 +104,8 @@ class PoolSupervisor {
                                             const PoolOptions& options);
   // Creates a session that is freed on the background executor.
   std::shared_ptr<PoolSession> MakeSession(const PoolRegistry::Key& key, std::unique_ptr<Pool> pool,
-                                           Encoding encoding, PoolSession::EndStream end_stream);
+                                           SessionOptions session_options,
+                                           PoolSession::EndStream end_stream);
 
   const Limits limits_;
   Metrics* const metrics_;
@@ -119,7 +121,9 @@ class PoolSupervisor {
   int32_t unfreed_count_ ABSL_GUARDED_BY(mutex_) = 0;  // PoolSessions that exist
   std::atomic<bool> draining_ = false;
 
-  BackgroundExecutor executor_;  // last, so that its threads end before the members that they use
+  // Last, so that their threads end before the members that they use.
+  BackgroundExecutor executor_;
+  HistorySampler history_sampler_;
 };
 
 }  // namespace procgen

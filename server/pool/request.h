@@ -9,7 +9,7 @@
 #include "absl/time/time.h"
 #include "absl/types/span.h"
 #include "envcore/pool/pool.h"
-#include "server/pool/annotation.h"
+#include "server/pool/episodes/annotation.h"
 
 namespace procgen {
 

@@ -1,5 +1,7 @@
 #include "server/wire/convert_episode.h"
 
+#include <limits>
+
 #include "server/wire/convert_pool.h"
 
 namespace procgen {
@@ -43,6 +45,19 @@ EnvironmentOptions OptionsFor(const Episode& episode, const PoolOptions& pool) {
   return options;
 }
 
+// Adds rows to the last of `step_count` steps.
+void FillAnnotations(const AnnotationSeries& series, size_t step_count,
+                     v1::AnnotationSeries* message) {
+  message->set_name(series.name);
+  message->set_value_count(series.value_count);
+  message->set_first_step(series.first_step);
+  message->mutable_values()->Add(series.values.begin(), series.values.end());
+  const size_t rows = step_count - static_cast<size_t>(series.first_step);
+  message->mutable_values()->Resize(
+      static_cast<int>(rows * static_cast<size_t>(series.value_count)),
+      std::numeric_limits<float>::quiet_NaN());
+}
+
 }  // namespace
 
 void FillEpisode(const Episode& episode, const PoolOptions& pool, int32_t environment,
@@ -61,11 +76,30 @@ void FillEpisode(const Episode& episode, const PoolOptions& pool, int32_t enviro
     level_change->set_action(change.action);
     level_change->set_level_seed(change.level_seed);
   }
+  for (const AnnotationSeries& series : episode.annotations) {
+    FillAnnotations(series, episode.rewards.size(), message->add_annotations());
+  }
   message->set_outcome(OutcomeOf(episode.outcome));
   message->set_level_complete(episode.level_complete);
   message->set_fingerprint(static_cast<int64_t>(episode.fingerprint));
   message->set_prev_level_incomplete(episode.prev_level_incomplete);
   message->set_incomplete_reason(ReasonOf(episode.incomplete_reason));
+}
+
+void FillEpisodeList(const RecentEpisodes::List& list, v1::ListEpisodesResponse* message) {
+  for (const EndedEpisode& episode : list.episodes) {
+    v1::EpisodeSummary* const added = message->add_episodes();
+    added->set_environment(episode.environment);
+    added->set_level_seed(episode.level_seed);
+    added->set_total_reward(episode.total_reward);
+    added->set_length(episode.length);
+    added->set_level_complete(episode.level_complete);
+    added->set_truncated(episode.is_truncated);
+    added->set_fingerprint(static_cast<int64_t>(episode.fingerprint));
+    FillTimestamp(episode.end_time, added->mutable_end_time());
+  }
+  message->set_episode_count(list.count);
+  message->set_recorded_count(list.recorded_count);
 }
 
 }  // namespace procgen

@@ -6,8 +6,10 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "server/encoding/observation_encoder.h"
 #include "server/encoding/png.h"
 #include "server/pool/environment_list.h"
+#include "server/wire/convert_observation.h"
 #include "server/wire/convert_pool.h"
 #include "server/wire/enum_value.h"
 
@@ -34,12 +36,25 @@ struct FrameRequest {
   v1::FrameFormat format = v1::FRAME_FORMAT_UNSPECIFIED;
   absl::string_view limit;  // name of response_bytes_max
   int64_t response_bytes_max = 0;
+  Encoding encoding = Encoding::kRaw;
 };
+
+// Upper bound of the bytes of an image in a response.
+int64_t ImageBytesMax(const FrameRequest& frames) {
+  const int64_t size_px = frames.size_px;
+  switch (frames.format) {
+    case v1::FRAME_FORMAT_NONE:
+      return 0;
+    case v1::FRAME_FORMAT_PNG:
+      return PngBytesMax(frames.size_px);
+    default:
+      return EncodedBytesMax(frames.encoding, size_px * size_px * 3);
+  }
+}
 
 absl::Status CheckSize(const FrameRequest& frames) {
   const int64_t size_px = frames.size_px;
-  const int64_t image_bytes =
-      frames.format == v1::FRAME_FORMAT_PNG ? PngBytesMax(frames.size_px) : size_px * size_px * 3;
+  const int64_t image_bytes = ImageBytesMax(frames);
   const int64_t frames_max =
       (frames.response_bytes_max - kFrameOverheadBytes) / (image_bytes + kFrameOverheadBytes);
   if (static_cast<int64_t>(frames.environments.size()) > frames_max) {
@@ -67,6 +82,12 @@ absl::Status CheckFrames(const FrameRequest& frames, const PoolSession& pool) {
     return status;
   }
   return CheckSize(frames);
+}
+
+// Bytes of all images of a frame set.
+size_t ImageBytesOf(const WatchSpec& spec) {
+  const auto size_px = static_cast<size_t>(spec.size_px);
+  return spec.environments.size() * size_px * size_px * 3;
 }
 
 absl::Span<const int32_t> SpanOf(const google::protobuf::RepeatedField<int32_t>& list) {
@@ -126,15 +147,29 @@ absl::Status CheckRender(const v1::Render& request, const PoolSession& pool, con
 
 absl::StatusOr<WatchSpec> WatchSpecOf(const v1::WatchPoolRequest& request, const PoolSession& pool,
                                       const Limits& limits) {
+  const absl::StatusOr<Encoding> encoding = EncodingOf("encoding", request.encoding());
+  if (!encoding.ok()) {
+    return encoding.status();
+  }
+  if (request.format() == v1::FRAME_FORMAT_NONE) {
+    return absl::InvalidArgumentError(
+        "format is FRAME_FORMAT_NONE, allowed in a watch: FRAME_FORMAT_RGB, FRAME_FORMAT_PNG");
+  }
+  if (*encoding == Encoding::kDeltaZstd && request.format() == v1::FRAME_FORMAT_PNG) {
+    return absl::InvalidArgumentError(
+        "format is FRAME_FORMAT_PNG, allowed with ENCODING_DELTA_ZSTD: FRAME_FORMAT_RGB");
+  }
   const absl::StatusOr<absl::Duration> interval = IntervalOf(request.frames_per_second_max());
   if (!interval.ok()) {
     return interval.status();
   }
   const FrameRequest frames = {
       SpanOf(request.environments()),
-      request.size_px() == 0 ? kWatchSizePxDefault : request.size_px(), request.format(),
+      request.size_px() == 0 ? kWatchSizePxDefault : request.size_px(),
+      request.format(),
       limits.response_bytes_max < kWatchResponseBytesMax ? "response_bytes_max" : "of a watch",
-      std::min(limits.response_bytes_max, kWatchResponseBytesMax)};
+      std::min(limits.response_bytes_max, kWatchResponseBytesMax),
+      *encoding};
   if (frames.environments.size() > kWatchEnvironmentsMax) {
     return absl::InvalidArgumentError(absl::StrCat("environments has ", frames.environments.size(),
                                                    " entries, allowed: 1 to ",
@@ -143,12 +178,13 @@ absl::StatusOr<WatchSpec> WatchSpecOf(const v1::WatchPoolRequest& request, const
   if (absl::Status status = CheckFrames(frames, pool); !status.ok()) {
     return status;
   }
-  return WatchSpec{
-      .environments = {frames.environments.begin(), frames.environments.end()},
-      .size_px = frames.size_px,
-      .interval = *interval,
-      .format = frames.format == v1::FRAME_FORMAT_PNG ? v1::FRAME_FORMAT_PNG : v1::FRAME_FORMAT_RGB,
-      .with_steps = request.with_steps()};
+  return WatchSpec{.environments = {frames.environments.begin(), frames.environments.end()},
+                   .size_px = frames.size_px,
+                   .interval = *interval,
+                   .format = *encoding == Encoding::kDeltaZstd       ? kDeltaFormat
+                             : frames.format == v1::FRAME_FORMAT_PNG ? v1::FRAME_FORMAT_PNG
+                                                                     : v1::FRAME_FORMAT_RGB,
+                   .with_steps = request.with_steps()};
 }
 
 void WriteFrames(v1::FrameFormat format, google::protobuf::RepeatedPtrField<v1::Frame>* frames) {
@@ -163,13 +199,18 @@ void WriteFrames(v1::FrameFormat format, google::protobuf::RepeatedPtrField<v1::
   }
 }
 
-absl::Cord EncodeWatched(v1::FrameFormat format, FrameSet frame_set) {
+absl::Cord EncodeWatched(int32_t format, FrameSet frame_set) {
   v1::WatchPoolResponse response;
+  absl::Cord images;
   for (size_t i = 0; i < frame_set.images.size(); ++i) {
     v1::Frame* frame = response.add_frames();
     frame->set_environment(frame_set.environments[i]);
     frame->set_size_px(frame_set.size_px);
-    frame->set_image(std::move(frame_set.images[i]));
+    if (format == kDeltaFormat) {
+      images.Append(std::move(frame_set.images[i]));
+    } else {
+      frame->set_image(std::move(frame_set.images[i]));
+    }
     if (!frame_set.steps.empty() && frame_set.steps[i].has_value()) {
       FillStep(*frame_set.steps[i], frame->mutable_step());
     }
@@ -182,10 +223,33 @@ absl::Cord EncodeWatched(v1::FrameFormat format, FrameSet frame_set) {
       message->set_truncated(ended->truncated);
     }
   }
-  WriteFrames(format, response.mutable_frames());
+  if (format == v1::FRAME_FORMAT_PNG) {
+    WriteFrames(v1::FRAME_FORMAT_PNG, response.mutable_frames());
+  }
   response.set_request_count(frame_set.request_count);
   FillTimestamp(frame_set.time, response.mutable_render_time());
-  return absl::Cord(response.SerializeAsString());
+  absl::Cord encoded(response.SerializeAsString());
+  encoded.Append(std::move(images));
+  return encoded;
+}
+
+DeltaFrameEncoder::DeltaFrameEncoder(const WatchSpec& spec)
+    : image_bytes_(ImageBytesOf(spec)), encoder_(/*env_count=*/1, image_bytes_) {}
+
+int64_t DeltaFrameEncoder::BytesOf(const WatchSpec& spec) {
+  constexpr int64_t kCopies = 4;  // the last images, the newest, the differences and the encoded
+  return kCopies * static_cast<int64_t>(ImageBytesOf(spec));
+}
+
+std::string DeltaFrameEncoder::Encode(const absl::Cord& frame_set) {
+  const size_t header_bytes = frame_set.size() - image_bytes_;
+  std::string images(frame_set.Subcord(header_bytes, image_bytes_));
+  v1::WatchPoolResponse images_alone;
+  images_alone.set_encoded_images(encoder_.Encode(
+      0, 1, absl::MakeConstSpan(reinterpret_cast<const uint8_t*>(images.data()), images.size())));
+  // The concatenation of two serialised messages is that of the merged message.
+  return absl::StrCat(std::string(frame_set.Subcord(0, header_bytes)),
+                      images_alone.SerializeAsString());
 }
 
 }  // namespace procgen

@@ -78,15 +78,15 @@ void FillObservationFormat(const ObservationFormat& format, v1::ObservationForma
   message->set_frame_stack(format.frame_stack);
 }
 
-absl::StatusOr<Encoding> EncodingOf(const v1::PoolSpec& spec) {
-  switch (spec.encoding()) {
+absl::StatusOr<Encoding> EncodingOf(absl::string_view field, v1::Encoding encoding) {
+  switch (encoding) {
     case v1::ENCODING_UNSPECIFIED:
     case v1::ENCODING_RAW:
       return Encoding::kRaw;
     case v1::ENCODING_DELTA_ZSTD:
       return Encoding::kDeltaZstd;
     default:
-      return NoSuchValue("spec.encoding", spec.encoding());
+      return NoSuchValue(field, encoding);
   }
 }
 

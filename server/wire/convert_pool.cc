@@ -131,6 +131,17 @@ void FillStatistics(const PoolSession& session, v1::Pool* message) {
   message->set_episode_count(episodes.count);
   message->set_mean_episode_return(episodes.mean_return);
   message->set_mean_episode_length(episodes.mean_length);
+  const RecentEpisodes::ReturnSpread spread = session.recent_episodes().ReadReturnSpread();
+  message->set_min_episode_return(spread.min);
+  message->set_max_episode_return(spread.max);
+  message->set_episode_return_deviation(spread.deviation);
+  for (const GameReturn& game : session.ReadGameReturns()) {
+    v1::GameReturn* const added = message->add_game_returns();
+    added->set_game(game.game);
+    if (game.mean_return.has_value()) {
+      added->set_mean_episode_return(*game.mean_return);
+    }
+  }
   const RequestTimes::Summary times = session.request_times();
   message->set_request_count(times.count);
   *message->mutable_request_duration() = DurationMessageOf(times.sum);
@@ -208,6 +219,20 @@ absl::StatusOr<PoolOptions> PoolOptionsOf(const v1::PoolSpec& spec) {
   return options;
 }
 
+absl::StatusOr<SessionOptions> SessionOptionsOf(const v1::PoolSpec& spec) {
+  const absl::StatusOr<Encoding> encoding = EncodingOf("spec.encoding", spec.encoding());
+  if (!encoding.ok()) {
+    return encoding.status();
+  }
+  SessionOptions options = {.encoding = *encoding,
+                            .display_name = spec.display_name(),
+                            .labels = {spec.labels().begin(), spec.labels().end()}};
+  if (absl::Status status = CheckSessionOptions(options); !status.ok()) {
+    return status;
+  }
+  return options;
+}
+
 v1::PoolSpec PoolSpecMessageOf(const PoolOptions& options) {
   v1::PoolSpec spec;
   spec.mutable_games()->Assign(options.games.begin(), options.games.end());
@@ -245,7 +270,10 @@ v1::Pool PoolMessageOf(const PoolSession& session) {
   v1::Pool message;
   message.set_name(session.name());
   *message.mutable_spec() = PoolSpecMessageOf(session.options());
-  message.mutable_spec()->set_encoding(EncodingMessageOf(session.encoding()));
+  const SessionOptions& options = session.session_options();
+  message.mutable_spec()->set_encoding(EncodingMessageOf(options.encoding));
+  message.mutable_spec()->set_display_name(options.display_name);
+  message.mutable_spec()->mutable_labels()->insert(options.labels.begin(), options.labels.end());
   const std::vector<int32_t> shape = session.options().observation_format.Shape();
   message.mutable_observation_shape()->Assign(shape.begin(), shape.end());
   message.set_observation_bytes(static_cast<int32_t>(session.observation_bytes()));

@@ -12,12 +12,16 @@
 #include "procgen/v1/pools.pb.h"
 #include "server/pool/pool_session.h"
 #include "server/pool/quota/quotas.h"
+#include "server/pool/session_options.h"
 
 namespace procgen {
 
 // Converts a spec to the engine's options. Draws an absent rand_seed.
 // Errors: INVALID_ARGUMENT a value is not allowed for its field.
 absl::StatusOr<PoolOptions> PoolOptionsOf(const v1::PoolSpec& spec);
+
+// Converts the fields of a spec that are not the engine's. Errors: INVALID_ARGUMENT.
+absl::StatusOr<SessionOptions> SessionOptionsOf(const v1::PoolSpec& spec);
 
 // Converts options to a spec with every default filled in. Omits the level sampler, whose lists may
 // be long.

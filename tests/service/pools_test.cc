@@ -1,6 +1,7 @@
 // Creating, finding and listing pools over gRPC.
 
 #include <string>
+#include <vector>
 
 #include "gmock/gmock.h"
 #include "gtest/gtest.h"
@@ -128,6 +129,128 @@ TEST_F(PoolsTest, CatalogReturnsTheLimits) {
   ASSERT_THAT(catalog, IsOk());
   EXPECT_EQ(catalog->limits().env_count_max(), 600);
   EXPECT_EQ(catalog->limits().request_bytes_max(), 65536);
+}
+
+TEST_F(PoolsTest, NameAndLabelsAreReturned) {
+  v1::PoolSpec spec = MazeSpec(1);
+  spec.set_display_name("maze, seed 3");
+  (*spec.mutable_labels())["experiment"] = "baseline";
+  (*spec.mutable_labels())["seed"] = "3";
+  const auto stream = StartPool(spec);
+  EXPECT_EQ(stream->pool().spec().display_name(), "maze, seed 3");
+  const absl::StatusOr<v1::Pool> pool = client_->GetPool(stream->name());
+  ASSERT_THAT(pool, IsOk());
+  EXPECT_TRUE(EqualMessages(pool->spec(), stream->pool().spec()));
+  EXPECT_EQ(pool->spec().labels().at("experiment"), "baseline");
+  spec.set_display_name("a\n");
+  EXPECT_THAT(StartError(spec),
+              StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr("spec.display_name is")));
+}
+
+// Ends the episode of each environment `count` times.
+void EndEpisodes(PoolStream* stream, int32_t env_count, int32_t count) {
+  v1::Batch batch;
+  for (int32_t i = 0; i < count; ++i) {
+    ASSERT_THAT(stream->Step(std::vector<int32_t>(static_cast<size_t>(env_count), 4), &batch),
+                IsOk());
+    ASSERT_THAT(stream->Step(std::vector<int32_t>(static_cast<size_t>(env_count), -1), &batch),
+                IsOk());
+  }
+}
+
+TEST_F(PoolsTest, StatisticsHaveTheReturnsOfEachGame) {
+  v1::PoolSpec spec = MazeSpec(3);
+  spec.mutable_games()->Clear();
+  for (const char* game : {"maze", "chaser", "heist"}) {
+    spec.add_games(game);
+  }
+  const auto stream = StartPool(spec);
+  EndEpisodes(stream.get(), 3, 2);
+  v1::Batch batch;
+  ASSERT_THAT(stream->Observe(&batch), IsOk());
+  absl::StatusOr<v1::Pool> pool = client_->GetPool(stream->name());
+  ASSERT_THAT(pool, IsOk());
+  EXPECT_EQ(pool->episode_count(), 6);
+  ASSERT_EQ(pool->game_returns_size(), 3);
+  EXPECT_EQ(pool->game_returns(0).game(), "chaser");
+  EXPECT_EQ(pool->game_returns(1).game(), "heist");
+  EXPECT_EQ(pool->game_returns(2).game(), "maze");
+  EXPECT_TRUE(pool->game_returns(2).has_mean_episode_return());
+  EXPECT_EQ(pool->game_returns(2).mean_episode_return(), 0);
+  EXPECT_LE(pool->min_episode_return(), pool->mean_episode_return());
+  EXPECT_GE(pool->max_episode_return(), pool->mean_episode_return());
+  const auto single = StartPool(MazeSpec(1));
+  pool = client_->GetPool(single->name());
+  ASSERT_THAT(pool, IsOk());
+  EXPECT_EQ(pool->game_returns_size(), 0);
+}
+
+TEST_F(PoolsTest, EndedEpisodesAreListed) {
+  const auto stream = StartPool(MazeSpec(2));
+  EndEpisodes(stream.get(), 2, 3);
+  const auto stub = v1::PoolService::NewStub(channel_);
+  v1::ListEpisodesRequest request;
+  v1::ListEpisodesResponse response;
+  const auto list = [&] {
+    grpc::ClientContext context;
+    return stub->ListEpisodes(&context, request, &response);
+  };
+  request.set_pool(stream->name());
+  ASSERT_TRUE(list().ok());
+  ASSERT_EQ(response.episodes_size(), 6);
+  EXPECT_EQ(response.episode_count(), 6);
+  EXPECT_EQ(response.recorded_count(), 6);
+  const v1::EpisodeSummary& last = response.episodes(5);
+  EXPECT_EQ(last.environment(), 1);
+  EXPECT_EQ(last.length(), 2);
+  EXPECT_FALSE(last.truncated());
+  EXPECT_GT(last.end_time().seconds(), 0);
+  EXPECT_THAT(client_->FindEpisode(stream->name(), 1, last.fingerprint()), IsOk());
+  request.set_after(4);
+  ASSERT_TRUE(list().ok());
+  EXPECT_EQ(response.episodes_size(), 2);
+  EXPECT_EQ(response.episode_count(), 6);
+  request.set_after(-1);
+  EXPECT_EQ(list().error_message(), "after is -1, allowed: at least 0");
+  request.set_after(0);
+  request.set_pool("pools/none");
+  EXPECT_EQ(list().error_code(), grpc::StatusCode::NOT_FOUND);
+}
+
+TEST_F(PoolsTest, HistoryHasARowASecond) {
+  const auto stream = StartPool(MazeSpec(2));
+  EndEpisodes(stream.get(), 2, 1);
+  const auto stub = v1::PoolService::NewStub(channel_);
+  v1::GetPoolHistoryRequest request;
+  v1::PoolHistory history;
+  const auto read = [&] {
+    grpc::ClientContext context;
+    return stub->GetPoolHistory(&context, request, &history);
+  };
+  request.set_name(stream->name());
+  while (history.rows_size() < 2) {
+    ASSERT_TRUE(read().ok());
+  }
+  EXPECT_EQ(history.interval().seconds(), 1);
+  const v1::PoolHistoryRow& row = history.rows(1);
+  EXPECT_EQ(row.step_count(), 4);
+  EXPECT_EQ(row.episode_count(), 2);
+  EXPECT_EQ(row.steps_per_second(), 0);
+  EXPECT_EQ(row.mean_episode_length(), 2);
+  EXPECT_GT(row.request_duration_p50_s(), 0);
+  EXPECT_FALSE(history.rows(0).has_steps_per_second());
+  EXPECT_GT(row.time().seconds(), 0);
+  request.mutable_span()->set_seconds(86'400);
+  ASSERT_TRUE(read().ok());
+  EXPECT_EQ(history.interval().seconds(), 240);
+  EXPECT_GE(history.rows_size(), 2);
+  for (const int64_t seconds : {-1, 0, 86'401}) {
+    request.mutable_span()->set_seconds(seconds);
+    EXPECT_EQ(read().error_code(), grpc::StatusCode::INVALID_ARGUMENT);
+  }
+  request.clear_span();
+  request.set_name("pools/none");
+  EXPECT_EQ(read().error_code(), grpc::StatusCode::NOT_FOUND);
 }
 
 }  // namespace

@@ -106,5 +106,34 @@ TEST_F(RenderTest, InvalidArgumentsAreRejected) {
               StatusIs(absl::StatusCode::kInvalidArgument, "size_px is 15, allowed: 16 to 2048"));
 }
 
+TEST_F(RenderTest, TheAgentIsWhereTheImageOfTheLevelShowsIt) {
+  const auto stream = StartPool(MazeSpec(1));
+  const auto images = stream->Render({0}, 256, v1::FRAME_FORMAT_RGB, v1::FRAME_VIEW_LEVEL);
+  const auto positions = stream->Render({0}, 0, v1::FRAME_FORMAT_NONE, v1::FRAME_VIEW_LEVEL);
+  ASSERT_THAT(images, IsOk());
+  ASSERT_THAT(positions, IsOk());
+  ASSERT_TRUE(images->frames(0).has_agent_position());
+  EXPECT_EQ(images->frames(0).image().size(), 256U * 256 * 3);
+  EXPECT_EQ(positions->frames(0).image(), "");
+  const v1::AgentPosition& before = positions->frames(0).agent_position();
+  EXPECT_EQ(before.x(), images->frames(0).agent_position().x());
+  // The agent of maze starts in the lower left cell, moves by one cell, and x is to the right.
+  EXPECT_LT(before.x(), 0.5);
+  EXPECT_GT(before.y(), 0.5);
+  v1::Batch batch;
+  for (const int32_t action : {7, 5, 7, 5}) {  // right or up: the maze has one way from the corner
+    ASSERT_THAT(stream->Step({action}, &batch), IsOk());
+  }
+  const auto moved = stream->Render({0}, 0, v1::FRAME_FORMAT_NONE, v1::FRAME_VIEW_LEVEL);
+  ASSERT_THAT(moved, IsOk());
+  const v1::AgentPosition& after = moved->frames(0).agent_position();
+  EXPECT_GE(after.x(), before.x());
+  EXPECT_LE(after.y(), before.y());
+  EXPECT_GT(after.x() - before.x() + before.y() - after.y(), 0.01);
+  const auto human = stream->Render({0}, 64);
+  ASSERT_THAT(human, IsOk());
+  EXPECT_FALSE(human->frames(0).has_agent_position());
+}
+
 }  // namespace
 }  // namespace procgen

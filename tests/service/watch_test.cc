@@ -10,6 +10,7 @@
 #include "gmock/gmock.h"
 #include "gtest/gtest.h"
 #include "tests/service/service_fixture.h"
+#include "zstd.h"
 
 namespace procgen {
 namespace {
@@ -411,6 +412,59 @@ TEST_F(WatchTest, InvalidArgumentsAreRejected) {
   }
   EXPECT_THAT(rejected(WatchRequest(pool, std::vector<int32_t>(64, 0), 512)),
               StatusIs(absl::StatusCode::kResourceExhausted, HasSubstr("16777216")));
+}
+
+TEST_F(WatchTest, DeltasDecodeToTheRawImages) {
+  const auto stream = StartPool(MazeSpec(3));
+  v1::WatchPoolRequest request = WatchRequest(stream->name(), {2, 0});
+  const auto raw = client_->Watch(request);
+  request.set_encoding(v1::ENCODING_DELTA_ZSTD);
+  request.set_with_steps(true);
+  const auto encoded = client_->Watch(request);
+  std::string images(2 * kAgentFrameBytes, '\0');
+  v1::Batch batch;
+  size_t encoded_bytes = 0;
+  for (int32_t step = 0; step < 10; ++step) {
+    ASSERT_THAT(stream->Step({7, 4, step % 9}, &batch), IsOk());
+    int64_t request_count = 0;
+    while (request_count < step + 1) {
+      const auto response = encoded->Next();
+      ASSERT_THAT(response, IsOk());
+      request_count = response->request_count();
+      ASSERT_EQ(response->frames_size(), 2);
+      EXPECT_EQ(response->frames(0).environment(), 2);
+      EXPECT_EQ(response->frames(0).image(), "");
+      encoded_bytes += response->encoded_images().size();
+      std::string differences(images.size(), '\0');
+      ASSERT_EQ(
+          ZSTD_decompress(differences.data(), differences.size(), response->encoded_images().data(),
+                          response->encoded_images().size()),
+          images.size());
+      for (size_t i = 0; i < images.size(); ++i) {
+        images[i] = static_cast<char>(images[i] + differences[i]);
+      }
+    }
+    const v1::WatchPoolResponse expected = ResponseAfter(step + 1, raw.get());
+    EXPECT_EQ(images.substr(0, kAgentFrameBytes), expected.frames(0).image());
+    EXPECT_EQ(images.substr(kAgentFrameBytes), expected.frames(1).image());
+  }
+  EXPECT_LT(encoded_bytes, 10 * kAgentFrameBytes);
+}
+
+TEST_F(WatchTest, EncodingsAndFormatsThatDoNotFitAreRejected) {
+  const auto stream = StartPool(MazeSpec(1));
+  v1::WatchPoolRequest request = WatchRequest(stream->name(), {0});
+  request.set_format(v1::FRAME_FORMAT_NONE);
+  EXPECT_THAT(client_->Watch(request)->Next(),
+              StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr("allowed in a watch")));
+  request.set_format(v1::FRAME_FORMAT_PNG);
+  request.set_encoding(v1::ENCODING_DELTA_ZSTD);
+  EXPECT_THAT(client_->Watch(request)->Next(),
+              StatusIs(absl::StatusCode::kInvalidArgument,
+                       HasSubstr("allowed with ENCODING_DELTA_ZSTD: FRAME_FORMAT_RGB")));
+  request.set_encoding(static_cast<v1::Encoding>(3));
+  EXPECT_THAT(client_->Watch(request)->Next(),
+              StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr("encoding is 3")));
 }
 
 }  // namespace

@@ -15,8 +15,9 @@ _BELOW_POOL = ("envcore/pool", "server/concurrency", "server/encoding", "server/
 _POOL = {
     "server/pool/quota": ("server/concurrency",),
     "server/pool/episodes": ("envcore/pool", "server/pool/quota"),
-    "server/pool": (*_BELOW_POOL, "server/logging", "server/pool/episodes", "server/pool/quota"),
-    "server/pool/watch": (*_BELOW_POOL, "server/pool"),
+    "server/pool": (*_BELOW_POOL, "server/logging", "server/pool/episodes", "server/pool/history",
+                    "server/pool/quota"),
+    "server/pool/watch": (*_BELOW_POOL, "server/pool", "server/pool/episodes"),
 }
 _BELOW_RPC_AND_WEB = ("server/concurrency", "server/logging", "server/wire", "proto")
 _BELOW_RPC = ("envcore/pool", *_BELOW_RPC_AND_WEB, *_POOL, "server/cluster", "server/encoding",
@@ -27,7 +28,7 @@ _RPC = {
                         "server/pool/quota"),
 }
 _RPC["server/rpc/bridge"] = ()
-for _folder in ("run", "watch", "services"):
+for _folder in ("pause", "run", "watch", "services"):
     _RPC[f"server/rpc/{_folder}"] = (*_BELOW_RPC, *_RPC)
 _RPC["server/rpc"] = (*_BELOW_RPC, *_RPC)
 # Bytes of a connection know the calls of a page.

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "envcore/pool/pool.h"
+#include "server/pool/episodes/annotation_recording.h"
 
 namespace procgen {
 
@@ -51,6 +52,7 @@ struct Episode : EpisodeSummary {
   std::vector<float> rewards;          // one per step of the learner
   std::vector<int32_t> action_counts;  // likewise: actions in the step; empty: one each
   std::vector<LevelChange> level_changes;
+  std::vector<AnnotationSeries> annotations;  // steps are indices of `rewards`
 };
 
 }  // namespace procgen

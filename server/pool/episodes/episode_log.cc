@@ -12,6 +12,8 @@ namespace {
 // steps, and two of them are kept.
 constexpr int64_t kEnvironmentBytesMax = 20 << 10;
 constexpr int64_t kPoolBytesMin = 1 << 20;
+// Memory limit of the annotations of a pool.
+constexpr int64_t kAnnotationBytesMax = 32 << 20;
 // The smallest buffer.
 constexpr int64_t kBufferBytesMin = 64;
 
@@ -19,13 +21,6 @@ constexpr int64_t kBufferBytesMin = 64;
 void SetReason(IncompleteReason reason, EpisodeRecording* recording) {
   if (recording->summary.incomplete_reason == IncompleteReason::kNone) {
     recording->summary.incomplete_reason = reason;
-  }
-}
-
-// Drops the oldest steps until the rest takes at most `bytes`.
-void Forget(EpisodeRecording* recording, int64_t bytes) {
-  if (recording->KeepLast(bytes)) {
-    SetReason(IncompleteReason::kTooOld, recording);
   }
 }
 
@@ -42,20 +37,22 @@ EpisodeLog::EpisodeLog(int32_t env_count, ByteBudget* bytes)
       lengths_(static_cast<size_t>(env_count)),
       returns_(static_cast<size_t>(env_count)) {}
 
-EpisodeLog::~EpisodeLog() { bytes_->Change(reserved_bytes_, 0); }
+EpisodeLog::~EpisodeLog() { bytes_->Change(reserved_bytes_ + annotation_bytes_, 0); }
 
-void EpisodeLog::Add(const StepInput& input, const Batch& batch) {
+void EpisodeLog::Add(const StepInput& input, const Batch& batch,
+                     const StepAnnotations& annotations) {
   const auto first = static_cast<size_t>(input.first);
   const auto count = static_cast<size_t>(input.count);
   for (size_t row = 0; input.steps && row < count; ++row) {
     // Fast path: most rows are an action and perhaps a reward.
-    const bool is_plain = (batch.terminated[row] | batch.truncated[row] | batch.first[row] |
-                           batch.prev_level_complete[row]) == 0;
+    const bool is_plain =
+        annotations.annotations.empty() && (batch.terminated[row] | batch.truncated[row] |
+                                            batch.first[row] | batch.prev_level_complete[row]) == 0;
     Environment& environment = environments_[first + row];
     if (is_plain && input.repeat == 1 && environment.current.HasRoom() && environment.knows_level) {
       environment.current.AddStep(input.actions[row], 1, batch.rewards[row]);
     } else {
-      AddStep(input, batch, row);
+      AddStep(input, batch, annotations, row);
     }
   }
   if (!input.steps) {
@@ -71,7 +68,8 @@ void EpisodeLog::Add(const StepInput& input, const Batch& batch) {
   }
 }
 
-void EpisodeLog::AddStep(const StepInput& input, const Batch& batch, size_t row) {
+void EpisodeLog::AddStep(const StepInput& input, const Batch& batch,
+                         const StepAnnotations& annotations, size_t row) {
   const int32_t index = input.first + static_cast<int32_t>(row);
   Environment& environment = Of(index);
   if (!environment.knows_level) {
@@ -88,6 +86,9 @@ void EpisodeLog::AddStep(const StepInput& input, const Batch& batch, size_t row)
       count = std::clamp(batch.episode_lengths[row] - before, 0, count);
     }
     environment.current.AddStep(input.actions[row], count, batch.rewards[row]);
+    if (!annotations.annotations.empty()) {
+      AddAnnotations(annotations, index);
+    }
     if (!ended && batch.prev_level_complete[row] != 0) {
       environment.current.AddLevel(batch.level_seeds[row]);
     }
@@ -95,6 +96,75 @@ void EpisodeLog::AddStep(const StepInput& input, const Batch& batch, size_t row)
   if (ended || begins) {
     AddBoundary(index, batch, row);
   }
+}
+
+void EpisodeLog::AddAnnotations(const StepAnnotations& annotations, int32_t index) {
+  step_annotations_.clear();
+  for (const Annotation& annotation : annotations.annotations) {
+    const size_t count = annotation.values.size() / static_cast<size_t>(annotations.count);
+    if (count <= kAnnotationValuesMax) {  // larger ones are not recorded
+      step_annotations_.push_back(
+          {annotation.name, annotation.values.subspan(
+                                static_cast<size_t>(index - annotations.first) * count, count)});
+    }
+  }
+  Environment& environment = Of(index);
+  AnnotationRecording& current = environment.current.annotations;
+  const int32_t step = environment.current.step_count() - 1;
+  while (!ReserveAnnotations(current.GrowthBytes(step, step_annotations_))) {
+    if (AnnotationRecording& last = environment.last.annotations; last.bytes() > 0) {
+      ReleaseAnnotations(last.bytes());
+      last.Clear();
+    } else if (const int64_t bytes = current.bytes(); bytes > 0) {
+      current.DropOlderHalf();
+      ReleaseAnnotations(bytes - current.bytes());
+    } else {
+      return;
+    }
+  }
+  const int64_t reserved = current.bytes() + current.GrowthBytes(step, step_annotations_);
+  current.Add(step, step_annotations_);
+  ReleaseAnnotations(reserved - current.bytes());
+}
+
+bool EpisodeLog::ReserveAnnotations(int64_t bytes) {
+  if (bytes > 0 && (annotation_bytes_ + bytes > kAnnotationBytesMax ||
+                    bytes_->reserved_bytes() + bytes > bytes_->bytes_max() / 2 ||
+                    !bytes_->Change(annotation_bytes_, annotation_bytes_ + bytes))) {
+    return false;
+  }
+  annotation_bytes_ += bytes;
+  return true;
+}
+
+void EpisodeLog::ReleaseAnnotations(int64_t bytes) {
+  bytes_->Change(annotation_bytes_, annotation_bytes_ - bytes);
+  annotation_bytes_ -= bytes;
+}
+
+bool EpisodeLog::DropAnnotations(Environment* environment) {
+  for (EpisodeRecording* recording : {&environment->last, &environment->current}) {
+    if (const int64_t bytes = recording->annotations.bytes(); bytes > 0) {
+      recording->annotations.Clear();
+      ReleaseAnnotations(bytes);
+      return true;
+    }
+  }
+  return false;
+}
+
+void EpisodeLog::ClearSteps(EpisodeRecording* recording) {
+  const int64_t bytes = recording->annotations.bytes();
+  recording->ClearSteps();
+  ReleaseAnnotations(bytes - recording->annotations.bytes());
+}
+
+void EpisodeLog::Forget(EpisodeRecording* recording, int64_t bytes) {
+  const int64_t annotation_bytes = recording->annotations.bytes();
+  if (recording->KeepLast(bytes)) {
+    SetReason(IncompleteReason::kTooOld, recording);
+  }
+  ReleaseAnnotations(annotation_bytes - recording->annotations.bytes());
 }
 
 void EpisodeLog::AddBoundary(int32_t index, const Batch& batch, size_t row) {
@@ -124,7 +194,7 @@ void EpisodeLog::EndEpisode(Environment* environment) {
   const EpisodeSummary& last = environment->last.summary;
   environment->current.summary = {.options = last.options,
                                   .prev_level_incomplete = !last.level_complete};
-  environment->current.ClearSteps();
+  ClearSteps(&environment->current);
   environment->is_under_way = false;
   environment->has_last = true;
 }
@@ -133,7 +203,7 @@ void EpisodeLog::BeginEpisode(int32_t environment, int32_t level_seed) {
   SetLevel(environment, level_seed);
   Environment& of = Of(environment);
   of.current.summary.incomplete_reason = IncompleteReason::kNone;
-  of.current.ClearSteps();
+  ClearSteps(&of.current);
   of.is_under_way = true;
 }
 
@@ -180,7 +250,7 @@ void EpisodeLog::Add(absl::Span<const StateToClone> pairs) {
     if (sources[i].length != 0) {
       summary.incomplete_reason = IncompleteReason::kStateRestored;
     }
-    target.current.ClearSteps();
+    ClearSteps(&target.current);
     lengths_[place] = sources[i].length;
     returns_[place] = 0;
     target.knows_level = sources[i].knows_level;
@@ -207,6 +277,9 @@ void EpisodeLog::MakeRoom(Environment* environment) {
   EpisodeRecording& current = environment->current;
   EpisodeRecording& last = environment->last;
   while (!Reallocate(&current, std::max(kBufferBytesMin, 2 * current.capacity()))) {
+    if (DropAnnotations(environment)) {
+      continue;
+    }
     if (last.capacity() > 0) {
       const int64_t half = last.capacity() > kBufferBytesMin ? last.capacity() / 2 : 0;
       Forget(&last, half);

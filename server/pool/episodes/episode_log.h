@@ -9,6 +9,7 @@
 #include "absl/status/statusor.h"
 #include "absl/types/span.h"
 #include "envcore/pool/pool.h"
+#include "server/pool/episodes/annotation.h"
 #include "server/pool/episodes/episode.h"
 #include "server/pool/episodes/episode_recording.h"
 #include "server/pool/quota/byte_budget.h"
@@ -19,7 +20,7 @@ namespace procgen {
 //
 // Each environment has two append buffers, which swap roles when an episode ends. A full buffer is
 // doubled. If the budget does not allow that, the environment drops its own oldest steps: first
-// those of the ended episode, then those of the current one.
+// those of the ended episode, then those of the current one. Annotations are dropped before steps.
 // Threads: one call at a time (it is used in turns).
 class EpisodeLog {
  public:
@@ -39,9 +40,16 @@ class EpisodeLog {
   EpisodeLog(const EpisodeLog&) = delete;
   EpisodeLog& operator=(const EpisodeLog&) = delete;
 
+  // The annotations of a step, of which `input` is a part or all.
+  struct StepAnnotations {
+    absl::Span<const Annotation> annotations;
+    int32_t first = 0;  // environments [first, first + count)
+    int32_t count = 0;
+  };
+
   // Records an executed part of a request: a step (`input.steps`) or resets alone. `batch`: as
   // BatchNumbers provides it.
-  void Add(const StepInput& input, const Batch& batch);
+  void Add(const StepInput& input, const Batch& batch, const StepAnnotations& annotations);
   // Records restored states.
   void Add(absl::Span<const RestoredState> states);
   // Records environments that were set to the states of others, all at once.
@@ -70,11 +78,24 @@ class EpisodeLog {
     return environments_[static_cast<size_t>(environment)];
   }
 
-  void AddStep(const StepInput& input, const Batch& batch, size_t row);
+  void AddStep(const StepInput& input, const Batch& batch, const StepAnnotations& annotations,
+               size_t row);
+  // Records the annotations of the step that was just added to the current episode. Without memory
+  // for them the environment drops older ones.
+  void AddAnnotations(const StepAnnotations& annotations, int32_t index);
+  // Reserves memory for annotations from the first half of the budget.
+  bool ReserveAnnotations(int64_t bytes);
+  void ReleaseAnnotations(int64_t bytes);
+  // Frees the annotations of the environment's episodes, first those of the ended one. Returns
+  // false if there are none.
+  bool DropAnnotations(Environment* environment);
+  // As EpisodeRecording::ClearSteps and KeepLast.
+  void ClearSteps(EpisodeRecording* recording);
+  void Forget(EpisodeRecording* recording, int64_t bytes);
   // Handles a row where an episode or a level ended or began.
   void AddBoundary(int32_t index, const Batch& batch, size_t row);
   // Makes the current episode the last one. REQUIRES: its summary is complete.
-  static void EndEpisode(Environment* environment);
+  void EndEpisode(Environment* environment);
   // REQUIRES: EpisodeSummary::prev_level_incomplete is set.
   void BeginEpisode(int32_t environment, int32_t level_seed);
   // Makes room for a step, dropping the environment's oldest steps if needed. No room remains if
@@ -84,8 +105,10 @@ class EpisodeLog {
   bool Reallocate(EpisodeRecording* recording, int64_t capacity);
 
   ByteBudget* const bytes_;
-  const int64_t bytes_max_;  // of this pool
-  int64_t reserved_bytes_ = 0;
+  const int64_t bytes_max_;                       // of this pool
+  int64_t reserved_bytes_ = 0;                    // for steps
+  int64_t annotation_bytes_ = 0;                  // for annotations
+  std::vector<StepAnnotation> step_annotations_;  // of the row being recorded
   std::vector<Environment> environments_;
   std::vector<int32_t> lengths_;  // of the current episodes, in steps; -1: unknown
   std::vector<float> returns_;    // likewise, the sums of their rewards

@@ -40,6 +40,8 @@ bool EpisodeRecording::KeepLast(int64_t bytes) {
   }
   const size_t first = FindStep(static_cast<size_t>(size - bytes));
   bytes_.erase(bytes_.begin(), bytes_.begin() + static_cast<std::ptrdiff_t>(first));
+  step_count_ = static_cast<int32_t>(Decode().rewards.size());
+  annotations.Clear();
   return true;
 }
 
@@ -61,6 +63,7 @@ size_t EpisodeRecording::FindStep(size_t from) const {
 Episode EpisodeRecording::Decode() const {
   Episode episode;
   static_cast<EpisodeSummary&>(episode) = summary;
+  episode.annotations = annotations.Read();
   bool repeats = false;
   uint16_t count = 1;
   for (size_t at = 0; at < bytes_.size(); at += RecordSize(bytes_[at])) {

@@ -7,6 +7,7 @@
 #include <cstring>
 #include <vector>
 
+#include "server/pool/episodes/annotation_recording.h"
 #include "server/pool/episodes/episode.h"
 
 namespace procgen {
@@ -29,6 +30,7 @@ class EpisodeRecording {
     if (count != 1) {
       Append(kCount, static_cast<uint16_t>(count));
     }
+    ++step_count_;
     bytes_.push_back(static_cast<uint8_t>(action));
     if (std::bit_cast<uint32_t>(reward) != 0) {
       Append(kReward, reward);
@@ -36,14 +38,23 @@ class EpisodeRecording {
   }
   // Records that a level began with the last added step. At most once per step.
   void AddLevel(int32_t level_seed) { Append(kLevel, level_seed); }
+  // Number of steps that it has.
+  int32_t step_count() const { return step_count_; }
   // Drops all steps and keeps the memory.
-  void ClearSteps() { bytes_.clear(); }
-  // Drops the oldest steps until the rest takes at most `bytes`. Returns whether any were dropped.
+  void ClearSteps() {
+    bytes_.clear();
+    step_count_ = 0;
+    annotations.ClearRows();
+  }
+  // Drops the oldest steps until the rest takes at most `bytes`, and then all annotations. Returns
+  // whether any were dropped.
   bool KeepLast(int64_t bytes);
 
   Episode Decode() const;
 
   EpisodeSummary summary;
+  // Of the steps. Not part of `capacity`.
+  AnnotationRecording annotations;
 
  private:
   static constexpr size_t kStepBytesMax = 14;  // count 3, action 1, reward 5, level 5
@@ -64,6 +75,7 @@ class EpisodeRecording {
   size_t FindStep(size_t from) const;
 
   std::vector<uint8_t> bytes_;
+  int32_t step_count_ = 0;
 };
 
 }  // namespace procgen

@@ -13,7 +13,7 @@ int64_t BytesOf(const EpisodeRecording& recording) {
 
 }  // namespace
 
-RecentEpisodes::~RecentEpisodes() { bytes_->Change(reserved_bytes_, 0); }
+RecentEpisodes::~RecentEpisodes() { bytes_->Change(reserved_bytes_ + annotation_bytes_, 0); }
 
 void RecentEpisodes::Add(const EndedEpisode& episode, std::optional<EpisodeRecording> recording) {
   absl::MutexLock lock(&mutex_);
@@ -21,6 +21,10 @@ void RecentEpisodes::Add(const EndedEpisode& episode, std::optional<EpisodeRecor
     DropOldestRecording();
   }
   if (recording.has_value() && Reserve(BytesOf(*recording))) {
+    recording->annotations.ShrinkToFit();
+    if (!ReserveAnnotations(recording->annotations.bytes())) {
+      recording->annotations.Clear();
+    }
     recordings_.push_back(*std::move(recording));
   } else {
     while (!recordings_.empty()) {
@@ -71,6 +75,32 @@ RecentEpisodes::ReturnSpread RecentEpisodes::ReadReturnSpread() const {
   return spread;
 }
 
+std::vector<std::optional<float>> RecentEpisodes::ReadMeanReturns(
+    size_t count, absl::FunctionRef<size_t(int32_t environment)> group_of) const {
+  struct Sum {
+    double sum = 0;
+    size_t count = 0;
+  };
+  std::vector<Sum> sums(count);
+  {
+    absl::MutexLock lock(&mutex_);
+    for (size_t i = 0; i < episodes_.size(); ++i) {
+      Sum& sum = sums[group_of(Last(i).environment)];
+      if (sum.count < kRecentCount) {
+        sum.sum += static_cast<double>(Last(i).total_reward);
+        ++sum.count;
+      }
+    }
+  }
+  std::vector<std::optional<float>> means(count);
+  for (size_t group = 0; group < count; ++group) {
+    if (sums[group].count > 0) {
+      means[group] = static_cast<float>(sums[group].sum / static_cast<double>(sums[group].count));
+    }
+  }
+  return means;
+}
+
 RecentEpisodes::List RecentEpisodes::ReadList(int64_t after) const {
   absl::MutexLock lock(&mutex_);
   const int64_t wanted = std::clamp<int64_t>(count_ - std::max<int64_t>(after, 0), 0,
@@ -99,6 +129,9 @@ bool RecentEpisodes::Reserve(int64_t bytes) {
   while (reserved_bytes_ + bytes > kRecordingBytesMax ||
          bytes_->reserved_bytes() + bytes > bytes_->bytes_max() / 2 ||
          !bytes_->Change(reserved_bytes_, reserved_bytes_ + bytes)) {
+    if (DropOldestAnnotations()) {
+      continue;
+    }
     if (recordings_.empty()) {
       return false;
     }
@@ -108,7 +141,37 @@ bool RecentEpisodes::Reserve(int64_t bytes) {
   return true;
 }
 
+bool RecentEpisodes::ReserveAnnotations(int64_t bytes) {
+  while (annotation_bytes_ + bytes > kAnnotationBytesMax ||
+         bytes_->reserved_bytes() + bytes > bytes_->bytes_max() / 2 ||
+         !bytes_->Change(annotation_bytes_, annotation_bytes_ + bytes)) {
+    if (!DropOldestAnnotations()) {
+      return false;
+    }
+  }
+  annotation_bytes_ += bytes;
+  return true;
+}
+
+bool RecentEpisodes::DropOldestAnnotations() {
+  for (EpisodeRecording& recording : recordings_) {
+    if (recording.annotations.bytes() > 0) {
+      DropAnnotations(&recording);
+      return true;
+    }
+  }
+  return false;
+}
+
+void RecentEpisodes::DropAnnotations(EpisodeRecording* recording) {
+  const int64_t left = annotation_bytes_ - recording->annotations.bytes();
+  recording->annotations.Clear();
+  bytes_->Change(annotation_bytes_, left);
+  annotation_bytes_ = left;
+}
+
 void RecentEpisodes::DropOldestRecording() {
+  DropAnnotations(&recordings_.front());
   const int64_t left = reserved_bytes_ - BytesOf(recordings_.front());
   recordings_.pop_front();
   bytes_->Change(reserved_bytes_, left);

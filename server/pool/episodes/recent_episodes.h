@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "absl/base/thread_annotations.h"
+#include "absl/functional/function_ref.h"
 #include "absl/synchronization/mutex.h"
 #include "absl/time/time.h"
 #include "server/pool/episodes/episode_recording.h"
@@ -28,7 +29,8 @@ struct EndedEpisode {
 };
 
 // A pool's ended episodes: their total count, statistics of the most recent ones, a list, and the
-// recordings of the last ones in the list, as many as memory allows.
+// recordings of the last ones in the list, as many as memory allows. Annotations are dropped before
+// recordings.
 // Threads: any method from any thread. Its lock is a leaf.
 class RecentEpisodes {
  public:
@@ -38,6 +40,8 @@ class RecentEpisodes {
   static constexpr size_t kListedMax = 1000;
   // Memory of the recordings: 1,000 episodes of 4,000 steps.
   static constexpr int64_t kRecordingBytesMax = 4 << 20;
+  // Memory of their annotations: 250 episodes of 1,000 steps with 16 values each.
+  static constexpr int64_t kAnnotationBytesMax = 16 << 20;
 
   struct Summary {
     int64_t count = 0;      // of all episodes
@@ -68,6 +72,10 @@ class RecentEpisodes {
   std::optional<EpisodeRecording> Find(int32_t environment, uint64_t fingerprint) const;
   Summary Read() const;
   ReturnSpread ReadReturnSpread() const;
+  // The mean returns of groups of environments, each of its last kRecentCount episodes among the
+  // listed ones; nullopt: there are none. `group_of`: the group of an environment, below `count`.
+  std::vector<std::optional<float>> ReadMeanReturns(
+      size_t count, absl::FunctionRef<size_t(int32_t environment)> group_of) const;
   // Returns the last episodes, at most kListedMax, without the first `after` of the pool.
   List ReadList(int64_t after) const;
 
@@ -79,6 +87,11 @@ class RecentEpisodes {
   // Drops the oldest recordings until there is room for another of `bytes`. Returns false if there
   // is none.
   bool Reserve(int64_t bytes) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+  // Likewise for its annotations; drops the oldest annotations.
+  bool ReserveAnnotations(int64_t bytes) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+  // Returns false if no recording has annotations.
+  bool DropOldestAnnotations() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+  void DropAnnotations(EpisodeRecording* recording) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   void DropOldestRecording() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
 
   ByteBudget* const bytes_;
@@ -87,6 +100,7 @@ class RecentEpisodes {
   std::vector<EndedEpisode> episodes_ ABSL_GUARDED_BY(mutex_);       // n at n % kListedMax
   std::deque<EpisodeRecording> recordings_ ABSL_GUARDED_BY(mutex_);  // of the last episodes
   int64_t reserved_bytes_ ABSL_GUARDED_BY(mutex_) = 0;
+  int64_t annotation_bytes_ ABSL_GUARDED_BY(mutex_) = 0;
 };
 
 }  // namespace procgen

@@ -11,7 +11,7 @@
 #include "absl/status/status.h"
 #include "absl/strings/cord.h"
 #include "absl/time/time.h"
-#include "server/pool/annotation.h"
+#include "server/pool/episodes/annotation.h"
 
 namespace procgen {
 

@@ -59,13 +59,14 @@ void PoolRun::Close() {
 
 void PoolRun::Start(const v1::StartPool& start) {
   absl::StatusOr<PoolOptions> options = PoolOptionsOf(start.spec());
-  const absl::StatusOr<Encoding> encoding = EncodingOf(start.spec());
+  const absl::StatusOr<SessionOptions> session_options = SessionOptionsOf(start.spec());
   absl::Status status = options.status();
-  status.Update(encoding.status());
+  status.Update(session_options.status());
   if (status.ok()) {
     Request one;
     one.count = 1;
-    status = CheckFits(one, *encoding, static_cast<int64_t>(options->observation_format.bytes()));
+    status = CheckFits(one, session_options->encoding,
+                       static_cast<int64_t>(options->observation_format.bytes()));
   }
   if (status.ok() && options->level_sampler != nullptr) {
     status = Hold(&options->level_sampler);
@@ -75,7 +76,7 @@ void PoolRun::Start(const v1::StartPool& start) {
     return;
   }
   supervisor_->Create(
-      owner_, start.pool_id(), *options, *encoding,
+      owner_, start.pool_id(), *options, *session_options,
       [weak = weak_from_this()](const absl::Status& reason) {
         if (const auto self = weak.lock(); self != nullptr) {
           self->on_end_(reason);
@@ -261,35 +262,52 @@ void PoolRun::Render(const v1::Render& message) {
   const RenderSpec spec = RenderSpecOf(message);
   std::vector<int32_t> environments(message.environments().begin(), message.environments().end());
   InTurn([this, environments = std::move(environments), spec, &message]() mutable {
+    FillFrames(environments, spec);
+    if (message.format() == v1::FRAME_FORMAT_NONE) {
+      pool_->EndTurn();
+      RespondWith(Serialized(response_));
+      return;
+    }
     pool_->CaptureScenes(std::move(environments), spec.view, spec.size_px,
-                         [self = shared_from_this(), spec, &message](absl::StatusOr<Draw> draw) {
+                         [self = shared_from_this(), &message](absl::StatusOr<Draw> draw) {
                            self->pool_->EndTurn();
                            if (!draw.ok()) {
                              self->RespondWith(draw.status());
                              return;
                            }
                            self->supervisor_->executor().Run(
-                               self->owner_,
-                               [self, spec, &message, draw = *std::move(draw)]() mutable {
-                                 self->RespondFrames(message, spec.size_px, std::move(draw));
+                               self->owner_, [self, &message, draw = *std::move(draw)]() mutable {
+                                 self->RespondFrames(message.format(), std::move(draw));
                                });
                          });
   });
 }
 
-void PoolRun::RespondFrames(const v1::Render& message, int32_t size_px, Draw draw) {
-  std::vector<absl::Span<uint8_t>> images;
+void PoolRun::FillFrames(absl::Span<const int32_t> environments, const RenderSpec& spec) {
   v1::Frames* const frames = response_.mutable_frames();
-  for (const int32_t environment : message.environments()) {
+  for (const int32_t environment : environments) {
     v1::Frame* const frame = frames->add_frames();
     frame->set_environment(environment);
-    frame->set_size_px(size_px);
-    std::string* const image = frame->mutable_image();
-    image->resize(static_cast<size_t>(size_px) * static_cast<size_t>(size_px) * 3);
+    frame->set_size_px(spec.size_px);
+    if (spec.view == View::kLevel) {
+      const AgentPosition position = pool_->FindAgent(environment);
+      frame->mutable_agent_position()->set_x(position.x);
+      frame->mutable_agent_position()->set_y(position.y);
+    }
+  }
+}
+
+void PoolRun::RespondFrames(v1::FrameFormat format, Draw draw) {
+  std::vector<absl::Span<uint8_t>> images;
+  v1::Frames* const frames = response_.mutable_frames();
+  for (v1::Frame& frame : *frames->mutable_frames()) {
+    const auto size_px = static_cast<size_t>(frame.size_px());
+    std::string* const image = frame.mutable_image();
+    image->resize(size_px * size_px * 3);
     images.push_back(absl::MakeSpan(reinterpret_cast<uint8_t*>(image->data()), image->size()));
   }
   draw(images);
-  WriteFrames(message.format(), frames->mutable_frames());
+  WriteFrames(format, frames->mutable_frames());
   RespondWith(Serialized(response_));
 }
 

@@ -16,6 +16,7 @@
 #include "server/pool/pool_session.h"
 #include "server/pool/pool_supervisor.h"
 #include "server/rpc/run/batch_builder.h"
+#include "server/wire/convert_frames.h"
 #include "server/wire/convert_step.h"
 
 namespace procgen {
@@ -64,7 +65,9 @@ class PoolRun final : public ResponseSink, public std::enable_shared_from_this<P
   void Restore(const google::protobuf::RepeatedPtrField<v1::State>& states, PoolSession::Done done);
   void Clone(const v1::CloneEnvironments& message);
   void Render(const v1::Render& message);
-  void RespondFrames(const v1::Render& message, int32_t size_px, Draw draw);
+  // Adds frames without images to the response. In a turn.
+  void FillFrames(absl::Span<const int32_t> environments, const RenderSpec& spec);
+  void RespondFrames(v1::FrameFormat format, Draw draw);
 
   // Takes a turn of the pool and calls `begin` in it, or ends the request with an error.
   void InTurn(absl::AnyInvocable<void()> begin);

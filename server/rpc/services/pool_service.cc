@@ -8,9 +8,12 @@
 #include "absl/strings/numbers.h"
 #include "absl/strings/str_cat.h"
 #include "server/rpc/grpc/refused_stream.h"
+#include "server/rpc/pause/pause_pool_reactor.h"
 #include "server/rpc/run/run_pool_reactor.h"
 #include "server/rpc/services/episode_call.h"
 #include "server/rpc/watch/watch_pool_reactor.h"
+#include "server/wire/convert_episode.h"
+#include "server/wire/convert_history.h"
 #include "server/wire/convert_pool.h"
 
 namespace procgen {
@@ -106,6 +109,52 @@ grpc::ServerUnaryReactor* PoolServiceImpl::GetEpisode(grpc::CallbackServerContex
                  reactor->Finish(accounting_->EndCall("PoolService/GetEpisode", status));
                });
   return reactor;
+}
+
+grpc::ServerUnaryReactor* PoolServiceImpl::ListEpisodes(grpc::CallbackServerContext* context,
+                                                        const v1::ListEpisodesRequest* request,
+                                                        v1::ListEpisodesResponse* response) {
+  return accounting_->Answer(
+      context, "PoolService/ListEpisodes", [&](const std::string& owner) -> absl::Status {
+        if (request->after() < 0) {
+          return absl::InvalidArgumentError(
+              absl::StrCat("after is ", request->after(), ", allowed: at least 0"));
+        }
+        const absl::StatusOr<std::shared_ptr<PoolSession>> pool =
+            supervisor_->Find(owner, request->pool());
+        if (pool.ok()) {
+          FillEpisodeList((*pool)->recent_episodes().ReadList(request->after()), response);
+        }
+        return pool.status();
+      });
+}
+
+grpc::ServerUnaryReactor* PoolServiceImpl::GetPoolHistory(grpc::CallbackServerContext* context,
+                                                          const v1::GetPoolHistoryRequest* request,
+                                                          v1::PoolHistory* response) {
+  return accounting_->Answer(context, "PoolService/GetPoolHistory",
+                             [&](const std::string& owner) -> absl::Status {
+                               const absl::StatusOr<absl::Duration> span = HistorySpanOf(*request);
+                               if (!span.ok()) {
+                                 return span.status();
+                               }
+                               const absl::StatusOr<std::shared_ptr<PoolSession>> pool =
+                                   supervisor_->Find(owner, request->name());
+                               if (pool.ok()) {
+                                 FillHistory((*pool)->history().Read(*span), response);
+                               }
+                               return pool.status();
+                             });
+}
+
+grpc::ServerBidiReactor<v1::PausePoolRequest, v1::PausePoolResponse>* PoolServiceImpl::PausePool(
+    grpc::CallbackServerContext* context) {
+  absl::StatusOr<Caller> caller = accounting_->Admit(*context);
+  if (!caller.ok()) {
+    return new RefusedStream<grpc::ServerBidiReactor<v1::PausePoolRequest, v1::PausePoolResponse>>(
+        accounting_->EndCall("PoolService/PausePool", caller.status()));
+  }
+  return PausePoolReactor::Start(supervisor_, accounting_, *std::move(caller));
 }
 
 }  // namespace procgen

@@ -15,7 +15,11 @@ namespace procgen {
 using PoolServiceBase =
     v1::PoolService::WithRawCallbackMethod_RunPool<v1::PoolService::WithRawCallbackMethod_WatchPool<
         v1::PoolService::WithCallbackMethod_GetPool<v1::PoolService::WithCallbackMethod_ListPools<
-            v1::PoolService::WithCallbackMethod_GetEpisode<v1::PoolService::Service>>>>>;
+            v1::PoolService::WithCallbackMethod_GetEpisode<
+                v1::PoolService::WithCallbackMethod_ListEpisodes<
+                    v1::PoolService::WithCallbackMethod_GetPoolHistory<
+                        v1::PoolService::WithCallbackMethod_PausePool<
+                            v1::PoolService::Service>>>>>>>>;
 
 // PoolService: each stream of RunPool is a RunPoolReactor; the others look at the pools.
 class PoolServiceImpl final : public PoolServiceBase {
@@ -36,6 +40,14 @@ class PoolServiceImpl final : public PoolServiceBase {
   grpc::ServerUnaryReactor* GetEpisode(grpc::CallbackServerContext* context,
                                        const v1::GetEpisodeRequest* request,
                                        v1::Episode* response) override;
+  grpc::ServerUnaryReactor* ListEpisodes(grpc::CallbackServerContext* context,
+                                         const v1::ListEpisodesRequest* request,
+                                         v1::ListEpisodesResponse* response) override;
+  grpc::ServerUnaryReactor* GetPoolHistory(grpc::CallbackServerContext* context,
+                                           const v1::GetPoolHistoryRequest* request,
+                                           v1::PoolHistory* response) override;
+  grpc::ServerBidiReactor<v1::PausePoolRequest, v1::PausePoolResponse>* PausePool(
+      grpc::CallbackServerContext* context) override;
 
  private:
   PoolSupervisor* const supervisor_;

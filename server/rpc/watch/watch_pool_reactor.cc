@@ -47,14 +47,27 @@ absl::Status WatchPoolReactor::Watch(const std::shared_ptr<WatchPoolReactor>& se
   if (!spec.ok()) {
     return spec.status();
   }
-  const auto encode = [format = message.format()](FrameSet frame_set) {
+  if (spec->format == kDeltaFormat) {
+    absl::StatusOr<Quotas::Reservation> memory =
+        supervisor->quotas().Reserve(owner, {.bytes = DeltaFrameEncoder::BytesOf(*spec)});
+    if (!memory.ok()) {
+      return memory.status();
+    }
+    self->delta_memory_ = *std::move(memory);
+    self->delta_encoder_.emplace(*spec);
+  }
+  const auto encode = [format = spec->format](FrameSet frame_set) {
     return EncodeWatched(format, std::move(frame_set));
   };
   return self->publishers_->Subscribe(*pool, *spec, encode, self);
 }
 
 void WatchPoolReactor::Take(const absl::Cord& frame_set) {
-  Send([frame_set] {
+  Send([this, frame_set] {
+    if (delta_encoder_.has_value()) {
+      const grpc::Slice slice(delta_encoder_->Encode(frame_set));
+      return grpc::ByteBuffer(&slice, 1);
+    }
     std::vector<grpc::Slice> pieces;
     for (const absl::string_view piece : frame_set.Chunks()) {
       // Shares the bytes, which the slice's copy of the cord keeps.
@@ -72,6 +85,7 @@ void WatchPoolReactor::ReleaseSource() {
   publishers_->Unsubscribe(this);
   // Released here, because a frame set in progress may keep this object alive for a while.
   reservation_ = Quotas::Reservation();
+  delta_memory_ = Quotas::Reservation();
 }
 
 }  // namespace procgen

@@ -2,6 +2,7 @@
 #define SERVER_RPC_WATCH_WATCH_POOL_REACTOR_H_
 
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "absl/status/status.h"
@@ -13,6 +14,7 @@
 #include "server/pool/watch/frame_subscriber.h"
 #include "server/rpc/auth/call_accounting.h"
 #include "server/rpc/watch/latest_stream.h"
+#include "server/wire/convert_frames.h"
 
 namespace procgen {
 
@@ -41,6 +43,10 @@ class WatchPoolReactor final : public LatestStream, public FrameSubscriber {
 
   PoolSupervisor* const supervisor_;
   FramePublishers* const publishers_;
+  // Set before the first frame set if the request asks for it. Used when a response is sent, so by
+  // one thread at a time.
+  std::optional<DeltaFrameEncoder> delta_encoder_;
+  Quotas::Reservation delta_memory_;
   // Without Caller::under_way, because a drain does not wait for watches.
   Quotas::Reservation reservation_;
 };

@@ -47,7 +47,7 @@ class PoolSessionTest : public testing::Test {
     options.autoreset_mode = autoreset_mode;
     absl::StatusOr<std::unique_ptr<Pool>> pool = Pool::Create(options, workers_);
     EXPECT_THAT(pool, IsOk());
-    return std::make_unique<PoolSession>("", "pools/7", *std::move(pool), Encoding::kRaw,
+    return std::make_unique<PoolSession>("", "pools/7", *std::move(pool), SessionOptions(),
                                          std::move(end_stream), context_.Get());
   }
 

@@ -38,7 +38,7 @@ class PoolSupervisorTest : public testing::Test {
       PoolSession::EndStream end_stream = [](const absl::Status&) {}) {
     CreateResult result = absl::UnknownError("not yet");
     absl::Notification done;
-    supervisor_.Create(owner, id, options, Encoding::kRaw, std::move(end_stream),
+    supervisor_.Create(owner, id, options, SessionOptions(), std::move(end_stream),
                        [&](CreateResult created) {
                          result = std::move(created);
                          done.Notify();

@@ -8,16 +8,10 @@
 namespace procgen {
 namespace {
 
-v1::PoolSpec SpecWith(v1::Encoding encoding) {
-  v1::PoolSpec spec;
-  spec.set_encoding(encoding);
-  return spec;
-}
-
 TEST(ConvertObservationTest, EncodingsMatchTheProto) {
-  EXPECT_EQ(*EncodingOf(v1::PoolSpec()), Encoding::kRaw);
+  EXPECT_EQ(*EncodingOf("spec.encoding", v1::ENCODING_UNSPECIFIED), Encoding::kRaw);
   for (const v1::Encoding message : {v1::ENCODING_RAW, v1::ENCODING_DELTA_ZSTD}) {
-    const auto encoding = EncodingOf(SpecWith(message));
+    const auto encoding = EncodingOf("spec.encoding", message);
     ASSERT_THAT(encoding, IsOk());
     EXPECT_EQ(EncodingMessageOf(*encoding), message);
   }
@@ -26,7 +20,7 @@ TEST(ConvertObservationTest, EncodingsMatchTheProto) {
 TEST(ConvertObservationTest, UnknownEncodingsAreRejected) {
   // 3 was LZ4.
   for (const int number : {3, 9}) {
-    EXPECT_THAT(EncodingOf(SpecWith(static_cast<v1::Encoding>(number))),
+    EXPECT_THAT(EncodingOf("spec.encoding", static_cast<v1::Encoding>(number)),
                 StatusIs(absl::StatusCode::kInvalidArgument,
                          absl::StrCat("spec.encoding is number ", number,
                                       ", allowed: ENCODING_RAW, ENCODING_DELTA_ZSTD")));

@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "absl/types/span.h"
 #include "envcore/pool/batch_numbers.h"
 #include "gmock/gmock.h"
 #include "gtest/gtest.h"
@@ -32,7 +33,8 @@ class FakePool {
 
   // Steps a slice; `completes`: all its environments complete a level within their episode.
   void StepSlice(int32_t first, int32_t count, int32_t action,
-                 const std::vector<int32_t>& ends = {}, float reward = 0, bool completes = false) {
+                 const std::vector<int32_t>& ends = {}, float reward = 0, bool completes = false,
+                 absl::Span<const Annotation> annotations = {}) {
     const std::vector<int32_t> actions(static_cast<size_t>(count), action);
     const Batch batch = memory_.ReplaceEmptyArrays({}, count);
     for (size_t row = 0; row < actions.size(); ++row) {
@@ -49,7 +51,8 @@ class FakePool {
       batch.episode_returns[row] = reward;
       batch.fingerprints[row] = 99;
     }
-    log_->Add({.first = first, .count = count, .actions = actions}, batch);
+    log_->Add({.first = first, .count = count, .actions = actions}, batch,
+              {annotations, first, count});
     level_ += ends.empty() ? 0 : 1;
   }
 
@@ -185,6 +188,58 @@ TEST(EpisodeLogTest, LogWithoutMemoryStoresNothing) {
   pool.Step(-1, {3});
   EXPECT_EQ(EpisodeOf(&log, 3, false).incomplete_reason, IncompleteReason::kTooOld);
   EXPECT_EQ(bytes.reserved_bytes(), 0);
+}
+
+TEST(EpisodeLogTest, AnnotationsBelongToTheStepsOfTheirEpisode) {
+  ByteBudget bytes(kPlenty);
+  {
+    EpisodeLog log(2, &bytes);
+    FakePool pool(2, &log);
+    const auto step = [&pool](float value, const std::vector<int32_t>& ends = {}) {
+      const std::vector<float> values = {value, -value};
+      const std::vector<float> saliency(64 * 64 * 2);
+      pool.StepSlice(0, 2, 4, ends, 0, false, {{"value", values}, {"saliency", saliency}});
+    };
+    pool.Step(4);
+    step(1);
+    step(2, {1});
+    step(3);
+    const Episode current = EpisodeOf(&log, 0, true);
+    ASSERT_THAT(current.annotations, SizeIs(1)) << "saliency is not recorded";
+    EXPECT_EQ(current.annotations[0].name, "value");
+    EXPECT_EQ(current.annotations[0].first_step, 1);
+    EXPECT_THAT(current.annotations[0].values, ElementsAre(1, 2, 3));
+    EXPECT_THAT(EpisodeOf(&log, 1, false).annotations[0].values, ElementsAre(-1, -2));
+    EXPECT_THAT(EpisodeOf(&log, 1, true).annotations[0].values, ElementsAre(-3));
+    EXPECT_EQ(EpisodeOf(&log, 1, true).annotations[0].first_step, 0);
+  }
+  EXPECT_EQ(bytes.reserved_bytes(), 0);
+}
+
+TEST(EpisodeLogTest, AnnotationsAreDroppedBeforeSteps) {
+  constexpr int64_t kBytes = 200'000;
+  ByteBudget bytes(kBytes);
+  EpisodeLog log(4, &bytes);
+  FakePool pool(4, &log);
+  const std::vector<float> values(4 * 16, 1);
+  for (int32_t step = 0; step < 8000; ++step) {
+    const std::vector<int32_t> ends(step % 3000 == 2999 ? 1 : 0, 2);
+    pool.StepSlice(0, 4, step % 15, ends, 0, false, {{"probabilities", values}});
+    ASSERT_LE(bytes.reserved_bytes(), kBytes);
+    if (step % 100 == 0) {
+      const Episode current = EpisodeOf(&log, 2, true);
+      for (const AnnotationSeries& series : current.annotations) {
+        const size_t rows = series.values.size() / 16;
+        ASSERT_EQ(static_cast<size_t>(series.first_step) + rows, current.rewards.size());
+      }
+    }
+  }
+  // Half of the budget holds the newest annotations; all steps are there.
+  EXPECT_EQ(EpisodeOf(&log, 2, false).incomplete_reason, IncompleteReason::kNone);
+  EXPECT_THAT(EpisodeOf(&log, 2, false).actions, SizeIs(3000));
+  EXPECT_THAT(EpisodeOf(&log, 0, true).actions, SizeIs(8000));
+  EXPECT_THAT(EpisodeOf(&log, 2, true).annotations, SizeIs(1));
+  EXPECT_GT(EpisodeOf(&log, 2, true).annotations[0].first_step, 0);
 }
 
 }  // namespace

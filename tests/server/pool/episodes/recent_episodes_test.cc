@@ -131,5 +131,40 @@ TEST(RecentEpisodesTest, RecordingsTakeHalfOfTheBudget) {
   EXPECT_EQ(episodes.ReadList(0).count, 101);
 }
 
+TEST(RecentEpisodesTest, AnnotationsAreDroppedBeforeRecordings) {
+  ByteBudget bytes(int64_t{1} << 30);
+  {
+    RecentEpisodes episodes(&bytes);
+    const std::vector<float> values(64, 1);
+    for (uint64_t i = 1; i <= 100; ++i) {
+      EpisodeRecording recording = RecordingOf(2000, 1000);
+      for (int32_t step = 0; step < 1000; ++step) {
+        const StepAnnotation annotation = {"x", values};
+        recording.annotations.Add(step, absl::MakeConstSpan(&annotation, 1));
+      }
+      episodes.Add(EpisodeWith(i), std::move(recording));
+      ASSERT_LE(bytes.reserved_bytes(), 20 << 20);
+    }
+    EXPECT_EQ(episodes.ReadList(0).recorded_count, 100);
+    EXPECT_TRUE(episodes.Find(3, 1)->Decode().annotations.empty());
+    EXPECT_EQ(episodes.Find(3, 100)->Decode().annotations[0].values.size(), 64'000U);
+  }
+  EXPECT_EQ(bytes.reserved_bytes(), 0);
+}
+
+TEST(RecentEpisodesTest, MeanReturnsOfGroupsCoverTheirLastHundredEpisodes) {
+  ByteBudget bytes(0);
+  RecentEpisodes episodes(&bytes);
+  for (int32_t i = 0; i < 300; ++i) {
+    EndedEpisode episode;
+    episode.environment = i % 2;
+    episode.total_reward = i < 100 ? 1000 : static_cast<float>(episode.environment);
+    episodes.Add(episode, std::nullopt);
+  }
+  EXPECT_THAT(episodes.ReadMeanReturns(
+                  3, [](int32_t environment) { return static_cast<size_t>(environment); }),
+              testing::ElementsAre(0, 1, std::nullopt));
+}
+
 }  // namespace
 }  // namespace procgen

@@ -65,7 +65,7 @@ class FramePublisherTest : public testing::Test {
     absl::StatusOr<std::unique_ptr<Pool>> pool = Pool::Create(options, workers_);
     ASSERT_THAT(pool, IsOk());
     session_ = std::make_shared<PoolSession>(
-        "", "pools/7", *std::move(pool), Encoding::kRaw, [](const absl::Status&) {},
+        "", "pools/7", *std::move(pool), SessionOptions(), [](const absl::Status&) {},
         context_.Get());
   }
   void TearDown() override {

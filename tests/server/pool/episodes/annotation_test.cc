@@ -1,4 +1,4 @@
-#include "server/pool/annotation.h"
+#include "server/pool/episodes/annotation.h"
 
 #include <string>
 #include <vector>
@@ -68,6 +68,13 @@ TEST(AnnotationTest, ValuesThatDoNotFitTheSliceAreRejected) {
   const std::vector<float> many(65 * 4);
   EXPECT_THAT(CheckAnnotations({{"value", many}}, 4),
               IsInvalid("annotations[0] 'value' has 260 values" + allowed));
+}
+
+TEST(AnnotationTest, SaliencyMayHaveAValueForEachPixel) {
+  const std::vector<float> map(64 * 64 * 2);
+  EXPECT_THAT(CheckAnnotations({{"saliency", map}}, 2), IsOk());
+  EXPECT_THAT(CheckAnnotations({{"saliency", map}}, 1),
+              StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr("allowed: 1 to 4096 for")));
 }
 
 }  // namespace

@@ -1,5 +1,5 @@
-#ifndef SERVER_POOL_ANNOTATION_H_
-#define SERVER_POOL_ANNOTATION_H_
+#ifndef SERVER_POOL_EPISODES_ANNOTATION_H_
+#define SERVER_POOL_EPISODES_ANNOTATION_H_
 
 #include <cstddef>
 #include <cstdint>
@@ -13,10 +13,13 @@
 namespace procgen {
 
 // Limits of the annotations of a step: their number, the length of a name, and the number of values
-// for one environment.
+// for one environment. A saliency map may have as many as the default observation has pixels; it is
+// shown, but not recorded.
 inline constexpr size_t kAnnotationCountMax = 16;
 inline constexpr size_t kAnnotationNameBytesMax = 64;
 inline constexpr size_t kAnnotationValuesMax = 64;
+inline constexpr absl::string_view kSaliencyName = "saliency";
+inline constexpr size_t kSaliencyValuesMax = 64 * 64;
 
 // Values that a learner sends with a step, for viewers. They do not change the step.
 struct Annotation {
@@ -41,4 +44,4 @@ void CopyAnnotations(absl::Span<const Annotation> annotations, int32_t env_count
 
 }  // namespace procgen
 
-#endif  // SERVER_POOL_ANNOTATION_H_
+#endif  // SERVER_POOL_EPISODES_ANNOTATION_H_

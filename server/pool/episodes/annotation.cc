@@ -1,4 +1,4 @@
-#include "server/pool/annotation.h"
+#include "server/pool/episodes/annotation.h"
 
 #include <algorithm>
 
@@ -47,10 +47,12 @@ absl::Status CheckAnnotations(absl::Span<const Annotation> annotations, int32_t 
       return status;
     }
     const size_t count = annotations[i].values.size();
-    if (count == 0 || count % rows != 0 || count / rows > kAnnotationValuesMax) {
+    const size_t values_max =
+        annotations[i].name == kSaliencyName ? kSaliencyValuesMax : kAnnotationValuesMax;
+    if (count == 0 || count % rows != 0 || count / rows > values_max) {
       return absl::InvalidArgumentError(absl::StrCat(
           "annotations[", i, "] '", annotations[i].name, "' has ", count, " values, allowed: 1 to ",
-          kAnnotationValuesMax, " for each of the ", env_count, " environments of the slice"));
+          values_max, " for each of the ", env_count, " environments of the slice"));
     }
   }
   return absl::OkStatus();
