@@ -4,6 +4,7 @@
 #include <atomic>
 #include <chrono>
 #include <cstdlib>
+#include <map>
 #include <memory>
 #include <mutex>
 #include <new>
@@ -187,6 +188,27 @@ procgen::Status CheckRequest(const char* path, const uint8_t* request, size_t re
        CheckArray(request, "request", static_cast<int64_t>(request_size), "request_size")});
 }
 
+// Splits labels, "key=value". The server validates keys and values.
+procgen::StatusOr<std::map<std::string, std::string>> LabelsOf(
+    const ProcgenServerPoolOptions& options) {
+  if (procgen::Status status =
+          CheckArray(options.labels, "labels", options.label_count, "label_count");
+      !status.ok()) {
+    return status;
+  }
+  std::map<std::string, std::string> labels;
+  for (int32_t i = 0; i < options.label_count; ++i) {
+    const std::string label = TextOf(options.labels[i]);
+    const size_t end = label.find('=');
+    if (end == std::string::npos) {
+      return procgen::InvalidArgumentError(
+          absl::StrCat("labels[", i, "] is '", label, "', must be 'key=value'"));
+    }
+    labels[label.substr(0, end)] = label.substr(end + 1);
+  }
+  return labels;
+}
+
 procgen::Status CreatePoolOn(const ProcgenConnection& connection, const ProcgenPoolOptions& given,
                              const ProcgenServerPoolOptions& server_options, ProcgenPool** pool) {
   const ProcgenPoolOptions options = Complete(given, DefaultPoolOptions());
@@ -203,7 +225,13 @@ procgen::Status CreatePoolOn(const ProcgenConnection& connection, const ProcgenP
   if (!pool_options.ok()) {
     return pool_options.status();
   }
+  const auto labels = LabelsOf(server_options);
+  if (!labels.ok()) {
+    return labels.status();
+  }
   RemotePoolOptions remote;
+  remote.display_name = TextOf(server_options.display_name);
+  remote.labels = *labels;
   remote.pool_id = TextOf(server_options.pool_id);
   remote.encoding = server_options.encoding == PROCGEN_RAW ? procgen::v1::ENCODING_RAW
                                                            : procgen::v1::ENCODING_DELTA_ZSTD;

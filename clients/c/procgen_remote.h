@@ -67,6 +67,10 @@ typedef struct ProcgenServerPoolOptions {
   size_t struct_size;
   const char* pool_id;  // last part of its name; null: chosen by the server
   int32_t encoding;     // a ProcgenEncoding; PROCGEN_RAW
+  // For people, in pages and lists: a name of at most 128 bytes, and up to 16 labels, "key=value".
+  const char* display_name;  // null: none
+  const char* const* labels;
+  int32_t label_count;
 } ProcgenServerPoolOptions;
 
 // Connects to `address`, "host:port" or "unix:path", or to several, separated by commas. A name

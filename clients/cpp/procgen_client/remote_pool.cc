@@ -58,6 +58,8 @@ procgen::StatusOr<std::unique_ptr<RemotePool>> RemotePool::Create(
   v1::StartPool start;
   start.set_pool_id(remote.pool_id);
   *start.mutable_spec() = SpecOf(unstacked, remote.encoding);
+  start.mutable_spec()->set_display_name(remote.display_name);
+  start.mutable_spec()->mutable_labels()->insert(remote.labels.begin(), remote.labels.end());
   RecoveryOptions recovery = remote.recovery;
   recovery.request_bytes_max = limits.request_bytes_max();
   recovery.response_bytes_max = limits.response_bytes_max();

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <deque>
 #include <functional>
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
@@ -27,6 +28,9 @@ class Servers;
 struct RemotePoolOptions {
   std::string pool_id;  // last part of the pool's name; empty: chosen by the server
   procgen::v1::Encoding encoding = procgen::v1::ENCODING_RAW;
+  // For people, as PoolSpec.display_name and PoolSpec.labels.
+  std::string display_name;
+  std::map<std::string, std::string> labels;
   RecoveryOptions recovery;  // its limits of bytes are set by Create
   // Called every 50 ms while a call waits for the server. True: it and all later ones end with
   // CANCELLED. Null: never.

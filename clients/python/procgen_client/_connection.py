@@ -108,10 +108,14 @@ class Connection:
             options: From options.checked_options.
         """
         struct, _kept = _structs.pool_options(self._library, games, env_count, options, None)
+        labels = [f"{key}={value}".encode() for key, value in options.get("labels", {}).items()]
         more = _library.ServerPoolOptions(
             struct_size=ctypes.sizeof(_library.ServerPoolOptions),
             pool_id=options.get("pool_id", "").encode() or None,
             encoding=options.get("encoding", 0),
+            display_name=options.get("name", "").encode() or None,
+            labels=(ctypes.c_char_p * len(labels))(*labels),
+            label_count=len(labels),
         )
         handle = ctypes.c_void_p()
 

@@ -175,6 +175,9 @@ class ServerPoolOptions(ctypes.Structure):
         ("struct_size", ctypes.c_size_t),
         ("pool_id", ctypes.c_char_p),
         ("encoding", ctypes.c_int32),
+        ("display_name", ctypes.c_char_p),
+        ("labels", ctypes.POINTER(ctypes.c_char_p)),
+        ("label_count", ctypes.c_int32),
     )
 
 

@@ -45,7 +45,7 @@ def pool_options(
             sampler, arrays = level_sampler(value)
             kept += [sampler, arrays]
             struct.level_sampler = ctypes.pointer(sampler)
-        elif name not in ("encoding", "pool_id"):
+        elif name not in ("encoding", "pool_id", "name", "labels"):
             setattr(struct, name, value)
     struct.has_rand_seed = "rand_seed" in options
     return struct, kept

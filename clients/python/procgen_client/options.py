@@ -95,6 +95,10 @@ class PoolOptions(EnvironmentOptions, total=False):
     # part of the pool's name. Ignored in this process.
     encoding: str  # "raw"
     pool_id: str  # ""
+    # On a server: for people, in pages and lists: a name, and labels such as {"seed": "3"}. Ignored
+    # in this process.
+    name: str  # ""
+    labels: Mapping[str, str]  # {}
 
 
 # Bounds of the options that are integers. Upstream's are int32; rand_seed may also be unsigned.
@@ -139,6 +143,10 @@ def checked_options(options: Mapping[str, Any]) -> dict[str, Any]:
             if not isinstance(value, (bool, np.bool_, int)) or value not in (0, 1):
                 raise InvalidArgumentError(f"{name} is {value!r}; it is True or False")
             checked[name] = int(value)
+        elif name == "name":
+            checked[name] = _text("name", value)
+        elif name == "labels":
+            checked[name] = _labels(value)
         else:
             checked[name] = value
     if checked.get("start_level") and not checked.get("num_levels"):
@@ -185,6 +193,23 @@ def game_names(games: str | Sequence[str]) -> list[str]:
             f"games is {games!r}; it is the name of a game, or a list of names"
         )
     return names
+
+
+def _text(name: str, given: object) -> str:
+    if not isinstance(given, str) or "\0" in given:
+        raise InvalidArgumentError(f"{name} is {given!r}; it is text without NUL")
+    return given
+
+
+def _labels(given: object) -> dict[str, str]:
+    if not isinstance(given, Mapping):
+        raise InvalidArgumentError(f"labels is {given!r}; it maps text to text")
+    labels = {}
+    for key, value in given.items():
+        if "=" in _text("a key of labels", key):
+            raise InvalidArgumentError(f"labels has the key {key!r}; keys have no '='")
+        labels[key] = _text(f"labels[{key!r}]", value)
+    return labels
 
 
 def _number_of(name: str, given: object, allowed: Mapping[str, int]) -> int:

@@ -53,6 +53,25 @@ TEST_F(RemoteErrorTest, ABadOptionIsNamed) {
   EXPECT_THAT(CreateError(connection, options, PROCGEN_INVALID_ARGUMENT, "A b"), HasSubstr("A b"));
 }
 
+TEST_F(RemoteErrorTest, InvalidNamesAndLabelsAreNamed) {
+  const CConnection connection = Connected();
+  const COptions options("maze");
+  ProcgenPool* pool = nullptr;
+  const char* labels[] = {"seed=3", "baseline"};
+  ProcgenServerPoolOptions server_options = {};
+  server_options.struct_size = sizeof(server_options);
+  server_options.labels = labels;
+  server_options.label_count = 2;
+  EXPECT_EQ(procgen_connection_create_pool(connection.get(), &options, &server_options, &pool),
+            PROCGEN_INVALID_ARGUMENT);
+  EXPECT_THAT(procgen_error_message(), HasSubstr("labels[1] is 'baseline', must be 'key=value'"));
+  server_options.label_count = 1;
+  server_options.display_name = "a\nb";
+  EXPECT_EQ(procgen_connection_create_pool(connection.get(), &options, &server_options, &pool),
+            PROCGEN_INVALID_ARGUMENT);
+  EXPECT_THAT(procgen_error_message(), HasSubstr("spec.display_name is 'a\\nb'"));
+}
+
 TEST_F(RemoteErrorTest, APoolIdIsTakenOnce) {
   const CConnection connection = Connected();
   const COptions options("maze");

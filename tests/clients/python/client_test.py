@@ -122,8 +122,9 @@ def test_closed_client_rejects_calls(server: ServerProcess) -> None:
 
 def test_server_has_the_pool_that_was_asked_for(client: Client) -> None:
     with client.create_pool(
-        ["maze", "coinrun"], 4, num_levels=7, pool_id="mine", autoreset_mode="disabled"
-    ) as pool:
+        ["maze", "coinrun"], 4, num_levels=7, pool_id="mine", autoreset_mode="disabled",
+        name="Münze", labels={"seed": "3", "run/1": "a=b"},
+    ) as pool:  # fmt: skip
         assert pool.name == "pools/mine"
         (message,) = (each for each in client.list_pools() if each.name == pool.name)
         assert message.spec == client.get_pool(pool.name).spec
@@ -131,6 +132,8 @@ def test_server_has_the_pool_that_was_asked_for(client: Client) -> None:
         assert (list(spec.games), spec.env_count) == (["maze", "coinrun"], 4)
         assert spec.autoreset_mode == pools_pb2.AUTORESET_MODE_DISABLED
         assert spec.options.num_levels == 7
+        assert spec.display_name == "Münze"
+        assert dict(spec.labels) == {"seed": "3", "run/1": "a=b"}
         assert spec.options.center_agent
         assert spec.options.distribution_mode == pools_pb2.DISTRIBUTION_MODE_HARD
         assert spec.options.rand_seed == pool.options["rand_seed"]
@@ -170,6 +173,11 @@ def test_forgotten_pool_is_deleted(client: Client) -> None:
             "'never'.*next_step",
         ),
         (("maze", 1), {"pool_id": "No Good"}, errors.InvalidArgumentError, "pool_id"),
+        (("maze", 1), {"name": "x" * 129}, errors.InvalidArgumentError, "of 129 bytes"),
+        (("maze", 1), {"name": 3}, errors.InvalidArgumentError, "name is 3; it is text"),
+        (("maze", 1), {"labels": {"a b": ""}}, errors.InvalidArgumentError, "has the key 'a b'"),
+        (("maze", 1), {"labels": {"a=b": ""}}, errors.InvalidArgumentError, "keys have no '='"),
+        (("maze", 1), {"labels": ["a"]}, errors.InvalidArgumentError, "maps text to text"),
         (("maze", 10**6), {}, errors.ResourceExhaustedError, "env_count_max"),
     ],
 )

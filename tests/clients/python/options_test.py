@@ -161,7 +161,8 @@ def test_start_level_without_num_levels_is_warned_of(
 
 
 def test_options_of_the_other_place_are_ignored() -> None:
-    with Pool("maze", 2, encoding="delta_zstd", pool_id="mine", rand_seed=1) as pool:
+    server_only = {"encoding": "delta_zstd", "pool_id": "mine", "name": "n", "labels": {"a": "b"}}
+    with Pool("maze", 2, **server_only, rand_seed=1) as pool:
         with Pool("maze", 2, rand_seed=1) as plain:
             assert pool.name == ""
             np.testing.assert_array_equal(pool.observe().observations, plain.observe().observations)
