@@ -107,7 +107,7 @@ clang_packages=(
   libclang-rt-14-dev      # libFuzzer and the sanitizers of that compiler
 )
 
-# Packages for tests/benchmark/stream_report.py.
+# Packages for plots of clients/python: returns and scores.
 plot_packages=(
   python3-matplotlib
 )
@@ -136,7 +136,7 @@ not called. Otherwise needs root or sudo.
   --learners  and what clients/python/learners needs, PyTorch above all (with the tests' packages, too)
   --wheel  also packages that build the Python wheel (with the tests' packages, too)
   --clang  also packages for the presets lint and fuzz
-  --plot   also packages that draw the image of the stream's benchmark
+  --plot   also packages that draw plots of returns and scores
   --slow   also packages for tests with the label slow
   --list   print the names of the packages and stop
   --help   print this and stop

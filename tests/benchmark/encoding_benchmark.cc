@@ -5,7 +5,6 @@
 
 #include <cmath>
 #include <cstdint>
-#include <cstring>
 #include <iomanip>
 #include <iostream>
 #include <map>
@@ -16,7 +15,6 @@
 
 #include "absl/status/status.h"
 #include "absl/strings/str_cat.h"
-#include "absl/strings/string_view.h"
 #include "absl/types/span.h"
 #include "benchmark/benchmark.h"
 #include "envcore/games/game_catalog.h"
@@ -35,50 +33,6 @@ constexpr double kMinTimeSeconds = 1.5;
 constexpr int kCountedSteps = 200;
 constexpr int32_t kEnvCount = LocalLearner::kEnvCount;
 
-enum class Way { kRaw, kZstd };
-
-constexpr std::pair<Way, const char*> kWays[] = {{Way::kRaw, "raw"}, {Way::kZstd, "zstd"}};
-
-// Encoder and decoder of one stream. Raw observations are copied once in each direction.
-class Line {
- public:
-  virtual ~Line() = default;
-  virtual std::string Encode(absl::Span<const uint8_t> observations) = 0;
-  virtual absl::Status Decode(absl::string_view encoded, absl::Span<uint8_t> observations) = 0;
-};
-
-class RawLine final : public Line {
- public:
-  std::string Encode(absl::Span<const uint8_t> observations) override {
-    return {observations.begin(), observations.end()};
-  }
-  absl::Status Decode(absl::string_view encoded, absl::Span<uint8_t> observations) override {
-    std::memcpy(observations.data(), encoded.data(), observations.size());
-    return absl::OkStatus();
-  }
-};
-
-class EncodedLine final : public Line {
- public:
-  std::string Encode(absl::Span<const uint8_t> observations) override {
-    return encoder_.Encode(0, kEnvCount, observations);
-  }
-  absl::Status Decode(absl::string_view encoded, absl::Span<uint8_t> observations) override {
-    return decoder_.Decode(0, kEnvCount, encoded, observations);
-  }
-
- private:
-  ObservationEncoder encoder_{kEnvCount, kObservationBytes};
-  procgen_client::ObservationDecoder decoder_{kEnvCount, kObservationBytes};
-};
-
-std::unique_ptr<Line> OpenPipes(Way way) {
-  if (way == Way::kRaw) {
-    return std::make_unique<RawLine>();
-  }
-  return std::make_unique<EncodedLine>();
-}
-
 // Results per observation: the columns of the closing table.
 struct Figures {
   double bytes = 0;
@@ -91,7 +45,7 @@ struct Figures {
 // By game. Google Benchmark first tries each case with few iterations; only the last try counts.
 using FiguresOfGames = std::map<std::string, Figures>;
 
-// By mode and encoding.
+// By mode.
 std::map<std::string, FiguresOfGames>& AllFigures() {
   static auto& figures = *new std::map<std::string, FiguresOfGames>;
   return figures;
@@ -100,10 +54,8 @@ std::map<std::string, FiguresOfGames>& AllFigures() {
 // A learner whose observations are encoded and decoded after each step.
 class Trip {
  public:
-  Trip(LocalLearner learner, Way way)
-      : learner_(std::move(learner)),
-        line_(OpenPipes(way)),
-        decoded_(learner_.observations().size()) {}
+  explicit Trip(LocalLearner learner)
+      : learner_(std::move(learner)), decoded_(learner_.observations().size()) {}
 
   // Steps, encodes and decodes once. Sets `round_ends` if a round of either clock is complete.
   absl::Status Step(bool& round_ends) {
@@ -111,10 +63,10 @@ class Trip {
       return status;
     }
     encode_.Start();
-    const std::string encoded = line_->Encode(learner_.observations());
+    const std::string encoded = encoder_.Encode(0, kEnvCount, learner_.observations());
     round_ends = encode_.Lap();
     decode_.Start();
-    absl::Status status = line_->Decode(encoded, absl::MakeSpan(decoded_));
+    absl::Status status = decoder_.Decode(0, kEnvCount, encoded, absl::MakeSpan(decoded_));
     round_ends |= decode_.Lap();
     if (status.ok() && absl::MakeConstSpan(decoded_) != learner_.observations()) {
       return absl::InternalError("decoded observations differ from the encoded ones");
@@ -128,7 +80,8 @@ class Trip {
 
   // Encodes and decodes the first observations, which are not counted.
   absl::Status Begin() {
-    return line_->Decode(line_->Encode(learner_.observations()), absl::MakeSpan(decoded_));
+    return decoder_.Decode(0, kEnvCount, encoder_.Encode(0, kEnvCount, learner_.observations()),
+                           absl::MakeSpan(decoded_));
   }
 
   void MeasureUnit() {
@@ -146,7 +99,8 @@ class Trip {
 
  private:
   LocalLearner learner_;
-  std::unique_ptr<Line> line_;
+  ObservationEncoder encoder_{kEnvCount, kObservationBytes};
+  procgen_client::ObservationDecoder decoder_{kEnvCount, kObservationBytes};
   std::vector<uint8_t> decoded_;
   RoundClock encode_{TimeKind::kThread};
   RoundClock decode_{TimeKind::kThread};
@@ -162,14 +116,13 @@ void Report(const Figures& figures, benchmark::State& state) {
   state.counters["decode_units"] = figures.decode_units;
 }
 
-void RunCase(const LocalCase& local_case, Way way, const std::string& group,
-             benchmark::State& state) {
+void RunCase(const LocalCase& local_case, benchmark::State& state) {
   absl::StatusOr<LocalLearner> learner = LocalLearner::Start(local_case);
   if (!learner.ok()) {
     state.SkipWithError(learner.status().ToString().c_str());
     return;
   }
-  Trip trip(*std::move(learner), way);
+  Trip trip(*std::move(learner));
   absl::Status status = trip.Begin();
   for ([[maybe_unused]] const auto iteration : state) {
     bool round_ends = false;
@@ -188,22 +141,17 @@ void RunCase(const LocalCase& local_case, Way way, const std::string& group,
   }
   trip.MeasureUnit();
   Report(trip.Result(), state);
-  AllFigures()[group][local_case.game] = trip.Result();
+  AllFigures()[std::string(DistributionModeName(local_case.mode))][local_case.game] = trip.Result();
 }
 
 void RegisterCases() {
   const std::shared_ptr<const SharedArt> art = ArtOfFlag();
   for (const DistributionMode mode : {DistributionMode::kEasy, DistributionMode::kHard}) {
-    for (const auto& [way, way_name] : kWays) {
-      for (const GameSpec& game : GameCatalog()) {
-        const LocalCase local_case = {.game = std::string(game.name), .mode = mode, .art = art};
-        const std::string group = absl::StrCat(DistributionModeName(mode), "/", way_name);
-        const std::string name = absl::StrCat("encoding/", game.name, "/", group);
-        benchmark::RegisterBenchmark(name.c_str(),
-                                     [local_case, way = way, group](benchmark::State& state) {
-                                       RunCase(local_case, way, group, state);
-                                     });
-      }
+    for (const GameSpec& game : GameCatalog()) {
+      const LocalCase local_case = {.game = std::string(game.name), .mode = mode, .art = art};
+      benchmark::RegisterBenchmark(
+          absl::StrCat("encoding/", game.name, "/", DistributionModeName(mode)).c_str(),
+          [local_case](benchmark::State& state) { RunCase(local_case, state); });
     }
   }
 }
@@ -218,7 +166,7 @@ double GeometricMean(const FiguresOfGames& all, double Figures::*figure) {
 
 void PrintMeans() {
   std::cout << "\ngeometric means of one observation\n"
-            << "mode/encoding  games     bytes  encode_us  decode_us  encode_units  decode_units\n"
+            << "mode           games     bytes  encode_us  decode_us  encode_units  decode_units\n"
             << std::fixed;
   for (const auto& [group, all] : AllFigures()) {
     std::cout << std::left << std::setw(13) << group << std::right << std::setw(7) << all.size()

@@ -1,12 +1,10 @@
 #!/usr/bin/env python3
-"""Prints the results of procgen-benchmark-stream as a table and draws them as a plot.
+"""Prints the results of procgen-benchmark-stream as a table in Markdown.
 
-Usage: stream_report.py STREAM.json [--plot FILE.png]
+Usage: stream_report.py STREAM.json
 
-STREAM.json is the output of the program with --benchmark_format=json. The table, in Markdown, goes
-to standard output; README.md in this folder contains it. The plot needs matplotlib
-(deploy/install-dependencies.sh --plot).
-Exit status: 0 success, 2 invalid arguments or file, 77 --plot without matplotlib.
+STREAM.json is the output of the program with --benchmark_format=json. README.md in this folder
+contains the table. Exit status: 0 success, 2 invalid arguments or file.
 """
 
 from __future__ import annotations
@@ -19,10 +17,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 _NAME = re.compile(r"(?P<case>[a-z/]+)/(?:environments|learners):(?P<size>\d+)(?:/manual_time)?$")
-_NOT_INSTALLED = 77
-_DOTS_PER_INCH = 120
 _TCP_SIZES_WITH_TARGET = (64, 256)
-_COLORS = {"ours": "#2a6f97", "bound": "#adb5bd", "tail": "#90c2e0"}
 
 
 class Row(NamedTuple):
@@ -85,65 +80,6 @@ def table(rows: list[Row]) -> str:
     return "\n".join([*lines, *(f"| {' | '.join(row)} |" for row in rows)])
 
 
-def plot(report: Report, path: Path) -> None:
-    """Plots the rate ratios of the streams, the latencies and the shares side by side."""
-    import matplotlib
-
-    matplotlib.use("Agg")
-    matplotlib.rcParams["font.size"] = 9
-    from matplotlib import pyplot
-
-    figure, (streams, latencies, shares) = pyplot.subplots(
-        1, 3, figsize=(10, 2.8), width_ratios=(5, 2, 3), layout="constrained"
-    )
-    for axes in (streams, latencies, shares):
-        axes.spines[["top", "right"]].set_visible(False)
-    _plot_streams(report, streams)
-    _plot_latencies(report, latencies)
-    _plot_shares(report, shares)
-    figure.savefig(path, dpi=_DOTS_PER_INCH)
-
-
-def _plot_streams(report: Report, axes) -> None:  # noqa: ANN001
-    tcp = report.sizes("stream/tcp")
-    names = [f"TCP\n{size}" for size in tcp]
-    ratios = [report.cases["stream/tcp", size]["allowed_ratio"] for size in tcp]
-    axes.bar(names, ratios, color=_COLORS["ours"], label="separate cores")
-    shared = [report.cases["stream/tcp", size]["shared_allowed_ratio"] for size in tcp]
-    axes.scatter(names, shared, color="black", zorder=2, s=14, label="shared cores")
-    axes.axhline(1, color=_COLORS["bound"], linestyle="--", linewidth=1)
-    axes.set_title("stream: rate / upper bound")
-    axes.set_ylim(0, None)
-    axes.legend(frameon=False, fontsize=7, ncols=2, loc="upper center", bbox_to_anchor=(0.5, -0.15))
-
-
-def _plot_latencies(report: Report, axes) -> None:  # noqa: ANN001
-    axes.set_title("round trip, us: p50, p99")
-    if ("latency", 1) not in report.cases:
-        return
-    case = report.cases["latency", 1]
-    p50, p99 = case["p50_us"], case["p99_us"]
-    bare = (p50 / case["pingpong_ratio"], p99 / case["pingpong_p99_ratio"])
-    places = (0, 1)
-    axes.bar(places, (bare[1], p99), color=_COLORS["tail"])
-    axes.bar(places, (bare[0], p50), color=(_COLORS["bound"], _COLORS["ours"]))
-    axes.set_xticks(places, ("empty\nping-pong", "one\nenvironment"))
-
-
-def _plot_shares(report: Report, axes) -> None:  # noqa: ANN001
-    sizes = report.sizes("fair")
-    least = [report.cases["fair", size]["least_share"] for size in sizes]
-    most = [report.cases["fair", size]["most_share"] for size in sizes]
-    axes.vlines(range(len(sizes)), least, most, color=_COLORS["ours"], linewidth=5)
-    axes.scatter(range(len(sizes)), least, color=_COLORS["ours"], s=14)
-    axes.scatter(range(len(sizes)), most, color=_COLORS["ours"], s=14)
-    axes.axhspan(0.8, 1.2, color=_COLORS["bound"], alpha=0.3, zorder=0)
-    axes.set_xticks(range(len(sizes)), [str(size) for size in sizes])
-    axes.set_xlim(-0.5, len(sizes) - 0.5)
-    axes.set_ylim(min(0.5, *least), max(1.5, *most))
-    axes.set_title("concurrent learners: share of each")
-
-
 def main() -> int:
     """Runs the program; returns its exit status."""
     parser = argparse.ArgumentParser(
@@ -151,7 +87,6 @@ def main() -> int:
     )
     parser.add_argument("run", metavar="STREAM.json", type=Path,
                         help="output of the program with --benchmark_format=json")
-    parser.add_argument("--plot", metavar="FILE.png", type=Path, help="also write this plot")
     arguments = parser.parse_args()
     try:
         report = Report(json.loads(arguments.run.read_text()))
@@ -163,13 +98,6 @@ def main() -> int:
         print(f"stream_report.py: {arguments.run} has no case of procgen-benchmark-stream",
               file=sys.stderr)
         return 2
-    if arguments.plot:
-        try:
-            plot(report, arguments.plot)
-        except ImportError:
-            print("stream_report.py: matplotlib is not installed: "
-                  "deploy/install-dependencies.sh --plot", file=sys.stderr)
-            return _NOT_INSTALLED
     print(table(report.rows()))
     return 0
 

@@ -1,5 +1,6 @@
 #include "tests/benchmark/learners/local_learner.h"
 
+#include <cstddef>
 #include <utility>
 
 #include "absl/types/span.h"
@@ -32,31 +33,17 @@ absl::StatusOr<LocalLearner> LocalLearner::Start(const LocalCase& local_case, in
 }
 
 LocalLearner::LocalLearner(std::unique_ptr<Pool> pool, const LocalCase& local_case)
-    : pool_(std::move(pool)),
-      actions_(pool_->env_count()),
-      answers_(static_cast<size_t>(local_case.batch_count)),
-      answers_all_(local_case.answers_all) {
-  const size_t bytes = static_cast<size_t>(pool_->env_count()) * kObservationBytes;
-  for (Answer& answer : answers_) {
-    answer.observations.resize(local_case.drawn ? bytes : 0);
-    answer.numbers.ReplaceEmptyArrays({}, pool_->env_count());
-  }
-}
-
-Batch LocalLearner::BatchIn(Answer* answer) const {
-  Batch batch;
-  batch.observations = absl::MakeSpan(answer->observations);
-  if (answers_all_) {
-    return answer->numbers.ReplaceEmptyArrays(batch, pool_->env_count());
-  }
-  batch.rewards = absl::MakeSpan(answer->numbers.rewards);
-  batch.first = absl::MakeSpan(answer->numbers.first);
-  return batch;
+    : pool_(std::move(pool)), actions_(pool_->env_count()) {
+  observations_.resize(local_case.drawn ? pool_->env_count() * size_t{kObservationBytes} : 0);
+  numbers_.ReplaceEmptyArrays({}, pool_->env_count());
 }
 
 absl::Status LocalLearner::Step() {
-  const StepInput input = {.first = 0, .count = pool_->env_count(), .actions = actions_.Next()};
-  return pool_->Step(input, BatchIn(&answers_[++step_ % answers_.size()]));
+  Batch batch;
+  batch.observations = absl::MakeSpan(observations_);
+  batch.rewards = absl::MakeSpan(numbers_.rewards);
+  batch.first = absl::MakeSpan(numbers_.first);
+  return pool_->Step({.first = 0, .count = pool_->env_count(), .actions = actions_.Next()}, batch);
 }
 
 }  // namespace procgen

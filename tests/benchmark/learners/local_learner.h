@@ -1,7 +1,6 @@
 #ifndef TESTS_BENCHMARK_LEARNERS_LOCAL_LEARNER_H_
 #define TESTS_BENCHMARK_LEARNERS_LOCAL_LEARNER_H_
 
-#include <cstddef>
 #include <cstdint>
 #include <memory>
 #include <string>
@@ -24,9 +23,6 @@ struct LocalCase {
   int worker_count = 1;  // the calling thread is one of them
   bool drawn = true;
   std::shared_ptr<const SharedArt> art = nullptr;  // null: the built-in art
-  // Number of batches that steps write in turn. With 1, each step overwrites the previous batch.
-  int batch_count = 1;
-  bool answers_all = false;  // all arrays of a stream's batch, else observations, rewards and first
 };
 
 // A pool in this process with random actions and memory for its batches.
@@ -42,27 +38,15 @@ class LocalLearner {
   // Steps all environments once.
   absl::Status Step();
   // Observations of the last step: [kEnvCount, 64, 64, 3], or empty if nothing is drawn.
-  absl::Span<const uint8_t> observations() const {
-    return answers_[step_ % answers_.size()].observations;
-  }
+  absl::Span<const uint8_t> observations() const { return observations_; }
 
  private:
-  // Memory of one batch.
-  struct Answer {
-    std::vector<uint8_t> observations;  // empty: not drawn
-    BatchNumbers numbers;
-  };
-
-  // Returns the spans of `answer` that the next step writes.
-  Batch BatchIn(Answer* answer) const;
-
   LocalLearner(std::unique_ptr<Pool> pool, const LocalCase& local_case);
 
   std::unique_ptr<Pool> pool_;
   ActionScript actions_;
-  std::vector<Answer> answers_;
-  bool answers_all_;
-  size_t step_ = 0;  // its batch is answers_[step_ % answers_.size()]
+  std::vector<uint8_t> observations_;  // empty: not drawn
+  BatchNumbers numbers_;
 };
 
 }  // namespace procgen

@@ -30,11 +30,7 @@ absl::StatusOr<std::unique_ptr<RemoteLearner>> RemoteLearner::Start(const std::s
   options.games = {remote_case.game};
   options.env_count = remote_case.env_count;
   options.environment.distribution_mode = DistributionMode::kEasy;
-  procgen_client::RemotePoolOptions remote;
-  if (remote_case.is_compressed) {
-    remote.encoding = v1::ENCODING_DELTA_ZSTD;
-  }
-  auto pool = procgen_client::CreatePool(*servers, options, remote);
+  auto pool = procgen_client::CreatePool(*servers, options);
   if (!pool.ok()) {
     return pool.status();
   }

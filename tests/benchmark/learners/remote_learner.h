@@ -30,7 +30,6 @@ struct RemoteCase {
   std::string game = kStreamGame;
   int32_t env_count = 64;
   int requests_in_flight = 1;
-  bool is_compressed = false;  // ENCODING_DELTA_ZSTD; else raw
 };
 
 // A connection to a server with its own pool and random actions.

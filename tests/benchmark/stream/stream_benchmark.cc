@@ -19,7 +19,6 @@ void RegisterAll() {
   RegisterTcpStreams();
   RegisterLatencies();
   RegisterFairness();
-  RegisterWatches();
 }
 
 }  // namespace
