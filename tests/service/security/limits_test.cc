@@ -67,5 +67,17 @@ TEST_F(LimitsTest, FramesBeyondAResponseAreRejected) {
                        "for 21 frames of 512 x 512 pixels"));
 }
 
+TEST_F(LimitsTest, StatesBeyondAResponseAreRejected) {
+  Limits limits = TestLimits();
+  limits.response_bytes_max = 65536;
+  const auto small = StartServer(/*worker_count=*/1, limits);
+  ASSERT_NE(small, nullptr);
+  PoolStream run(ChannelTo(small->address()));
+  ASSERT_THAT(run.Start(MazeSpec(300)), IsOk());
+  EXPECT_THAT(run.Save({0, 1, 2}), IsOk());
+  EXPECT_THAT(run.Save(), StatusIs(absl::StatusCode::kResourceExhausted,
+                                   HasSubstr("limit response_bytes_max is 65536; save fewer")));
+}
+
 }  // namespace
 }  // namespace procgen

@@ -9,8 +9,6 @@ import time
 from collections.abc import Callable, Iterable, Iterator
 from typing import NamedTuple
 
-from hpack import read_headers, write_headers
-
 DATA, HEADERS, PRIORITY, RST_STREAM, SETTINGS, PING, GOAWAY, WINDOW_UPDATE, CONTINUATION = (
     0, 1, 2, 3, 4, 6, 7, 8, 9,
 )  # fmt: skip
@@ -37,6 +35,23 @@ def message(content: bytes) -> bytes:
     return b"\0" + struct.pack(">I", len(content)) + content
 
 
+def write_headers(headers: Iterable[tuple[str, str]]) -> bytes:
+    """Returns a header block (RFC 7541) of literal fields without indexing."""
+    return b"".join(b"\0" + _string(name) + _string(value) for name, value in headers)
+
+
+def _string(text: str) -> bytes:
+    length = len(text)
+    if length < 0x7F:
+        return bytes((length,)) + text.encode("ascii")
+    head, length = bytearray((0x7F,)), length - 0x7F
+    while length >= 0x80:
+        head.append(length & 0x7F | 0x80)
+        length >>= 7
+    head.append(length)
+    return bytes(head) + text.encode("ascii")
+
+
 class Http2Connection:
     """A connection. Frames are buffered until flush()."""
 
@@ -44,12 +59,11 @@ class Http2Connection:
         self,
         address: str,
         *,
-        source: str = "",
         wrap: Callable[[socket.socket], socket.socket] | None = None,
     ) -> None:
-        """Connects to HOST:PORT from the address `source`; `wrap` adds TLS to the socket."""
+        """Connects to HOST:PORT; `wrap` adds TLS to the socket."""
         host, port = address.rsplit(":", 1)
-        self.socket = socket.create_connection((host.strip("[]"), int(port)), 10, (source, 0))
+        self.socket = socket.create_connection((host.strip("[]"), int(port)), 10)
         if wrap is not None:
             self.socket = wrap(self.socket)
         self.is_closed = False
@@ -76,13 +90,11 @@ class Http2Connection:
             *metadata,
         ])  # fmt: skip
 
-    def begin(
-        self, method: str, metadata: Iterable[tuple[str, str]] = (), block_end: bytes = b""
-    ) -> int:
-        """Starts a call; appends `block_end` to its header block. Returns its stream."""
+    def begin(self, method: str, metadata: Iterable[tuple[str, str]] = ()) -> int:
+        """Starts a call. Returns its stream."""
         self._last_stream += 2
         self.windows[self._last_stream] = self.stream_window
-        block = self.block(method, metadata) + block_end
+        block = self.block(method, metadata)
         self.waiting += frame(HEADERS, END_HEADERS, self._last_stream, block)
         return self._last_stream
 
@@ -124,19 +136,16 @@ class Http2Connection:
             if self.is_closed or time.monotonic() >= end or not self._receive(0.0):
                 break
 
-    def trailers(self, stream: int, timeout: float = 30.0) -> dict[str, str]:
-        """Waits for the end of a stream; returns its trailers, {} if it was reset or closed."""
+    def awaits_end(self, stream: int, timeout: float = 30.0) -> bool:
+        """Whether the server ends a call with trailers, within `timeout` seconds."""
         end = time.monotonic() + timeout
         while time.monotonic() < end and not self.is_closed:
             self.flush()
             for arrived in self.frames(0.1):
-                if arrived.stream != stream:
-                    continue
-                if arrived.kind == RST_STREAM:
-                    return {}
-                if arrived.kind == HEADERS and arrived.flags & END_STREAM:
-                    return dict(read_headers(arrived.payload))
-        return {}
+                if arrived.stream == stream and arrived.kind == HEADERS:
+                    if arrived.flags & END_STREAM:
+                        return True
+        return False
 
     def awaits_close(self, timeout: float) -> bool:
         """Whether the server closes the connection within `timeout` seconds."""

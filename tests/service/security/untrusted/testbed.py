@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import os
 import threading
 import time
 from collections.abc import Iterator
@@ -15,15 +14,8 @@ from procgen_client import Client, Credentials, ServerProcess
 
 TOKEN = "alice-token-0123456789"
 METADATA = [("authorization", f"Bearer {TOKEN}")]
-_OTHER_TOKEN = "bob-token-01234567890123"
-OTHER_METADATA = [("authorization", f"Bearer {_OTHER_TOKEN}")]
-RUN_POOL = "procgen.v1.PoolService/RunPool"
 LIST_POOLS = "procgen.v1.PoolService/ListPools"
 GET_POOL = "procgen.v1.PoolService/GetPool"
-WATCH_POOL = "procgen.v1.PoolService/WatchPool"
-HEALTH_CHECK = "grpc.health.v1.Health/Check"
-HEALTH_WATCH = "grpc.health.v1.Health/Watch"
-REFLECTION = "grpc.reflection.v1alpha.ServerReflection/ServerReflectionInfo"
 # At most this part of resident memory under ThreadSanitizer is the program's own.
 _OWN_SHARE_MAX = 1 / 6
 
@@ -48,20 +40,12 @@ class Server:
                 return int(line.split()[1]) / 1024 * share
         raise AssertionError("no VmRSS")
 
-    def thread_count(self) -> int:
-        return len(os.listdir(f"/proc/{self.process.process_id}/task"))
-
-    def cpu_s(self) -> float:
-        """CPU time of all threads."""
-        fields = Path(f"/proc/{self.process.process_id}/stat").read_text().rsplit(")", 1)[1].split()
-        return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
-
 
 @contextlib.contextmanager
 def serve(folder: Path, *flags: str, address: str = "127.0.0.1:0") -> Iterator[Server]:
-    """Runs a server with tokens of two owners; expects that it exits with status 0."""
+    """Runs a server with tokens; expects that it exits with status 0."""
     tokens = folder / "tokens"
-    tokens.write_text(f"alice {TOKEN}\nbob {_OTHER_TOKEN}\n")
+    tokens.write_text(f"alice {TOKEN}\n")
     tokens.chmod(0o600)
     log_path = folder / "server.log"
     command = ["--workers=1", f"--tokens={tokens}", "--log_level=debug", *flags]
