@@ -19,7 +19,7 @@
 namespace procgen {
 namespace {
 
-// The pool of the batch, small so that inputs are; make_batch_corpus.cc makes batches of it.
+// The pool of the batch, small so that inputs are.
 constexpr int32_t kFuzzedEnvCount = 3;
 constexpr size_t kFuzzedObservationBytes = 16 * 16 * 3;
 

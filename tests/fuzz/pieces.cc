@@ -33,15 +33,4 @@ std::vector<Piece> PiecesOf(const uint8_t* bytes, size_t size) {
   return pieces;
 }
 
-std::string InputOf(const std::vector<Piece>& pieces) {
-  std::string input;
-  for (const Piece& piece : pieces) {
-    const size_t length = piece.is_mark ? kMarkLength : piece.bytes.size();
-    input.push_back(static_cast<char>(length & 0xFFU));
-    input.push_back(static_cast<char>(length >> 8U));
-    input += piece.bytes;
-  }
-  return input;
-}
-
 }  // namespace procgen

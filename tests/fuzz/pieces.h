@@ -21,8 +21,6 @@ struct Piece {
   std::string bytes;
 };
 std::vector<Piece> PiecesOf(const uint8_t* bytes, size_t size);
-// Encodes pieces as an input. REQUIRES: each has less than 65535 bytes.
-std::string InputOf(const std::vector<Piece>& pieces);
 
 }  // namespace procgen
 
