@@ -5,9 +5,7 @@
 #include <fstream>
 #include <string>
 #include <utility>
-#include <vector>
 
-#include "absl/time/clock.h"
 #include "gmock/gmock.h"
 #include "gtest/gtest.h"
 #include "procgen_client/client.h"
@@ -52,38 +50,6 @@ TEST_P(SignalTest, DrainsAndExitsWithZero) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Signals, SignalTest, testing::Values(SIGTERM, SIGINT));
-
-TEST(DrainingTest, LearnerContinuesOnAnotherServer) {
-  ServerProcess leaving({"--address=127.0.0.1:0"});
-  ServerProcess staying({"--address=127.0.0.1:0"});
-  PoolStream left(ChannelTo(leaving.Address()));
-  const auto channel = ChannelTo(staying.Address());
-  ASSERT_THAT(left.Start(MazeSpec(4)), IsOk());
-  const auto states = left.Save();
-  ASSERT_THAT(states, IsOk());
-  leaving.Signal(SIGTERM);
-  const int step_count = StepUntilItDrains(&left);
-  EXPECT_EQ(leaving.Wait(), 0);
-
-  PoolStream continued(channel);
-  ASSERT_THAT(continued.Start(MazeSpec(4), *states), IsOk());
-  PoolStream expected(channel);
-  ASSERT_THAT(expected.Start(MazeSpec(4)), IsOk());
-  v1::Batch batch;
-  v1::Batch expected_batch;
-  v1::RunPoolRequest repeated = StepRequest({4, 4, 4, 4});
-  repeated.mutable_step()->set_acknowledge_only(true);
-  for (int step = 0; step < step_count; ++step) {
-    ASSERT_THAT(continued.Call(repeated), IsOk());
-    ASSERT_THAT(expected.Step({4, 4, 4, 4}, &expected_batch), IsOk());
-  }
-  for (const int32_t action : {7, 1, -1, 7}) {
-    const std::vector<int32_t> actions(4, action);
-    ASSERT_THAT(continued.Step(actions, &batch), IsOk());
-    ASSERT_THAT(expected.Step(actions, &expected_batch), IsOk());
-    EXPECT_TRUE(EqualMessages(batch, expected_batch));
-  }
-}
 
 TEST(DrainingTest, IdleConnectionsDoNotDelayDrain) {
   ServerProcess process({"--address=127.0.0.1:0"});

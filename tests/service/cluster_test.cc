@@ -136,37 +136,6 @@ TEST_F(ClusterServiceTest, ThreeServersListEachOther) {
   EXPECT_EQ(a.client().ListNodes()->local_node(), "nodes/a");
 }
 
-TEST_F(ClusterServiceTest, StepRatesAreReported) {
-  Node a("a", cluster_);
-  Node b("b", cluster_);
-  ASSERT_TRUE(a.WaitForIds({"a", "b"}));
-  PoolStream run(b.Channel());
-  ASSERT_THAT(run.Start(MazeSpec(4)), IsOk());
-  absl::Notification done;
-  std::thread learner([&] {
-    v1::Batch batch;
-    while (!done.HasBeenNotified() && run.Step({4, 4, 4, 4}, &batch).ok()) {
-    }
-  });
-  EXPECT_TRUE(a.WaitForNodes([](const v1::WatchNodesResponse& nodes) {
-    return nodes.nodes_size() == 2 && nodes.nodes(1).steps_per_second() > 10;
-  }));
-  done.Notify();
-  learner.join();
-  EXPECT_TRUE(a.WaitForNodes([](const v1::WatchNodesResponse& nodes) {
-    return nodes.nodes_size() == 2 && nodes.nodes(1).steps_per_second() == 0;
-  }));
-}
-
-TEST_F(ClusterServiceTest, KilledServerDisappearsWithinTwoSeconds) {
-  Node a("a", cluster_);
-  Node b("b", cluster_);
-  ASSERT_TRUE(a.WaitForIds({"a", "b"}));
-  b.process().Signal(SIGKILL);
-  EXPECT_TRUE(a.WaitForIds({"a"}, kGoneWithin));
-  EXPECT_THAT(a.Listed(), ElementsAre("a"));
-}
-
 TEST_F(ClusterServiceTest, PausedServerDisappearsAndReturns) {
   Node a("a", cluster_);
   Node b("b", cluster_);
@@ -214,24 +183,6 @@ TEST_F(ClusterServiceTest, WatchNodesDoesNotDelayShutdown) {
   EXPECT_LT(absl::Now() - begin, absl::Seconds(8));
 }
 
-TEST_F(ClusterServiceTest, ClustersWithDifferentNamesAreSeparate) {
-  Node a("a", cluster_);
-  Node other("other", cluster_ + ".");
-  Node b("b", cluster_);
-  EXPECT_TRUE(a.WaitForIds({"a", "b"}));
-  EXPECT_THAT(other.Listed(), ElementsAre("other"));
-  EXPECT_THAT(a.Listed(), ElementsAre("a", "b"));
-}
-
-TEST_F(ClusterServiceTest, PeersDiscoverEachOtherDespiteUnresolvablePeers) {
-  const std::vector<std::string> flags = {"--cluster_peers=localhost,node-7.nodes.invalid"};
-  Node a("a", cluster_, flags);
-  Node b("b", cluster_, flags);
-  EXPECT_THAT(a.process().beginning(), HasSubstr("peer node-7.nodes.invalid has no address"));
-  EXPECT_TRUE(a.WaitForIds({"a", "b"}));
-  EXPECT_TRUE(b.WaitForIds({"a", "b"}));
-}
-
 TEST_F(ClusterServiceTest, AdvertisedAddressIsReported) {
   Node a("a", cluster_, {"--advertised_address=localhost:0"});
   const std::string port = a.address().substr(a.address().rfind(':'));
@@ -251,18 +202,6 @@ TEST_F(ClusterServiceTest, ServerWithoutAClusterListsItself) {
   EXPECT_EQ(nodes->nodes(0).address(), address);
   EXPECT_EQ(nodes->nodes(0).environment_capacity(), Limits().env_count_max);
   EXPECT_EQ(nodes->local_node(), "nodes/hermit");
-}
-
-TEST_F(ClusterServiceTest, InvalidFlagsAreReported) {
-  for (const auto& [flag, message] :
-       {std::pair<std::string, std::string>{"--cluster=a*", "--cluster is 'a*', allowed: 1 to 64"},
-        {"--cluster_peers=a", "--cluster is missing"},
-        {"--node_id=a b", "--node_id is 'a b'"},
-        {"--advertised_address=0.0.0.0:1", "--advertised_address is '0.0.0.0:1'"}}) {
-    ServerProcess process({"--address=127.0.0.1:0", flag});
-    EXPECT_EQ(process.Wait(), 2) << flag;
-    EXPECT_THAT(process.rest(), HasSubstr("procgen-server: " + message));
-  }
 }
 
 }  // namespace

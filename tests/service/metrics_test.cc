@@ -45,14 +45,6 @@ TEST_F(ServedMetricsTest, ErrorsAreCountedByMethodAndCode) {
                             Not(HasSubstr("GetLoad"))));
 }
 
-TEST_F(ServedMetricsTest, StreamsThatEndNormallyAreNoErrors) {
-  const auto stream = StartPool(MazeSpec(1));
-  v1::Batch batch;
-  ASSERT_THAT(stream->Step({4}, &batch), IsOk());
-  ASSERT_THAT(stream->Close(), IsOk());
-  EXPECT_THAT(Text(), Not(HasSubstr("procgen_errors_total{")));
-}
-
 TEST_F(ServedMetricsTest, LoadAndPoolsReturnTheCounts) {
   const auto stream = StartPool(MazeSpec(4));
   v1::Batch batch;

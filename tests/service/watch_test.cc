@@ -2,9 +2,7 @@
 
 #include <algorithm>
 #include <limits>
-#include <memory>
 #include <string>
-#include <thread>
 #include <vector>
 
 #include "gmock/gmock.h"
@@ -17,7 +15,6 @@ namespace {
 
 using procgen_client::PoolWatch;
 using testing::_;
-using testing::ElementsAre;
 using testing::HasSubstr;
 
 constexpr size_t kAgentFrameBytes = size_t{64} * 64 * 3;
@@ -75,13 +72,6 @@ v1::RunPoolRequest EndingStep(int32_t env_count) {
   return request;
 }
 
-v1::Annotation AnnotationOf(const std::string& name, const std::vector<float>& values) {
-  v1::Annotation annotation;
-  annotation.set_name(name);
-  annotation.mutable_values()->Add(values.begin(), values.end());
-  return annotation;
-}
-
 class WatchTest : public ServiceTest {};
 
 TEST_F(WatchTest, AgentViewEqualsTheObservations) {
@@ -100,21 +90,6 @@ TEST_F(WatchTest, AgentViewEqualsTheObservations) {
     EXPECT_EQ(response.frames(1).image(), ObservationOf(batch, 0));
     EXPECT_EQ(response.frames(2).image(), response.frames(0).image());
   }
-}
-
-TEST_F(WatchTest, AgentViewNeedsNoObservations) {
-  const auto stream = StartPool(MazeSpec(2));
-  const auto watch = client_->Watch(WatchRequest(stream->name(), {0, 1}));
-  v1::RunPoolRequest step = StepRequest({7, 4});
-  step.mutable_step()->set_observation(v1::OBSERVATION_NONE);
-  v1::Batch batch;
-  for (int32_t i = 0; i < 3; ++i) {
-    ASSERT_THAT(stream->Call(step, &batch), IsOk());
-  }
-  const v1::WatchPoolResponse response = ResponseAfter(3, watch.get());
-  ASSERT_THAT(stream->Observe(&batch), IsOk());
-  EXPECT_EQ(response.frames(0).image(), ObservationOf(batch, 0));
-  EXPECT_EQ(response.frames(1).image(), ObservationOf(batch, 1));
 }
 
 TEST_F(WatchTest, AgentViewIsTheSameForEveryObservationFormat) {
@@ -164,53 +139,6 @@ TEST_F(WatchTest, UnchangedFramesAreNotSent) {
   }
 }
 
-TEST_F(WatchTest, LastStateOfAnEpisodeIsShownBeforeTheNextStart) {
-  const auto stream = StartPool(MazeSpec(2));
-  const auto watch = client_->Watch(WatchRequest(stream->name(), {1, 0}));
-  ASSERT_THAT(watch->Next(), IsOk());
-  v1::Batch batch;
-  ASSERT_THAT(stream->Step({7, 4}, &batch), IsOk());
-  const int32_t level_seed = batch.level_seeds()[0];
-  ASSERT_THAT(stream->Call(EndingStep(2), &batch), IsOk());
-  const v1::WatchPoolResponse end = ResponseAfter(2, watch.get());
-  EXPECT_FALSE(end.frames(0).has_ended_episode());
-  EXPECT_EQ(end.frames(0).image(), ObservationOf(batch, 1));
-  ASSERT_TRUE(end.frames(1).has_ended_episode());
-  EXPECT_EQ(end.frames(1).image(), batch.final_observations());
-  const v1::EndedEpisode& ended = end.frames(1).ended_episode();
-  EXPECT_EQ(ended.episode_return(), 0);
-  EXPECT_EQ(ended.episode_length(), 2);
-  EXPECT_EQ(ended.level_seed(), level_seed);
-  EXPECT_FALSE(ended.level_complete());
-  EXPECT_FALSE(ended.truncated());
-
-  // The start follows without another step.
-  const auto start = watch->Next();
-  ASSERT_THAT(start, IsOk());
-  EXPECT_EQ(start->request_count(), 2);
-  EXPECT_FALSE(start->frames(1).has_ended_episode());
-  EXPECT_EQ(start->frames(1).image(), ObservationOf(batch, 0));
-}
-
-TEST_F(WatchTest, LastStateIsShownInHumanView) {
-  const auto stream = StartPool(MazeSpec(1));
-  v1::PoolSpec next_step = MazeSpec(1);
-  next_step.set_autoreset_mode(v1::AUTORESET_MODE_NEXT_STEP);
-  const auto other = StartPool(next_step);  // the same levels, and keeps its last state
-  const auto watch = client_->Watch(WatchRequest(stream->name(), {0}, 100));
-  ASSERT_THAT(watch->Next(), IsOk());
-  v1::Batch batch;
-  for (PoolStream* each : {stream.get(), other.get()}) {
-    ASSERT_THAT(each->Step({7}, &batch), IsOk());
-    ASSERT_THAT(each->Step({-1}, &batch), IsOk());
-  }
-  const v1::WatchPoolResponse end = ResponseAfter(2, watch.get());
-  EXPECT_TRUE(end.frames(0).has_ended_episode());
-  const auto last = other->Render({0}, 100);
-  ASSERT_THAT(last, IsOk());
-  EXPECT_EQ(end.frames(0).image(), last->frames(0).image());
-}
-
 TEST_F(WatchTest, NewestStepsAreReturnedOnRequest) {
   const auto stream = StartPool(MazeSpec(2));
   v1::WatchPoolRequest request = WatchRequest(stream->name(), {1, 0});
@@ -250,78 +178,6 @@ TEST_F(WatchTest, NewestStepsAreReturnedOnRequest) {
   EXPECT_FALSE(response->frames(1).has_step());
 }
 
-TEST_F(WatchTest, AnnotationsAreReturnedWithTheNewestStep) {
-  const auto stream = StartPool(MazeSpec(3));
-  v1::WatchPoolRequest request = WatchRequest(stream->name(), {2, 0});
-  request.set_with_steps(true);
-  const auto watch = client_->Watch(request);
-  ASSERT_THAT(watch->Next(), IsOk());
-  const v1::Annotation value = AnnotationOf("value", {1, 2, 3});
-  const v1::Annotation pair =
-      AnnotationOf("policy/pair", {0, 1, 2, 3, 4, std::numeric_limits<float>::infinity()});
-  v1::Batch batch;
-  v1::RunPoolRequest annotated = StepRequest({7, 4, 5});
-  *annotated.mutable_step()->add_annotations() = value;
-  *annotated.mutable_step()->add_annotations() = pair;
-  ASSERT_THAT(stream->Call(annotated, &batch), IsOk());
-  const v1::WatchPoolResponse response = ResponseAfter(1, watch.get());
-  const v1::EnvironmentStep& step = response.frames(0).step();
-  ASSERT_EQ(step.annotations_size(), 2);
-  EXPECT_EQ(step.annotations(0).name(), "value");
-  EXPECT_THAT(step.annotations(0).values(), ElementsAre(3));
-  EXPECT_THAT(step.annotations(1).values(), ElementsAre(4, std::numeric_limits<float>::infinity()));
-  EXPECT_THAT(response.frames(1).step().annotations(1).values(), ElementsAre(0, 1));
-
-  // A slice has values for its own environments.
-  v1::RunPoolRequest slice = SliceStepRequest(1, 2, 4);
-  *slice.mutable_step()->add_annotations() = AnnotationOf("value", {8, 9});
-  ASSERT_THAT(stream->Call(slice, &batch), IsOk());
-  EXPECT_THAT(ResponseAfter(2, watch.get()).frames(0).step().annotations(0).values(),
-              ElementsAre(9));
-}
-
-TEST_F(WatchTest, InvalidAnnotationsAreRejected) {
-  v1::RunPoolRequest request = StepRequest({7, 4});
-  *request.mutable_step()->add_annotations() = AnnotationOf("value", {1, 2, 3});
-  EXPECT_THAT(StartPool(MazeSpec(2))->Call(request),
-              StatusIs(absl::StatusCode::kInvalidArgument,
-                       "annotations[0] 'value' has 3 values, allowed: 1 to 64 for each of the 2 "
-                       "environments of the slice"));
-}
-
-// Otherwise a pool with short episodes would never show how they run.
-TEST_F(WatchTest, EveryEndIsFollowedByTheCurrentState) {
-  const auto stream = StartPool(MazeSpec(1));
-  const auto watch = client_->Watch(WatchRequest(stream->name(), {0}));
-  ASSERT_THAT(watch->Next(), IsOk());
-  v1::Batch batch;
-  bool showed_end = false;
-  int32_t end_count = 0;
-  for (int32_t step = 1; step <= 20; ++step) {
-    ASSERT_THAT(stream->Call(EndingStep(1), &batch), IsOk());
-    const auto response = watch->Next();
-    ASSERT_THAT(response, IsOk());
-    const bool shows_end = response->frames(0).has_ended_episode();
-    EXPECT_FALSE(showed_end && shows_end) << step;
-    showed_end = shows_end;
-    end_count += shows_end ? 1 : 0;
-  }
-  EXPECT_GT(end_count, 5);
-}
-
-TEST_F(WatchTest, RestoredStatesAreShown) {
-  const auto stream = StartPool(MazeSpec(2));
-  const auto watch = client_->Watch(WatchRequest(stream->name(), {0}));
-  v1::Batch batch;
-  ASSERT_THAT(stream->Step({7, 4}, &batch), IsOk());
-  const std::string before = ResponseAfter(1, watch.get()).frames(0).image();
-  ASSERT_THAT(stream->Clone({Pair(1, 0)}), IsOk());
-  const auto response = watch->Next();
-  ASSERT_THAT(response, IsOk());
-  EXPECT_NE(response->frames(0).image(), before);
-  EXPECT_EQ(response->frames(0).image(), ObservationOf(batch, 1));
-}
-
 TEST_F(WatchTest, EndsWithThePool) {
   const auto stream = StartPool(MazeSpec(1));
   const auto watch = client_->Watch(WatchRequest(stream->name(), {0}));
@@ -338,25 +194,6 @@ TEST_F(WatchTest, EndsWhenTheServerDrains) {
   server_is_alive_ = false;
   server_->BeginDrain();
   EXPECT_THAT(EndOf(watch.get()), StatusIs(absl::StatusCode::kUnavailable, HasSubstr("drains")));
-}
-
-TEST_F(WatchTest, TwentyWatchersDoNotStopTheLearner) {
-  const auto stream = StartPool(MazeSpec(16));
-  std::vector<std::unique_ptr<PoolWatch>> watches;
-  watches.reserve(20);
-  for (int32_t i = 0; i < 20; ++i) {
-    watches.push_back(client_->Watch(WatchRequest(stream->name(), {0, 5, 15})));
-  }
-  std::thread learner([&] {
-    v1::Batch batch;
-    for (int32_t step = 0; step < 200; ++step) {
-      ASSERT_THAT(stream->Step(std::vector<int32_t>(16, step % 15), &batch), IsOk());
-    }
-  });
-  for (const std::unique_ptr<PoolWatch>& watch : watches) {
-    EXPECT_EQ(ResponseAfter(200, watch.get()).request_count(), 200);
-  }
-  learner.join();
 }
 
 TEST_F(WatchTest, WatcherThatDoesNotReadBlocksOnlyItself) {

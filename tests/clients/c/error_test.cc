@@ -1,8 +1,5 @@
 // Bad input is a code and a message, and changes nothing.
 
-#include <sys/wait.h>
-#include <unistd.h>
-
 #include <cstdint>
 #include <limits>
 #include <string>
@@ -148,68 +145,6 @@ TEST(ErrorTest, AProgramWithShorterStructsWorks) {
   options.struct_size = offsetof(ProcgenPoolOptions, autoreset_mode);
   options.autoreset_mode = 99;  // behind the end of that program's struct
   EXPECT_NE(Made(options), nullptr);
-}
-
-TEST(ErrorTest, AForkedChildCannotUseThePoolButMakesItsOwn) {
-#ifdef __SANITIZE_THREAD__
-  GTEST_SKIP() << "ThreadSanitizer starts no threads in a forked child";
-#endif
-  COptions options("maze");
-  options.num_threads = 2;
-  const CPool pool = Made(options);
-  const pid_t child = fork();
-  if (child == 0) {
-    BatchBuffers buffers(4);
-    const ProcgenBatch batch = BatchIn(buffers);
-    const bool is_refused =
-        procgen_observe(pool.get(), 0, 4, &batch) == PROCGEN_FAILED_PRECONDITION &&
-        std::string(procgen_error_message()).find("is a fork") != std::string::npos;
-    procgen_pool_destroy(pool.get());
-    const std::vector<BatchBuffers> steps = Steps(Made(options).get(), 4, 0, 3);
-    _exit(is_refused && !testing::Test::HasFailure() ? 0 : 1);
-  }
-  int status = 0;
-  ASSERT_EQ(waitpid(child, &status, 0), child);
-  EXPECT_EQ(status, 0);
-}
-
-TEST(StatesTest, SavedStatesContinueInAnotherPool) {
-  COptions options("coinrun");
-  const CPool pool = Made(options);
-  Steps(pool.get(), 4, 0, 30);
-  const std::vector<int32_t> environments = {0, 1, 2, 3};
-  std::vector<size_t> offsets(5);
-  EXPECT_EQ(procgen_save_states(pool.get(), environments.data(), 4, nullptr, 0, offsets.data()),
-            PROCGEN_RESOURCE_EXHAUSTED);
-  std::vector<uint8_t> data(offsets[4]);
-  ASSERT_EQ(procgen_save_states(pool.get(), environments.data(), 4, data.data(), data.size(),
-                                offsets.data()),
-            PROCGEN_OK);
-  const std::vector<BatchBuffers> expected = Steps(pool.get(), 4, 30, 30);
-  options.rand_seed = 8;
-  const CPool other = Made(options);
-  ASSERT_EQ(
-      procgen_restore_states(other.get(), environments.data(), 4, data.data(), offsets.data()),
-      PROCGEN_OK);
-  EXPECT_EQ(Steps(other.get(), 4, 30, 30), expected);
-
-  data[offsets[1] + 20] ^= 1;
-  EXPECT_EQ(
-      procgen_restore_states(other.get(), environments.data(), 4, data.data(), offsets.data()),
-      PROCGEN_DATA_LOSS);
-  const int32_t source = 0;
-  const int32_t target = 9;
-  EXPECT_EQ(procgen_clone_states(other.get(), &source, &target, 1), PROCGEN_INVALID_ARGUMENT);
-}
-
-TEST(CatalogTest, NamesGamesModesAndActions) {
-  const auto catalog = nlohmann::json::parse(procgen_catalog_json());
-  EXPECT_EQ(catalog["games"].size(), 16U);
-  EXPECT_EQ(catalog["actions"].size(), 15U);
-  EXPECT_EQ(catalog["actions"][0]["keys"], nlohmann::json({"LEFT", "DOWN"}));
-  EXPECT_EQ(catalog["games"][0]["name"], "bigfish");
-  EXPECT_EQ(catalog["games"][0]["modes"]["easy"]["return_range"], nlohmann::json({1.0, 40.0}));
-  EXPECT_EQ(procgen_abi_version(), PROCGEN_ABI_VERSION);
 }
 
 }  // namespace

@@ -1,6 +1,5 @@
 // Connections, calls and watches: waits, ends, broken connections and processes.
 
-#include <sys/wait.h>
 #include <unistd.h>
 
 #include <atomic>
@@ -21,7 +20,6 @@
 namespace procgen {
 namespace {
 
-using testing::AnyOf;
 using testing::HasSubstr;
 
 class RemoteConnectionTest : public RemoteTest {
@@ -116,39 +114,6 @@ CWatch WatchOf(const CConnection& connection, const std::string& pool) {
             PROCGEN_OK)
       << procgen_error_message();
   return CWatch(watch);
-}
-
-TEST_F(RemoteConnectionTest, WatchesReturnTheLatestMessage) {
-  const CConnection connection = Connected();
-  CPool pool = MadeOn(connection, COptions("bigfish"));
-  const CWatch watch = WatchOf(connection, procgen_pool_name(pool.get()));
-  EXPECT_EQ(NextOf(watch).request_count(), 0);
-  uint8_t* message = nullptr;
-  size_t size = 0;
-  EXPECT_EQ(procgen_watch_next(watch.get(), 0, &message, &size), PROCGEN_DEADLINE_EXCEEDED);
-  EXPECT_EQ(procgen_watch_next(watch.get(), 0.12, &message, &size), PROCGEN_DEADLINE_EXCEEDED);
-
-  const std::vector<int32_t> actions(4, 7);
-  const std::vector<float> values = {1, 2, 3, 4, 5, 6, 7, 8};
-  const ProcgenAnnotation annotation = {.name = "value", .values = values.data(), .value_count = 2};
-  ProcgenStep step = StepOf(actions);
-  step.annotations = &annotation;
-  step.annotation_count = 1;
-  BatchBuffers buffers(4);
-  const ProcgenBatch batch = BatchIn(buffers);
-  for (int i = 0; i < 5; ++i) {
-    ASSERT_EQ(procgen_step(pool.get(), &step, &batch), PROCGEN_OK) << procgen_error_message();
-  }
-  v1::WatchPoolResponse response;
-  while (response.request_count() < 5) {
-    response = NextOf(watch);
-  }
-  ASSERT_EQ(response.frames_size(), 1);
-  ASSERT_EQ(response.frames(0).step().annotations_size(), 1);
-  EXPECT_EQ(response.frames(0).step().annotations(0).name(), "value");
-  EXPECT_THAT(response.frames(0).step().annotations(0).values(), testing::ElementsAre(3, 4));
-  pool = nullptr;
-  EXPECT_EQ(EndOf(watch), PROCGEN_ABORTED) << "the pool is deleted";
 }
 
 TEST_F(RemoteConnectionTest, StoppingAWatchEndsItsWait) {
@@ -254,17 +219,6 @@ INSTANTIATE_TEST_SUITE_P(Encodings, RemoteResumeTest,
                          testing::Values(PROCGEN_RAW, PROCGEN_DELTA_ZSTD),
                          [](const auto& info) { return "Encoding" + std::to_string(info.param); });
 
-TEST_F(RemoteConnectionTest, WithoutReconnectTimeoutABrokenConnectionEndsThePool) {
-  const CConnection connection = Connected(ConnectOptionsOf(0));
-  const CPool pool = MadeOn(connection, COptions("maze"));
-  server_ = nullptr;
-  BatchBuffers buffers(4);
-  const ProcgenBatch batch = BatchIn(buffers);
-  const ProcgenCode code = procgen_observe(pool.get(), 0, 4, &batch);
-  EXPECT_THAT(code, AnyOf(PROCGEN_UNAVAILABLE, PROCGEN_CANCELLED, PROCGEN_UNKNOWN));
-  EXPECT_EQ(procgen_observe(pool.get(), 0, 4, &batch), code);
-}
-
 TEST_F(RemoteConnectionTest, DestroyingWithoutAServerIsQuick) {
   FaultProxy proxy({.target = server_->address()});
   CConnection frozen = Connected(ConnectOptionsOf(), proxy.address());
@@ -304,47 +258,6 @@ TEST_F(RemoteConnectionTest, DestroyingWithoutAServerClosesItsSockets) {
   while (ProcessResources::Of(getpid()).file_count > files) {
     std::this_thread::sleep_for(std::chrono::milliseconds(10));
   }
-}
-
-TEST_F(RemoteConnectionTest, PoolsInTheProcessWorkBesideThoseOnAServer) {
-  const CConnection connection = Connected();
-  const CPool remote = MadeOn(connection, COptions("maze"));
-  const CPool local = Made(COptions("maze"));
-  EXPECT_EQ(Steps(remote.get(), 4, 0, 3), Steps(local.get(), 4, 0, 3));
-}
-
-TEST_F(RemoteConnectionTest, AForkedChildCannotUseConnectionsOrConnect) {
-  const CConnection connection = Connected();
-  const CPool pool = MadeOn(connection, COptions("maze"));
-  const CWatch watch = WatchOf(connection, procgen_pool_name(pool.get()));
-  const std::string address = server_->address();
-  const pid_t child = fork();
-  if (child == 0) {
-    BatchBuffers buffers(4);
-    const ProcgenBatch batch = BatchIn(buffers);
-    std::string response;
-    uint8_t* message = nullptr;
-    size_t size = 0;
-    ProcgenConnection* other = nullptr;
-    bool is_refused =
-        procgen_observe(pool.get(), 0, 4, &batch) == PROCGEN_FAILED_PRECONDITION &&
-        Call(connection, "/procgen.v1.CatalogService/GetLoad", "", &response) ==
-            PROCGEN_FAILED_PRECONDITION &&
-        procgen_watch_next(watch.get(), -1, &message, &size) == PROCGEN_FAILED_PRECONDITION &&
-        procgen_connect(address.c_str(), nullptr, &other) == PROCGEN_FAILED_PRECONDITION;
-    is_refused =
-        is_refused && std::string(procgen_error_message()).find("spawn") != std::string::npos;
-    procgen_watch_stop(watch.get());
-    procgen_watch_destroy(watch.get());
-    procgen_pool_destroy(pool.get());
-    procgen_connection_destroy(connection.get());
-    _exit(is_refused && !HasFailure() ? 0 : 1);
-  }
-  int status = 0;
-  ASSERT_EQ(waitpid(child, &status, 0), child);
-  EXPECT_EQ(status, 0);
-  EXPECT_EQ(Steps(pool.get(), 4, 0, 3), Steps(Made(COptions("maze")).get(), 4, 0, 3))
-      << "the child has left it as it was";
 }
 
 }  // namespace

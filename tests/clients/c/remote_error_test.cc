@@ -2,14 +2,12 @@
 
 #include <algorithm>
 #include <cstdint>
-#include <fstream>
 #include <string>
 #include <vector>
 
 #include "gmock/gmock.h"
 #include "gtest/gtest.h"
 #include "tests/clients/c/remote_fixture.h"
-#include "tests/temporary_folder.h"
 
 namespace procgen {
 namespace {
@@ -70,55 +68,6 @@ TEST_F(RemoteErrorTest, InvalidNamesAndLabelsAreNamed) {
   EXPECT_EQ(procgen_connection_create_pool(connection.get(), &options, &server_options, &pool),
             PROCGEN_INVALID_ARGUMENT);
   EXPECT_THAT(procgen_error_message(), HasSubstr("spec.display_name is 'a\\nb'"));
-}
-
-TEST_F(RemoteErrorTest, APoolIdIsTakenOnce) {
-  const CConnection connection = Connected();
-  const COptions options("maze");
-  const ProcgenServerPoolOptions named = {
-      .struct_size = sizeof(named), .pool_id = "mine", .encoding = PROCGEN_RAW};
-  ProcgenPool* pool = nullptr;
-  ASSERT_EQ(procgen_connection_create_pool(connection.get(), &options, &named, &pool), PROCGEN_OK);
-  EXPECT_STREQ(procgen_pool_name(pool), "pools/mine");
-  EXPECT_THAT(CreateError(connection, options, PROCGEN_ALREADY_EXISTS, "mine"), HasSubstr("mine"));
-  procgen_pool_destroy(pool);
-  ASSERT_EQ(procgen_connection_create_pool(connection.get(), &options, &named, &pool), PROCGEN_OK)
-      << "destroying deletes: " << procgen_error_message();
-  procgen_pool_destroy(pool);
-}
-
-TEST_F(RemoteErrorTest, NoServerAndWrongAddressesAreErrors) {
-  ProcgenConnection* connection = nullptr;
-  EXPECT_EQ(procgen_connect("127.0.0.1:1", nullptr, &connection), PROCGEN_UNAVAILABLE);
-  EXPECT_STREQ(procgen_error_message(), "no server listens at 127.0.0.1:1: Connection refused");
-  EXPECT_EQ(procgen_connect("nowhere", nullptr, &connection), PROCGEN_INVALID_ARGUMENT);
-  EXPECT_EQ(procgen_connect(nullptr, nullptr, &connection), PROCGEN_INVALID_ARGUMENT);
-  EXPECT_STREQ(procgen_error_message(), "address is null");
-  ProcgenConnectOptions options = ConnectOptionsOf(-1);
-  EXPECT_EQ(procgen_connect("127.0.0.1:1", &options, &connection), PROCGEN_INVALID_ARGUMENT);
-  EXPECT_STREQ(procgen_error_message(), "reconnect_timeout_s is -1, must be at least 0");
-  options.struct_size = 0;
-  EXPECT_EQ(procgen_connect("127.0.0.1:1", &options, &connection), PROCGEN_INVALID_ARGUMENT);
-  options = ConnectOptionsOf();
-  options.certificate = "a certificate";
-  EXPECT_EQ(procgen_connect("127.0.0.1:1", &options, &connection), PROCGEN_INVALID_ARGUMENT);
-  EXPECT_EQ(connection, nullptr);
-}
-
-TEST_F(RemoteErrorTest, AnUnknownTokenIsUnauthenticated) {
-  const TemporaryFolder folder;
-  std::ofstream(folder.At("tokens")) << "alice 0123456789abcdef-alice\n";
-  ServerOptions server_options;
-  server_options.tokens = *TokenFile::Open(folder.At("tokens"));
-  Start(server_options);
-  ProcgenConnectOptions options = ConnectOptionsOf();
-  options.token = "0123456789abcdef-mallory";
-  CreateError(Connected(options), COptions("maze"), PROCGEN_UNAUTHENTICATED);
-  options.token = nullptr;
-  CreateError(Connected(options), COptions("maze"), PROCGEN_UNAUTHENTICATED);
-  options.token = "0123456789abcdef-alice";
-  const CConnection connection = Connected(options);
-  EXPECT_THAT(Steps(MadeOn(connection, COptions("maze")).get(), 4, 0, 2), testing::SizeIs(2));
 }
 
 TEST_F(RemoteErrorTest, AWrongRequestIsRejectedBeforeItIsSent) {
@@ -208,6 +157,25 @@ TEST_F(RemoteErrorTest, OnlyAnIdlePoolIsSteppedSavedOrDrawn) {
     EXPECT_EQ(procgen_receive(pool.get(), -1), PROCGEN_OK);
   }
   EXPECT_EQ(procgen_render(pool.get(), 0, 64, 0, frame.data()), PROCGEN_OK);
+}
+
+TEST_F(RemoteErrorTest, NullArraysAreNotWritten) {
+  const CConnection connection = Connected();
+  const CPool pool = MadeOn(connection, COptions("maze"));
+  const std::vector<int32_t> ends = {4, -1, 4, -1};
+  BatchBuffers buffers(4);
+  const BatchBuffers untouched = buffers;
+  ProcgenBatch batch = BatchIn(buffers);
+  batch.observations = nullptr;
+  batch.rewards = nullptr;
+  const ProcgenStep step = StepOf(ends);
+  ASSERT_EQ(procgen_step(pool.get(), &step, &batch), PROCGEN_OK) << procgen_error_message();
+  EXPECT_EQ(buffers.observations, untouched.observations);
+  EXPECT_EQ(buffers.rewards, untouched.rewards);
+  EXPECT_THAT(buffers.fingerprints, testing::ElementsAre(0, testing::Ne(0), 0, testing::Ne(0)));
+  ProcgenBatch none = {};
+  none.struct_size = sizeof(none);
+  EXPECT_EQ(procgen_step(pool.get(), &step, &none), PROCGEN_OK);
 }
 
 }  // namespace

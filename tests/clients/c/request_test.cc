@@ -22,26 +22,6 @@ class RequestTest : public testing::TestWithParam<int32_t> {
   }
 };
 
-TEST_P(RequestTest, HalvesSentAheadEqualWholeSteps) {
-  const CPool whole = Pool("bigfish");
-  const CPool halves = Pool("bigfish");
-  const std::vector<BatchBuffers> expected = Steps(whole.get(), 4, 0, 20);
-  for (int32_t t = 0; t < 20; ++t) {
-    const std::vector<int32_t> actions = ActionsAt(t, 4);
-    BatchBuffers buffers(4);
-    for (const int32_t first : {0, 2}) {
-      const std::vector<int32_t> half(actions.begin() + first, actions.begin() + first + 2);
-      const ProcgenStep step = StepOf(half, first);
-      const ProcgenBatch batch = BatchIn(buffers, first);
-      ASSERT_EQ(procgen_send_step(halves.get(), &step, &batch), PROCGEN_OK);
-    }
-    EXPECT_EQ(procgen_unanswered_count(halves.get()), 2);
-    ASSERT_EQ(procgen_receive(halves.get(), -1), PROCGEN_OK);
-    ASSERT_EQ(procgen_receive(halves.get(), -1), PROCGEN_OK);
-    ASSERT_EQ(buffers, expected[static_cast<size_t>(t)]);
-  }
-}
-
 TEST_P(RequestTest, AnErrorAnswersItsOwnRequestOnly) {
   COptions options("maze");
   options.autoreset_mode = PROCGEN_DISABLED;
@@ -87,36 +67,6 @@ TEST_P(RequestTest, APoolMayBeDestroyedWithUnansweredRequests) {
     ASSERT_EQ(procgen_send_step(pool.get(), &step, &batch), PROCGEN_OK);
   }
   pool = nullptr;
-}
-
-TEST_P(RequestTest, ResetsNextLevelsAndSamplersChooseLevels) {
-  const CPool pool = Pool();
-  BatchBuffers buffers(4);
-  const ProcgenBatch batch = BatchIn(buffers);
-  const ProcgenReset reset = {
-      .environment = 1, .level_seed = 42, .rand_seed = 0, .has_level_seed = 1, .has_rand_seed = 0};
-  ASSERT_EQ(procgen_reset(pool.get(), 0, 4, &reset, 1, &batch), PROCGEN_OK);
-  EXPECT_EQ(buffers.level_seeds[1], 42);
-
-  const ProcgenNextLevel next = {.environment = 2, .level_seed = 43};
-  const std::vector<int32_t> ends(4, -1);
-  ProcgenStep step = StepOf(ends);
-  step.next_levels = &next;
-  step.next_level_count = 1;
-  ASSERT_EQ(procgen_step(pool.get(), &step, &batch), PROCGEN_OK);
-  EXPECT_EQ(buffers.level_seeds[2], 43);
-  EXPECT_EQ(buffers.prev_level_seeds[1], 42);
-
-  const std::vector<int32_t> seeds = {100, 101};
-  const ProcgenLevelSampler sampler = {.struct_size = sizeof(sampler),
-                                       .level_seeds = seeds.data(),
-                                       .weights = nullptr,
-                                       .seed_count = 2,
-                                       .rand_seed = 1};
-  ASSERT_EQ(procgen_set_level_sampler(pool.get(), &sampler), PROCGEN_OK);
-  step = StepOf(ends);
-  ASSERT_EQ(procgen_step(pool.get(), &step, &batch), PROCGEN_OK);
-  EXPECT_THAT(buffers.level_seeds, Each(testing::AnyOf(100, 101)));
 }
 
 INSTANTIATE_TEST_SUITE_P(Threads, RequestTest, testing::Values(0, 2),

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import asyncio
 import socket
 import threading
 import time
 
 import pytest
 
-from procgen_client import Pool, ProcgenVectorEnv, _library, aio, connect, errors
+from procgen_client import Pool, ProcgenVectorEnv, _library, connect, errors
 from procgen_client._address import check_address
 
 
@@ -43,36 +42,6 @@ def test_environments_name_the_wrong_address(monkeypatch: pytest.MonkeyPatch) ->
     for make in (ProcgenVectorEnv, Pool):
         with pytest.raises(errors.InvalidArgumentError, match="the address is 'http://localhost"):
             make("maze", 1)
-
-
-def test_refused_connection_fails_soon_without_a_word_of_tls() -> None:
-    # Bound but not listening: the port is taken, and connections are refused.
-    with socket.socket() as bound:
-        bound.bind(("127.0.0.1", 0))
-        port = bound.getsockname()[1]
-        for address in (f"127.0.0.1:{port}", f"localhost:{port}"):
-            begun = time.monotonic()
-            expected = f"no server listens at {address}: Connection refused$"
-            with pytest.raises(errors.UnavailableError, match=expected):
-                connect(address)
-            assert time.monotonic() - begun < 4
-
-
-def test_missing_unix_socket_fails_soon() -> None:
-    begun = time.monotonic()
-    with pytest.raises(errors.UnavailableError, match="listens at unix:/no/socket: No such file"):
-        asyncio.run(aio.connect("unix:/no/socket"))
-    assert time.monotonic() - begun < 4
-
-
-def test_given_timeout_also_holds_while_connections_are_refused() -> None:
-    # The server may still be starting.
-    with socket.socket() as bound:
-        bound.bind(("127.0.0.1", 0))
-        begun = time.monotonic()
-        with pytest.raises(errors.UnavailableError, match="no server listens at"):
-            connect(f"127.0.0.1:{bound.getsockname()[1]}", timeout=2.5)
-        assert time.monotonic() - begun > 2.2
 
 
 def test_peer_that_closes_connections_may_require_tls() -> None:

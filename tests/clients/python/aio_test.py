@@ -3,17 +3,13 @@
 from __future__ import annotations
 
 import asyncio
-import os
-import signal
-import time
 from collections.abc import Awaitable, Callable
 
 import numpy as np
 import pytest
 from conftest import MakePool, assert_same
-from fault_proxy import Proxy
 
-from procgen_client import Batch, Client, LevelSampler, Pool, ServerProcess, aio, errors
+from procgen_client import Client, LevelSampler, Pool, ServerProcess, aio, errors
 
 _N = 4
 _OPTIONS = {"distribution_mode": "easy", "rand_seed": 2}
@@ -194,65 +190,6 @@ def test_closing_a_client_ends_the_calls_of_its_tasks(server: ServerProcess) -> 
                 assert (await asyncio.wait_for(pool.observe(), 20)).env_count == 2
 
     asyncio.run(play())
-
-
-@pytest.mark.parametrize("encoding", ["raw", "delta_zstd"])
-def test_faulty_network_loses_nothing(server: ServerProcess, encoding: str) -> None:
-    games = ["maze", "bigfish"]
-
-    async def trace(pool: aio.AsyncPool) -> list[Batch]:
-        batches: list[Batch] = []
-        sent = 0
-        while len(batches) < 150:
-            while sent < 150 and pool.in_flight < 3:
-                await pool.send_step([(sent // 3 * 7 + i) % 16 - 1 for i in range(12)])
-                sent += 1
-            batches.append(await pool.receive())
-        return batches
-
-    async def play() -> None:
-        async with await aio.create_pool(games, 12, **_OPTIONS) as pool:
-            expected = await trace(pool)
-        proxy = Proxy(server.address, 11, 300_000 if encoding == "raw" else 60_000)
-        twin = None
-        while twin is None:
-            try:  # Calls other than steps are not retried.
-                learner = await aio.connect(proxy.address)
-                twin = await learner.create_pool(games, 12, encoding=encoding, **_OPTIONS)
-            except errors.ProcgenError:
-                pass
-        actual = await trace(twin)
-        await twin.close()
-        await learner.close()
-        assert proxy.stop() >= 5
-        for left, right in zip(expected, actual, strict=True):
-            assert_same(left, right)
-
-    asyncio.run(play())
-
-
-@pytest.mark.parametrize(
-    ("timeout", "words"),
-    [
-        (0.5, "made again within (500ms|0.5 s)"),
-        (0, "^(?!.*made again)"),
-    ],
-)
-def test_steps_on_a_lost_server_fail(timeout: float, words: str) -> None:
-    async def play(server: ServerProcess) -> None:
-        async with await aio.connect(server.address, reconnect_timeout=timeout) as client:
-            pool = await client.create_pool("maze", 2)
-            await pool.step([4, 4])
-            os.kill(server.process_id, signal.SIGKILL)
-            begin = time.monotonic()
-            with pytest.raises(errors.UnavailableError, match=words):
-                while True:
-                    await pool.step([4, 4])
-            assert time.monotonic() - begin < 10
-            await pool.close()
-
-    with ServerProcess(flags=["--workers=1"]) as server:
-        asyncio.run(play(server))
 
 
 def test_async_pool_wraps_a_synchronous_one() -> None:

@@ -5,8 +5,6 @@ from __future__ import annotations
 import gc
 import socket
 import time
-from concurrent.futures import ThreadPoolExecutor
-from pathlib import Path
 
 import pytest
 from conftest import server_binary
@@ -80,16 +78,6 @@ def test_watchers_are_notified_when_the_server_stops() -> None:
             list(watch)
 
 
-def test_connect_without_a_listener_is_unavailable() -> None:
-    # Bound but not listening: the port is taken, and connections are refused.
-    with socket.socket() as bound:
-        bound.bind(("127.0.0.1", 0))
-        address = f"127.0.0.1:{bound.getsockname()[1]}"
-        expected = f"no server listens at {address}: Connection refused"
-        with pytest.raises(errors.UnavailableError, match=expected):
-            connect(address, timeout=0.3)
-
-
 def test_unresolvable_address_is_unavailable() -> None:
     with pytest.raises(errors.UnavailableError, match="no server answers at nowhere.invalid:1"):
         connect("nowhere.invalid:1", timeout=0.3)
@@ -101,14 +89,6 @@ def test_connect_to_a_silent_server_times_out() -> None:
         with pytest.raises(errors.UnavailableError, match=r"within (300ms|0.3 s): "):
             connect(f"127.0.0.1:{silent.getsockname()[1]}", timeout=0.3)
         assert time.monotonic() - begun < 10
-
-
-def test_connect_waits_for_a_starting_server(tmp_path: Path) -> None:
-    address = f"unix:{tmp_path}/socket"
-    with ThreadPoolExecutor() as others:
-        connected = others.submit(connect, address, timeout=60)
-        with ServerProcess(server_binary(), address=address), connected.result() as client:
-            assert client.catalog().games
 
 
 def test_closed_client_rejects_calls(server: ServerProcess) -> None:

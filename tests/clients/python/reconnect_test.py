@@ -12,57 +12,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 from conftest import assert_same, server_binary
-from fault_proxy import Proxy, connected
 
-from procgen_client import Batch, Client, Pool, ServerProcess, errors
+from procgen_client import Client, Pool, ServerProcess, errors
 
 _ENV_COUNT = 12
-_HALF = _ENV_COUNT // 2
 _GAMES = ["maze", "bigfish"]
 _OPTIONS = {"distribution_mode": "easy", "rand_seed": 5}
-
-
-def _made(client: Client, encoding: str) -> Pool:
-    """Repeats create_pool, which the client does not retry."""
-    while True:
-        try:
-            return client.create_pool(_GAMES, _ENV_COUNT, encoding=encoding, **_OPTIONS)
-        except errors.ProcgenError:
-            pass
-
-
-def _trace(pool: Pool, count: int) -> list[Batch]:
-    """Steps the two halves of the pool in turn, with requests sent ahead."""
-    actions = np.random.default_rng(3).integers(-1, 15, (count, _HALF))
-    trace: list[Batch] = []
-    sent = 0
-    while len(trace) < count:
-        while sent < count and pool.in_flight < 3:
-            pool.send_step(actions[sent], first_env=sent % 2 * _HALF, env_count=_HALF)
-            sent += 1
-        trace.append(pool.receive())
-    return trace
-
-
-@pytest.mark.parametrize(
-    ("encoding", "count", "bytes_between_faults", "least_break_count"),
-    [("raw", 150, 120_000, 30), ("delta_zstd", 300, 40_000, 5)],
-)
-def test_faulty_network_loses_nothing(
-    server: ServerProcess,
-    encoding: str,
-    count: int,
-    bytes_between_faults: int,
-    least_break_count: int,
-) -> None:
-    with Pool(_GAMES, _ENV_COUNT, **_OPTIONS) as pool:
-        expected = _trace(pool, count)
-    proxy = Proxy(server.address, 11, bytes_between_faults)
-    with connected(proxy.address) as learner, _made(learner, encoding) as pool:
-        actual = _trace(pool, count)
-    assert proxy.stop() >= least_break_count
-    for left, right in zip(expected, actual, strict=True):
-        assert_same(left, right)
 
 
 @pytest.mark.parametrize(

@@ -51,15 +51,6 @@ TEST(PoolCreateTest, RejectsTooManyEnvironmentsInTheWholePool) {
                "the whole pool has 2147483648 environments, must be at most 16777216");
 }
 
-TEST(PoolCreateTest, ReturnsErrorsOfEnvironmentOptions) {
-  PoolOptions options = OptionsOf({"maze", "bigfish"});
-  options.environment.distribution_mode = DistributionMode::kMemory;
-  ExpectNoPool(options, absl::StatusCode::kInvalidArgument,
-               "distribution_mode is memory (10), bigfish has easy, hard");
-  EXPECT_EQ(Pool::Create(OptionsOf({"pacman"}), std::make_shared<WorkerPool>(0)).status().code(),
-            absl::StatusCode::kNotFound);
-}
-
 TEST(PoolCreateTest, AShardsSizeNeedNotBeAMultipleOfTheGameCount) {
   PoolOptions options = OptionsOf({"maze", "miner"}, 1);
   options.first_env = 1;
@@ -75,17 +66,6 @@ TEST(PoolCreateTest, EnvironmentsStartAtTheFirstStepOfTheirLevels) {
   EXPECT_EQ(std::set<int32_t>(observed.level_seeds.begin(), observed.level_seeds.end()).size(),
             static_cast<size_t>(kEnvCount))
       << "each environment draws its own levels";
-}
-
-TEST(PoolCreateTest, LevelSeedStreamsDependOnRandSeedAndIndexOnly) {
-  RandomStream stream_seeds(7);
-  PoolOptions options = OptionsOf({"maze"});
-  options.environment.rand_seed = 7;
-  const BatchBuffers observed = Observed(*MadePool(options));
-  for (size_t i = 0; i < kEnvCount; ++i) {
-    EXPECT_EQ(observed.level_seeds[i],
-              RandomStream(stream_seeds.Raw()).Int(0, std::numeric_limits<int32_t>::max()));
-  }
 }
 
 TEST(PoolCreateTest, GamesAreAssignedInTurn) {
@@ -134,18 +114,6 @@ TEST(PoolStepTest, ActionsBelongToTheirEnvironments) {
   EXPECT_THAT(buffers.episode_lengths, Each(1));
 }
 
-TEST(PoolStepTest, TheStepLimitTruncates) {
-  const auto pool = MazePool();
-  BatchBuffers buffers(kEnvCount);
-  const std::vector<int32_t> actions = AllTake(kNoAction);
-  EXPECT_TRUE(
-      pool->Step({.count = kEnvCount, .actions = actions, .repeat = 1000}, buffers.Whole()).ok());
-  EXPECT_THAT(buffers.truncated, Each(1));
-  EXPECT_THAT(buffers.terminated, Each(0));
-  EXPECT_THAT(buffers.first, Each(1));
-  EXPECT_THAT(buffers.episode_lengths, Each(500));
-}
-
 TEST(PoolStepTest, FinalObservationsAreWrittenOnlyForEndedEpisodes) {
   const auto pool = MazePool();
   const BatchBuffers before = Observed(*pool);
@@ -187,19 +155,6 @@ TEST(PoolStepTest, ResetsAndNextLevelsAffectOnlyTheirEnvironments) {
   EXPECT_THAT(buffers.episode_lengths, ElementsAre(1, 0, 1, 1));
 }
 
-TEST(PoolStepTest, ANextLevelWaitsForTheEpisodesEnd) {
-  const auto pool = MazePool();
-  const BatchBuffers before = Observed(*pool);
-  const std::vector<NextLevel> next_levels = {{.environment = 0, .level_seed = 22}};
-  BatchBuffers buffers(kEnvCount);
-  const std::vector<int32_t> actions = AllTake(kNoAction);
-  EXPECT_TRUE(pool->Step({.count = kEnvCount, .actions = actions, .next_levels = next_levels},
-                         buffers.Whole())
-                  .ok());
-  EXPECT_EQ(buffers.level_seeds, before.level_seeds);
-  EXPECT_EQ(Stepped(*pool, AllTake(kEndEpisodeAction)).level_seeds[0], 22);
-}
-
 TEST(PoolStepTest, WithoutStepsOnlyTheResetsAreExecuted) {
   const auto pool = MazePool();
   Stepped(*pool, AllTake(kNoAction));
@@ -218,24 +173,6 @@ TEST(PoolStepTest, ObservingChangesNothing) {
   BatchBuffers observed = Observed(*pool);
   observed.final_observations = stepped.final_observations;
   EXPECT_TRUE(observed == stepped);
-}
-
-TEST(PoolStepTest, EndedEpisodesAwaitAResetWithDisabled) {
-  PoolOptions options = OptionsOf({"maze"});
-  options.autoreset_mode = AutoresetMode::kDisabled;
-  const auto pool = MadePool(options);
-  Stepped(*pool, {kNoAction, kEndEpisodeAction, kNoAction, kNoAction});
-  const BatchBuffers before = Observed(*pool);
-  const std::vector<int32_t> actions = AllTake(kNoAction);
-  const absl::Status rejected = pool->Step({.count = kEnvCount, .actions = actions}, {});
-  EXPECT_EQ(rejected.code(), absl::StatusCode::kFailedPrecondition);
-  EXPECT_EQ(rejected.message(),
-            "the episode of environment 1 has ended: reset it before it is stepped");
-  EXPECT_TRUE(Observed(*pool) == before) << "nothing has moved";
-  const std::vector<Reset> resets = {
-      {.environment = 1, .level_seed = 3, .rand_seed = std::nullopt}};
-  EXPECT_TRUE(pool->Step({.count = kEnvCount, .actions = actions, .resets = resets}, {}).ok());
-  EXPECT_THAT(Observed(*pool).episode_lengths, ElementsAre(2, 0, 2, 2));
 }
 
 TEST(PoolStepTest, ARejectedStepDoesNotPreventTheNext) {

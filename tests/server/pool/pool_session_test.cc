@@ -172,22 +172,6 @@ TEST_F(PoolSessionTest, RejectedRequestsChangeNothingAndEndTheirTurn) {
   EXPECT_EQ(context_.step_count, kEnvCount);
 }
 
-TEST_F(PoolSessionTest, EndedEnvironmentNeedsAResetWithoutAutoreset) {
-  const std::unique_ptr<PoolSession> session = Make(AutoresetMode::kDisabled);
-  const std::vector<int32_t> actions(kEnvCount, 4);
-  const std::vector<int32_t> ending = {4, -1, 4, 4};
-  ASSERT_THAT(Execute(session.get(), StepOf(ending)), IsOk());
-  EXPECT_THAT(Execute(session.get(), StepOf(actions)),
-              StatusIs(absl::StatusCode::kFailedPrecondition,
-                       "the episode of environment 1 of pool pools/7 has ended; reset it before it "
-                       "is stepped"));
-  Request step = StepOf(actions);
-  const std::vector<Reset> resets = {{1, {}, {}}};
-  step.resets = resets;
-  EXPECT_THAT(Execute(session.get(), step), IsOk());
-  EXPECT_THAT(Execute(session.get(), StepOf(actions)), IsOk());
-}
-
 TEST_F(PoolSessionTest, ObserversSeeValuesThatTheLearnerDoesNotAskFor) {
   const std::unique_ptr<PoolSession> session = Make();
   const auto observer = std::make_shared<CountingObserver>();
@@ -230,28 +214,6 @@ TEST_F(PoolSessionTest, StateIncludesThePendingReset) {
   ASSERT_THAT(Restore(session.get(), 3, ended), IsOk());
   EXPECT_THAT(Execute(session.get(), StepOf(actions)),
               StatusIs(absl::StatusCode::kFailedPrecondition, HasSubstr("environment 3")));
-}
-
-TEST_F(PoolSessionTest, ResetAffectsOnlyItsEnvironments) {
-  const std::unique_ptr<PoolSession> session = Make();
-  const std::vector<int32_t> actions(kEnvCount, 4);
-  ASSERT_THAT(Execute(session.get(), StepOf(actions)), IsOk());
-  std::vector<int32_t> lengths(kEnvCount);
-  std::vector<int32_t> level_seeds(kEnvCount);
-  std::vector<uint8_t> first(kEnvCount);
-  Batch batch;
-  batch.episode_lengths = absl::MakeSpan(lengths);
-  batch.level_seeds = absl::MakeSpan(level_seeds);
-  batch.first = absl::MakeSpan(first);
-  const std::vector<Reset> resets = {{3, 77, {}}, {0, {}, {}}, {2, 55, {}}};
-  Request reset = RequestOf(Request::Kind::kReset, kEnvCount);
-  reset.resets = resets;
-  ASSERT_THAT(Execute(session.get(), reset, batch), IsOk());
-  EXPECT_THAT(lengths, ElementsAre(0, 1, 0, 0));
-  EXPECT_THAT(first, ElementsAre(1, 0, 1, 1));
-  EXPECT_EQ(level_seeds[2], 55);
-  EXPECT_EQ(level_seeds[3], 77);
-  EXPECT_EQ(session->step_count(), kEnvCount);
 }
 
 }  // namespace

@@ -120,15 +120,6 @@ TEST_F(TokensTest, ForeignPoolsLookLikeMissingPools) {
   EXPECT_EQ(client->ListPools()->size(), 1U);
 }
 
-TEST_F(TokensTest, OwnersMayUseTheSameNames) {
-  const auto alice = OpenStream(kAliceToken);
-  const auto bob = OpenStream(kBobToken);
-  ASSERT_THAT(alice->Start(MazeSpec(1), {}, "maze"), IsOk());
-  ASSERT_THAT(bob->Start(MazeSpec(2), {}, "maze"), IsOk());
-  EXPECT_EQ(ConnectAs(kAliceToken)->GetPool("pools/maze")->spec().env_count(), 1);
-  EXPECT_EQ(ConnectAs(kBobToken)->GetPool("pools/maze")->spec().env_count(), 2);
-}
-
 TEST_F(TokensTest, QuotasArePerOwner) {
   EXPECT_THAT(OpenStream(kAliceToken)->Start(MazeSpec(6)),
               StatusIs(absl::StatusCode::kResourceExhausted,

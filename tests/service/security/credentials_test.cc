@@ -1,6 +1,5 @@
 // TLS and certificates: missing, invalid, expired or replaced ones.
 
-#include <cstdlib>
 #include <string>
 #include <vector>
 
@@ -201,33 +200,6 @@ TEST_F(CredentialsTest, ClientsSendNoTokenToOtherMachinesInPlainText) {
   Credentials credentials = Token(kAliceToken);
   credentials.token_in_plain_text = true;
   EXPECT_THAT(procgen_client::ChannelCredentialsOf(credentials, "example.com:1"), IsOk());
-}
-
-TEST_F(CredentialsTest, ClientsReadTheirEnvironment) {
-  std::vector<std::string> flags = TlsFlags();
-  flags.push_back("--tokens=" + certificates_.Path("tokens"));
-  flags.push_back("--tls_client_ca=" + certificates_.Path("authority.pem"));
-  certificates_.Make("authority", "carol", "/CN=carol", "DNS:x");
-  Start(flags);
-  const std::vector<std::pair<const char*, std::string>> variables = {
-      {"PROCGEN_SERVER_CA", certificates_.Path("authority.pem")},
-      {"PROCGEN_SERVER_CERTIFICATE", certificates_.Path("carol.pem")},
-      {"PROCGEN_SERVER_KEY", certificates_.Path("carol.key")},
-      {"PROCGEN_SERVER_TOKEN", kBobToken}};
-  for (const auto& [name, value] : variables) {
-    setenv(name, value.c_str(), 1);
-  }
-  const auto run = OpenStream(Tls("authority", "carol", kBobToken));
-  ASSERT_THAT(run->Start(MazeSpec(1)), IsOk());
-  const auto client = procgen_client::Client::Connect(address_);
-  ASSERT_THAT(client, IsOk());
-  EXPECT_THAT((*client)->GetPool(run->name()), IsOk()) << "the client is bob";
-  setenv("PROCGEN_SERVER_CA", "/nowhere.pem", 1);
-  EXPECT_THAT(procgen_client::Client::Connect(address_),
-              StatusIs(absl::StatusCode::kNotFound, HasSubstr("/nowhere.pem")));
-  for (const auto& [name, value] : variables) {
-    unsetenv(name);
-  }
 }
 
 }  // namespace
