@@ -115,7 +115,7 @@ def test_each_script_installs_what_it_uses(script: str, flags: str, tmp_path: Pa
 
 
 def test_a_pool_survives_the_loss_of_a_server(tmp_path: Path) -> None:
-    process = demonstration("--seconds", "1", "--nodes", "3", "--keep", directory=tmp_path)
+    process = demonstration("--seconds", "0.1", "--nodes", "3", "--keep", directory=tmp_path)
     output, complaints = process.communicate()
     assert (process.returncode, complaints) == (0, "")
     address = re.search(r"servers keep running at (\S+) ", output).group(1)
@@ -136,7 +136,7 @@ def test_a_pool_survives_the_loss_of_a_server(tmp_path: Path) -> None:
 
 
 def test_it_prints_rates_draws_the_games_and_stops(tmp_path: Path) -> None:
-    process = demonstration("--seconds", "1", directory=tmp_path)
+    process = demonstration("--seconds", "0.1", directory=tmp_path)
     output, complaints = process.communicate()
     assert (process.returncode, complaints) == (0, "")
     assert "\r" not in output  # Not a terminal: one line per game.
@@ -148,7 +148,7 @@ def test_it_prints_rates_draws_the_games_and_stops(tmp_path: Path) -> None:
 
 
 def test_keep_leaves_a_server_and_prints_how_to_stop_it(tmp_path: Path) -> None:
-    process = demonstration("--seconds", "1", "--keep", directory=tmp_path)
+    process = demonstration("--seconds", "0.1", "--keep", directory=tmp_path)
     output, complaints = process.communicate()
     assert (process.returncode, complaints) == (0, "")
     server_id = int(re.search(r"kill (\d+)", output).group(1))

@@ -84,24 +84,6 @@ def test_structs_are_those_of_the_headers(struct: type[ctypes.Structure], tmp_pa
     assert [int(number) for number in output.split()] == expected + [each.size for each in layout]
 
 
-@pytest.mark.parametrize("num_threads", [1, 3, None])
-def test_results_do_not_depend_on_the_number_of_threads(num_threads: int | None) -> None:
-    options = {"distribution_mode": "easy", "rand_seed": 3}
-    with (
-        Pool(["bigfish", "ninja"], 10, num_threads=0, **options) as alone,
-        Pool(["bigfish", "ninja"], 10, num_threads=num_threads, **options) as pool,
-    ):
-        assert alone.num_threads == 0
-        if num_threads is not None:
-            assert pool.num_threads == num_threads
-        for t in range(60):
-            for each in (alone, pool):
-                each.send_step(_actions(t, 4), env_count=4, final_observations=True)
-                each.send_step(_actions(t, 6), first_env=4, final_observations=True)
-            for _ in range(2):
-                assert_same(alone.receive(), pool.receive())
-
-
 def test_memory_is_used_again_when_nothing_refers_to_it() -> None:
     with Pool("maze", 4) as pool:
         kept = pool.step(_actions(0)).observations[1]  # A view keeps the memory of all.

@@ -8,7 +8,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable, Iterator
-from contextlib import ExitStack
+from contextlib import ExitStack, contextmanager
 from pathlib import Path
 
 import numpy as np
@@ -24,12 +24,26 @@ _STILL = [4] * _ENV_COUNT
 _ACTIONS = np.random.default_rng(3).integers(-1, 15, (60, _ENV_COUNT))
 
 
-@pytest.fixture(name="servers")
-def _servers() -> Iterator[list[ServerProcess]]:
+@contextmanager
+def _three_servers() -> Iterator[list[ServerProcess]]:
     with ExitStack() as stack:
         yield [
             stack.enter_context(ServerProcess(server_binary(), ["--workers=1"])) for _ in range(3)
         ]
+
+
+@pytest.fixture(name="servers", scope="module")
+def _servers() -> Iterator[list[ServerProcess]]:
+    """Servers of all tests that stop none."""
+    with _three_servers() as servers:
+        yield servers
+
+
+@pytest.fixture(name="own_servers")
+def _own_servers() -> Iterator[list[ServerProcess]]:
+    """Servers that the test may stop."""
+    with _three_servers() as servers:
+        yield servers
 
 
 def _addresses(servers: list[ServerProcess]) -> str:
@@ -42,6 +56,14 @@ def _pool_counts(servers: list[ServerProcess]) -> list[int]:
         with Client(server.address) as client:
             counts.append(sum(pool.spec.env_count for pool in client.list_pools()))
     return counts
+
+
+def _pool_names(servers: list[ServerProcess]) -> list[list[str]]:
+    names = []
+    for server in servers:
+        with Client(server.address) as client:
+            names.append([pool.name for pool in client.list_pools()])
+    return names
 
 
 def _played(pool: Pool) -> list[Batch]:
@@ -79,22 +101,22 @@ def test_results_equal_those_of_a_pool_in_this_process(
 
 @pytest.mark.parametrize("end", [signal.SIGKILL, signal.SIGTERM, signal.SIGSTOP])
 def test_the_slice_of_a_lost_server_continues_on_another(
-    servers: list[ServerProcess], end: signal.Signals
+    own_servers: list[ServerProcess], end: signal.Signals
 ) -> None:
     with Pool(_GAMES, _ENV_COUNT, **_OPTIONS) as pool:
         expected = [pool.step(actions) for actions in _ACTIONS]
     longest = 0.0
-    with Pool(_GAMES, _ENV_COUNT, server=_addresses(servers), **_OPTIONS) as pool:
+    with Pool(_GAMES, _ENV_COUNT, server=_addresses(own_servers), **_OPTIONS) as pool:
         for i, actions in enumerate(_ACTIONS):
             if i == 30:
-                os.kill(servers[1].process_id, end)
+                os.kill(own_servers[1].process_id, end)
             begin = time.monotonic()
             assert_same(expected[i], pool.step(actions))
             longest = max(longest, time.monotonic() - begin)
         assert longest < 10
-        assert sum(_pool_counts([servers[0], servers[2]])) == _ENV_COUNT
+        assert sum(_pool_counts([own_servers[0], own_servers[2]])) == _ENV_COUNT
         if end == signal.SIGSTOP:
-            os.kill(servers[1].process_id, signal.SIGCONT)
+            os.kill(own_servers[1].process_id, signal.SIGCONT)
 
 
 def _step_until(pool: Pool, expected: Iterator[Batch], condition: Callable[[], bool]) -> None:
@@ -119,12 +141,12 @@ def _expected() -> Iterator[Batch]:
             yield pool.step(_STILL)
 
 
-def test_a_slice_returns_to_its_server(servers: list[ServerProcess]) -> None:
+def test_a_slice_returns_to_its_server(own_servers: list[ServerProcess]) -> None:
     expected = _expected()
-    address = servers[1].address
-    with Pool(_GAMES, _ENV_COUNT, server=_addresses(servers), **_OPTIONS) as pool:
-        servers[1].stop()
-        _step_until(pool, expected, lambda: sum(_pool_counts([servers[0], servers[2]])) == 50)
+    address = own_servers[1].address
+    with Pool(_GAMES, _ENV_COUNT, server=_addresses(own_servers), **_OPTIONS) as pool:
+        own_servers[1].stop()
+        _step_until(pool, expected, lambda: sum(_pool_counts([own_servers[0], own_servers[2]])) == 50)
         with ServerProcess(server_binary(), ["--workers=1"], address=address) as again:
             _step_until(pool, expected, lambda: _pool_counts([again]) == [17])
 
@@ -206,12 +228,11 @@ def test_a_learner_that_computes_for_seconds_keeps_its_connections(
     servers: list[ServerProcess],
 ) -> None:
     with Pool(_GAMES, _ENV_COUNT, server=_addresses(servers), **_OPTIONS) as pool:
+        names = _pool_names(servers)
         pool.step(_ACTIONS[0])
-        time.sleep(4)
+        time.sleep(2.5)  # Longer than the silence after which a server is given up.
         pool.step(_ACTIONS[1])
-        for server in servers:
-            with Client(server.address) as client:
-                assert [each.name for each in client.list_pools()] == ["pools/1"]
+        assert _pool_names(servers) == names
 
 
 def test_errors_name_the_slice_that_counts_the_environments(servers: list[ServerProcess]) -> None:

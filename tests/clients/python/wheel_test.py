@@ -77,6 +77,7 @@ def test_the_metadata_needs_numpy_alone(wheel: Path) -> None:
     assert [line.split()[0] for line in needed if "extra ==" not in line] == ["numpy"]
 
 
+@pytest.mark.slow
 def test_two_builds_are_equal(wheel: Path, tmp_path: Path) -> None:
     again = _build(tmp_path / "wheel", tmp_path / "checkout")
     assert again.name == wheel.name

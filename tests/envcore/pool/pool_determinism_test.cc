@@ -2,7 +2,6 @@
 // of its modes.
 
 #include <algorithm>
-#include <map>
 #include <memory>
 #include <string>
 #include <vector>
@@ -134,48 +133,26 @@ std::vector<BatchBuffers> RowsOf(const std::vector<BatchBuffers>& batches, size_
   return rows;
 }
 
-class PoolDeterminismTest : public testing::TestWithParam<Played> {
- protected:
-  // The results of the whole pool with one worker.
-  static const std::vector<BatchBuffers>& Whole() {
-    std::vector<BatchBuffers>& whole = whole_[GetParam().name];
-    if (whole.empty()) {
-      whole = Play(OptionsOf(GetParam(), kEnvCount), 0, kEnvCount);
-    }
-    return whole;
-  }
+class PoolDeterminismTest : public testing::TestWithParam<Played> {};
 
- private:
-  static inline std::map<std::string, std::vector<BatchBuffers>> whole_;
-};
-
-TEST_P(PoolDeterminismTest, EqualPoolsGiveEqualResults) {
-  EXPECT_TRUE(Play(OptionsOf(GetParam(), kEnvCount), 0, kEnvCount) == Whole());
-}
-
-TEST_P(PoolDeterminismTest, WorkerCountChangesNothing) {
-  EXPECT_TRUE(Play(OptionsOf(GetParam(), kEnvCount), 3, kEnvCount) == Whole());
-}
-
-TEST_P(PoolDeterminismTest, SlicesInAnyOrderChangeNothing) {
-  EXPECT_TRUE(Play(OptionsOf(GetParam(), kEnvCount), 1, 1) == Whole());
-  EXPECT_TRUE(Play(OptionsOf(GetParam(), kEnvCount), 0, 4) == Whole());
-}
-
-TEST_P(PoolDeterminismTest, PoolSizeChangesNothing) {
+// One test, because all compare with the same results.
+TEST_P(PoolDeterminismTest, WorkersSlicesPoolSizeAndShardsChangeNothing) {
+  const PoolOptions options = OptionsOf(GetParam(), kEnvCount);
+  const std::vector<BatchBuffers> whole = Play(options, 0, kEnvCount);
+  EXPECT_TRUE(Play(options, 0, kEnvCount) == whole) << "an equal pool";
+  EXPECT_TRUE(Play(options, 3, kEnvCount) == whole) << "more workers";
+  EXPECT_TRUE(Play(options, 1, 1) == whole) << "slices of one";
+  EXPECT_TRUE(Play(options, 0, 4) == whole) << "slices of four and two";
   const auto larger = Play(OptionsOf(GetParam(), 2 * kEnvCount), 1, 2 * kEnvCount);
-  EXPECT_TRUE(RowsOf(larger, 0, kEnvCount) == Whole());
-}
-
-TEST_P(PoolDeterminismTest, ShardsTogetherEqualTheWholePool) {
+  EXPECT_TRUE(RowsOf(larger, 0, kEnvCount) == whole) << "a larger pool";
   for (const auto& [first, count] :
        std::vector<std::pair<int32_t, int32_t>>{{0, 2}, {2, 1}, {3, 3}}) {
     PoolOptions shard = OptionsOf(GetParam(), count);
     shard.first_env = first;
     shard.total_env_count = kEnvCount;
     EXPECT_TRUE(Play(shard, 1, count) ==
-                RowsOf(Whole(), static_cast<size_t>(first), static_cast<size_t>(count)))
-        << "from " << first;
+                RowsOf(whole, static_cast<size_t>(first), static_cast<size_t>(count)))
+        << "a shard from " << first;
   }
 }
 

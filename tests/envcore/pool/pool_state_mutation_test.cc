@@ -5,7 +5,6 @@
 
 #include <cmath>
 #include <limits>
-#include <map>
 #include <string>
 #include <vector>
 
@@ -29,11 +28,14 @@ using Pointer = Json::json_pointer;
 
 constexpr int kStepsBefore = 30;
 constexpr uint32_t kMutantCount = 300;  // per game and mode
-#ifdef __SANITIZE_THREAD__
+#if defined(__SANITIZE_ADDRESS__)
+constexpr int kStepsAfter = 200;
+#elif defined(__SANITIZE_THREAD__)
 // ThreadSanitizer looks for races, which a single thread does not have.
 constexpr int kStepsAfter = 5;
 #else
-constexpr int kStepsAfter = 200;
+// Without a sanitizer, only crashes and failed checks are found.
+constexpr int kStepsAfter = 40;
 #endif
 constexpr int kStepsBetweenPictures = 25;
 

@@ -2,7 +2,6 @@
 // saved at some steps and restored into a running pool with other options, size and worker count.
 // Then both pools continue with the same actions.
 
-#include <map>
 #include <memory>
 #include <string>
 #include <vector>
@@ -110,7 +109,7 @@ TEST_P(PoolStatesTest, RestoredEnvironmentsContinueAsTheSavedOnes) {
   const std::unique_ptr<Pool> other = MadePool(other_options, /*thread_count=*/2);
   RandomStream random(5);
   RandomStream other_random(6);
-  for (const int steps_between : {0, 3, 17, 61}) {
+  for (const int steps_between : {0, 61}) {
     Play(*pool, random, steps_between);
     Play(*other, other_random, 4);
 

@@ -77,6 +77,9 @@ def recording(request: pytest.FixtureRequest) -> Recording:
     return Recording(request.param)
 
 
+# Each recording in both kinds of worlds, and in both places. That these are equal is tested by
+# places_test.py.
+@pytest.mark.parametrize("address", ["process"], indirect=True)
 def test_batched_world_matches_the_recording(agent: Agent, recording: Recording) -> None:
     agent.join(agent.create(**recording.settings, num_envs=recording.env_count))
     wanted = [*recording.observations(), _FIRST]
@@ -87,6 +90,7 @@ def test_batched_world_matches_the_recording(agent: Agent, recording: Recording)
     )
 
 
+@pytest.mark.parametrize("address", ["server"], indirect=True)
 def test_single_environments_match_the_recording(agents: Any, recording: Recording) -> None:
     if (recording.actions == -1).any():
         pytest.skip("a single environment has no action that ends an episode")

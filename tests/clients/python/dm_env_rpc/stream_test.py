@@ -6,7 +6,6 @@ import threading
 from typing import Any
 
 import grpc
-import numpy as np
 import pytest
 from conftest import Agent, Protocol, RequestError, rejected
 

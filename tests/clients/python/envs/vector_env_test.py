@@ -453,10 +453,3 @@ def test_failed_constructor_leaves_no_pool(client: Client) -> None:
     with pytest.raises(errors.NotFoundError, match="pong"):
         ProcgenVectorEnv("pong", 1, server=client)
     assert len(client.list_pools()) == before
-
-
-def test_several_games_are_assigned_round_robin(make_env: MakeEnv) -> None:
-    env = make_env(["bigfish", "maze"], 4)
-    assert env.pool.games == ("bigfish", "maze")
-    observations, _ = env.reset()
-    assert observations.shape == (4, 64, 64, 3)
