@@ -146,7 +146,8 @@ def test_a_slice_returns_to_its_server(own_servers: list[ServerProcess]) -> None
     address = own_servers[1].address
     with Pool(_GAMES, _ENV_COUNT, server=_addresses(own_servers), **_OPTIONS) as pool:
         own_servers[1].stop()
-        _step_until(pool, expected, lambda: sum(_pool_counts([own_servers[0], own_servers[2]])) == 50)
+        others = [own_servers[0], own_servers[2]]
+        _step_until(pool, expected, lambda: sum(_pool_counts(others)) == 50)
         with ServerProcess(server_binary(), ["--workers=1"], address=address) as again:
             _step_until(pool, expected, lambda: _pool_counts([again]) == [17])
 
