@@ -25,7 +25,8 @@ from statistics import median
 import numpy as np
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "service/web"))
-from page import Page, open_page, serve
+from bridge_page import POOLS, Api, BridgePage, Call, CallError, open_bridge
+from page import serve
 
 from procgen_client import Client, Pool
 
@@ -70,28 +71,36 @@ async def _view(url: str, viewer_count: int) -> None:
     """
     frame_sets = 0
 
-    async def read(page: Page) -> None:
+    async def read(watch: Call) -> None:
         nonlocal frame_sets
-        while True:
-            await page.event("frames")
-            frame_sets += 1
+        with contextlib.suppress(CallError):
+            while await watch.read_bytes():
+                frame_sets += 1
 
+    async def start(page: BridgePage) -> Call:
+        encoding = {"encoding": "ENCODING_DELTA_ZSTD"}
+        request = page.api.message("WatchPoolRequest", pool=_POOL, **_WATCH, **encoding)
+        return await page.start(f"{POOLS}WatchPool", request)
+
+    api = Api(url)
     async with contextlib.AsyncExitStack() as stack:
-        pages = [await stack.enter_async_context(open_page(url)) for _ in range(viewer_count)]
-        readers = [asyncio.create_task(read(page)) for page in pages]
-        watches: list[int] = []
+        pages = [
+            await stack.enter_async_context(open_bridge(url, api=api)) for _ in range(viewer_count)
+        ]
+        for page in pages:
+            await page.pool_names()
+        watches: list[Call] = []
+        readers: list[asyncio.Task[None]] = []
         while await asyncio.to_thread(sys.stdin.readline):
             if watches:
-                for page, watch in zip(pages, watches, strict=True):
-                    await page.call("watch.stop", watch=watch)
+                for watch in watches:
+                    await watch.cancel()
+                await asyncio.gather(*readers)
                 watches = []
             else:
-                for page in pages:
-                    started = await page.call("watch.start", pool=_POOL, **_WATCH)
-                    watches.append(started.result["watch"])
+                watches = [await start(page) for page in pages]
+                readers = [asyncio.create_task(read(watch)) for watch in watches]
             print(frame_sets / viewer_count, flush=True)
-        for reader in readers:
-            reader.cancel()
 
 
 def _compare(url: str, learner: _Learner, viewer_count: int, rounds: int) -> None:

@@ -9,6 +9,8 @@ inline constexpr const char* kMethods[] = {
     "/procgen.v1.PoolService/GetPool",       "/procgen.v1.PoolService/ListPools",
     "/procgen.v1.PoolService/WatchPool",     "/procgen.v1.PoolService/GetEpisode",
     "/procgen.v1.ClusterService/ListNodes",  "/procgen.v1.ClusterService/WatchNodes",
+    "/procgen.v1.PoolService/ListEpisodes",  "/procgen.v1.PoolService/GetPoolHistory",
+    "/procgen.v1.PoolService/PausePool",
 };
 
 enum RequestMethod {
@@ -20,6 +22,9 @@ enum RequestMethod {
   kGetEpisode,
   kListNodes,
   kWatchNodes,
+  kListEpisodes,
+  kGetPoolHistory,
+  kPausePool,
 };
 
 }  // namespace procgen

@@ -1,22 +1,21 @@
-// Fuzz target: messages of a page. An input is pieces (pieces.h), each a BridgeRequest; a mark
-// waits until the calls have nothing to report. A bridge session executes them with the real
-// services. Aborts if a message to the page is no BridgeResponse or belongs to no call, if a call
-// ends with an undocumented error or a socket without a reason, or if pools remain after the page.
+// Fuzz target: messages of a page. An input is pieces (pieces.h), each a message of the bridge. A
+// session executes them with the real services. Aborts if a message to the page is not a
+// BridgeResponse of a call that it opened, if a call ends twice or with an undocumented error, if a
+// socket is closed without a reason, or if calls or pools remain after the page is closed.
 
 #include <cstddef>
 #include <cstdint>
 #include <deque>
 #include <memory>
 #include <optional>
+#include <set>
 #include <string>
-#include <thread>
 #include <utility>
 #include <vector>
 
 #include "absl/base/thread_annotations.h"
 #include "absl/functional/any_invocable.h"
 #include "absl/synchronization/mutex.h"
-#include "absl/time/time.h"
 #include "procgen/web/v1/bridge.pb.h"
 #include "server/rpc/bridge/generic_stub.h"
 #include "server/web/bridge/bridge_session.h"
@@ -26,89 +25,118 @@ namespace procgen {
 namespace {
 
 constexpr size_t kPiecesMax = 64;
-// Calls that report nothing for this long wait for the page.
-constexpr absl::Duration kQuiet = absl::Milliseconds(20);
+// A call of the target itself: it is answered after the calls before it were accepted.
+constexpr uint32_t kFence = 4'000'000'000;
 
-// Runs functions that other threads post, on the thread of the target.
-class Strand {
+// What a strand is for the session: functions that other threads post, run one at a time.
+class Queue {
  public:
-  void Post(absl::AnyInvocable<void()> function) {
+  void Post(absl::AnyInvocable<void()> work) {
     absl::MutexLock lock(&mutex_);
-    posted_.push_back(std::move(function));
+    queue_.push_back(std::move(work));
   }
-
-  // Runs what was posted, waiting up to `timeout` for the first. Returns whether there was any.
-  bool Run(absl::Duration timeout) {
-    std::deque<absl::AnyInvocable<void()>> functions;
+  // Waits for the next function and runs it.
+  void RunOne() {
+    absl::AnyInvocable<void()> work;
     {
-      absl::MutexLock lock(&mutex_);
-      const auto has_any = [this]() ABSL_SHARED_LOCKS_REQUIRED(mutex_) { return !posted_.empty(); };
-      mutex_.AwaitWithTimeout(absl::Condition(&has_any), timeout);
-      functions.swap(posted_);
+      const auto has_work = [this]() ABSL_SHARED_LOCKS_REQUIRED(mutex_) { return !queue_.empty(); };
+      absl::MutexLock lock(&mutex_, absl::Condition(&has_work));
+      work = std::move(queue_.front());
+      queue_.pop_front();
     }
-    for (absl::AnyInvocable<void()>& function : functions) {
-      function();
-    }
-    return !functions.empty();
+    work();
   }
 
  private:
   absl::Mutex mutex_;
-  std::deque<absl::AnyInvocable<void()>> posted_ ABSL_GUARDED_BY(mutex_);
+  std::deque<absl::AnyInvocable<void()>> queue_ ABSL_GUARDED_BY(mutex_);
 };
 
-void CheckMessage(const std::string& bytes) {
-  web::v1::BridgeResponse response;
-  Require(response.ParseFromString(bytes), "a message to the page is a BridgeResponse");
-  Require(response.call() != 0, "a message to the page belongs to a call");
-  Require(response.has_message() || response.has_end(), "a response is of a known kind");
-  if (response.has_end() && response.end().code() != 0) {
-    const absl::Status status(static_cast<absl::StatusCode>(response.end().code()),
-                              response.end().message());
-    Require(!absl::IsInternal(status) && !absl::IsUnknown(status), "an error is documented",
-            status);
-    Require(!status.message().empty(), "an error says what is wrong", status);
-  }
-}
+// A page with a socket that is always writable.
+class Page {
+ public:
+  explicit Page(GenericStub* stub)
+      : session_(std::make_shared<web::BridgeSession>(
+            stub,
+            [queue = queue_](absl::AnyInvocable<void()> work) { queue->Post(std::move(work)); },
+            [] {})) {}
+  ~Page() { session_->Stop(); }
+  Page(const Page&) = delete;
+  Page& operator=(const Page&) = delete;
 
-// Runs the session until it reports nothing for some time.
-void Settle(web::BridgeSession* session, Strand* strand) {
-  do {
-    while (std::optional<std::string> message = session->Next()) {
-      CheckMessage(*message);
-      session->OnWritten();
+  // Sends a message. Returns false if the socket is closed.
+  bool Send(const std::string& bytes) {
+    web::v1::BridgeRequest request;
+    const bool opens = request.ParseFromString(bytes) && request.has_method();
+    const std::optional<web::CloseReason> reason = session_->Take(bytes);
+    if (reason.has_value()) {
+      Require(reason->code >= web::kCloseGoingAway && !reason->text.empty(),
+              "the end of a socket has a reason");
+      return false;
     }
-  } while (strand->Run(kQuiet));
+    if (opens) {
+      Require(open_.insert(request.call()).second, "a call in use is not opened again");
+    }
+    return true;
+  }
+
+  bool CanSend() const { return session_->CanTake(); }
+
+  // Receives messages until a call has ended.
+  void AwaitEnd(uint32_t call) {
+    Receive();
+    while (open_.count(call) > 0) {
+      queue_->RunOne();
+      Receive();
+    }
+  }
+
+ private:
+  void Receive() {
+    while (const std::optional<std::string> bytes = session_->Next()) {
+      session_->OnWritten();
+      web::v1::BridgeResponse response;
+      Require(response.ParseFromString(*bytes), "a message is a BridgeResponse");
+      Require(open_.count(response.call()) > 0, "a message belongs to an open call");
+      if (response.has_end()) {
+        open_.erase(response.call());
+        const web::v1::Status& end = response.end();
+        const auto code = static_cast<absl::StatusCode>(end.code());
+        Require(code != absl::StatusCode::kInternal && code != absl::StatusCode::kUnknown,
+                end.message());
+      }
+    }
+  }
+
+  const std::shared_ptr<Queue> queue_ = std::make_shared<Queue>();  // calls may end after this
+  const std::shared_ptr<web::BridgeSession> session_;
+  std::set<uint32_t> open_;
+};
+
+std::string Request(uint32_t call, absl::string_view method) {
+  web::v1::BridgeRequest request;
+  request.set_call(call);
+  request.set_method(std::string(method));
+  return request.SerializeAsString();
 }
 
 void Play(const std::vector<Piece>& pieces) {
   LivePool& pool = TheLivePool();
-  Strand strand;
-  std::unique_ptr<GenericStub> stub = MakeGenericStub(TheFuzzedServer().channel());
-  auto session = std::make_shared<web::BridgeSession>(
-      stub.get(),
-      [&strand](absl::AnyInvocable<void()> function) { strand.Post(std::move(function)); }, [] {});
-  for (size_t i = 0; i < pieces.size() && i < kPiecesMax; ++i) {
-    if (pieces[i].is_mark || !session->CanTake()) {
-      Settle(session.get(), &strand);
+  const std::unique_ptr<GenericStub> stub = MakeGenericStub(TheFuzzedServer().channel());
+  {
+    Page page(stub.get());
+    bool is_open = true;
+    for (size_t i = 0; is_open && i < pieces.size() && i < kPiecesMax && page.CanSend(); ++i) {
+      if (!pieces[i].is_mark) {
+        is_open = page.Send(pieces[i].bytes);
+      } else if ((is_open = page.Send(Request(kFence, "/none")))) {
+        page.AwaitEnd(kFence);
+      }
     }
-    if (!session->CanTake()) {
-      break;  // a call that takes nothing, such as one of a stream that the server does not read
-    }
-    if (pieces[i].is_mark) {
-      continue;
-    }
-    if (const std::optional<web::CloseReason> reason = session->Take(pieces[i].bytes)) {
-      Require(!reason->text.empty() && reason->code >= 1000, "the end of a socket has a reason");
-      break;
+    if (is_open && page.CanSend() && page.Send(Request(kFence, "/none"))) {
+      page.AwaitEnd(kFence);
     }
   }
-  Settle(session.get(), &strand);
-  session->Stop();
-  std::thread([&stub] { stub.reset(); }).join();
-  while (strand.Run(absl::ZeroDuration())) {
-  }
-  session.reset();
   TheFuzzedServer().RequirePoolCount(1);
   pool.Step();
 }

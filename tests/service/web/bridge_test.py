@@ -312,22 +312,22 @@ def test_a_call_beyond_the_limit_ends_at_once(server: WebServer) -> None:
 def test_requests_that_the_server_does_not_take_stop_the_page(server: WebServer) -> None:
     async def test() -> None:
         async with open_bridge(server.url, write_limit=1 << 16) as page:
-            call = await page.start_pool("stuck", env_count=64)
-            # Its responses are not read, so it takes no further requests, nor does the socket.
-            page.socket.transport.pause_reading()
-            step = page.step([7] * 64)
-            for i in range(16):
-                step.step.annotations.add(name=f"large {i}", values=[0.0] * 64 * 64)
-            assert step.ByteSize() > 256 << 10
-            sent = 0
-            with pytest.raises(asyncio.TimeoutError):
-                while True:
-                    await asyncio.wait_for(call.send(step), 2)
-                    sent += 1
-            assert sent * step.ByteSize() < 64 << 20
-            page.socket.transport.resume_reading()
-            for _ in range(sent):
-                assert (await call.read()).HasField("batch")
+            async with open_bridge(server.url) as other:
+                play = await page.start_pool("stuck")
+                request = other.api.message("PausePoolRequest", name="pools/stuck")
+                pause = await other.open(f"{POOLS}PausePool", request)
+                await pause.read()
+                large = page.run("level_sampler", level_seeds=range(100_000))
+                sent = 0
+                with pytest.raises(asyncio.TimeoutError):
+                    while True:
+                        await asyncio.wait_for(play.send(large), 2)
+                        sent += 1
+                # Most of it is in the buffers of TCP.
+                assert 1 << 20 < sent * large.ByteSize() < 24 << 20
+                await pause.cancel()
+                for _ in range(sent):
+                    assert (await play.read()).HasField("ack")
 
     run(test())
 
