@@ -49,6 +49,40 @@ absl::Status ListPage(const PoolSupervisor& supervisor, absl::string_view owner,
   return absl::OkStatus();
 }
 
+absl::Status ReadEpisodes(const PoolSupervisor& supervisor, absl::string_view owner,
+                          const v1::ListEpisodesRequest& request,
+                          v1::ListEpisodesResponse* response) {
+  if (request.after() < 0) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("after is ", request.after(), ", allowed: at least 0"));
+  }
+  const absl::StatusOr<std::shared_ptr<PoolSession>> pool = supervisor.Find(owner, request.pool());
+  if (pool.ok()) {
+    FillEpisodeList((*pool)->recent_episodes().ReadList(request.after()), response);
+  }
+  return pool.status();
+}
+
+absl::Status ReadHistory(const PoolSupervisor& supervisor, absl::string_view owner,
+                         const v1::GetPoolHistoryRequest& request, v1::PoolHistory* response) {
+  const absl::StatusOr<absl::Duration> span = HistorySpanOf(request);
+  if (!span.ok()) {
+    return span.status();
+  }
+  const absl::StatusOr<std::shared_ptr<PoolSession>> pool = supervisor.Find(owner, request.name());
+  if (!pool.ok()) {
+    return pool.status();
+  }
+  FillHistory((*pool)->history().Read(*span), response);
+  const auto bytes = static_cast<int64_t>(response->ByteSizeLong());
+  if (const int64_t bytes_max = supervisor.limits().response_bytes_max; bytes > bytes_max) {
+    return absl::ResourceExhaustedError(absl::StrCat("the history takes ", bytes,
+                                                     " bytes, limit response_bytes_max is ",
+                                                     bytes_max, "; ask for a shorter span"));
+  }
+  return absl::OkStatus();
+}
+
 }  // namespace
 
 grpc::ServerBidiReactor<grpc::ByteBuffer, grpc::ByteBuffer>* PoolServiceImpl::RunPool(
@@ -114,37 +148,17 @@ grpc::ServerUnaryReactor* PoolServiceImpl::GetEpisode(grpc::CallbackServerContex
 grpc::ServerUnaryReactor* PoolServiceImpl::ListEpisodes(grpc::CallbackServerContext* context,
                                                         const v1::ListEpisodesRequest* request,
                                                         v1::ListEpisodesResponse* response) {
-  return accounting_->Answer(
-      context, "PoolService/ListEpisodes", [&](const std::string& owner) -> absl::Status {
-        if (request->after() < 0) {
-          return absl::InvalidArgumentError(
-              absl::StrCat("after is ", request->after(), ", allowed: at least 0"));
-        }
-        const absl::StatusOr<std::shared_ptr<PoolSession>> pool =
-            supervisor_->Find(owner, request->pool());
-        if (pool.ok()) {
-          FillEpisodeList((*pool)->recent_episodes().ReadList(request->after()), response);
-        }
-        return pool.status();
-      });
+  return accounting_->Answer(context, "PoolService/ListEpisodes", [&](const std::string& owner) {
+    return ReadEpisodes(*supervisor_, owner, *request, response);
+  });
 }
 
 grpc::ServerUnaryReactor* PoolServiceImpl::GetPoolHistory(grpc::CallbackServerContext* context,
                                                           const v1::GetPoolHistoryRequest* request,
                                                           v1::PoolHistory* response) {
-  return accounting_->Answer(context, "PoolService/GetPoolHistory",
-                             [&](const std::string& owner) -> absl::Status {
-                               const absl::StatusOr<absl::Duration> span = HistorySpanOf(*request);
-                               if (!span.ok()) {
-                                 return span.status();
-                               }
-                               const absl::StatusOr<std::shared_ptr<PoolSession>> pool =
-                                   supervisor_->Find(owner, request->name());
-                               if (pool.ok()) {
-                                 FillHistory((*pool)->history().Read(*span), response);
-                               }
-                               return pool.status();
-                             });
+  return accounting_->Answer(context, "PoolService/GetPoolHistory", [&](const std::string& owner) {
+    return ReadHistory(*supervisor_, owner, *request, response);
+  });
 }
 
 grpc::ServerBidiReactor<v1::PausePoolRequest, v1::PausePoolResponse>* PoolServiceImpl::PausePool(
