@@ -165,13 +165,12 @@ absl::StatusOr<std::unique_ptr<web::WebServer>> StartWebServer(const Config& con
   if (config.web_address.empty()) {
     return nullptr;
   }
-  return web::WebServer::Start(
-      {.address = config.web_address,
-       .allowed_hosts = config.web_allowed_hosts,
-       .viewers_max = config.web_viewers_max,
-       .tls = config.server.tls,
-       .make_stub = [&server] { return server.MakeStub(); },
-       .request_bytes_max = config.server.limits.request_bytes_max});
+  return web::WebServer::Start({.address = config.web_address,
+                                .allowed_hosts = config.web_allowed_hosts,
+                                .viewers_max = config.web_viewers_max,
+                                .tls = config.server.tls,
+                                .make_stub = [&server] { return server.MakeStub(); },
+                                .request_bytes_max = config.server.limits.request_bytes_max});
 }
 
 int FailToStart(const absl::Status& status) {

@@ -86,8 +86,6 @@ class PoolSupervisor {
   std::vector<Numbered> List(absl::string_view owner, int64_t after, size_t count) const {
     return pools_.List(owner, after, count);
   }
-  // All pools of all owners. Must not be exposed to other owners.
-  std::vector<std::shared_ptr<PoolSession>> ListAll() const { return pools_.All(); }
 
   // Rejects new pools and subscribers from now on. Streams end with UNAVAILABLE once their current
   // requests are answered.

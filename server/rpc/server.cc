@@ -173,20 +173,16 @@ class GrpcServer final : public Server {
   const std::string& address() const override { return address_; }
   const Metrics& metrics() const override { return metrics_; }
 
-  std::shared_ptr<grpc::Channel> MakeChannel() const override {
-    return MakeChannel(grpc::ChannelArguments());
-  }
-
   std::unique_ptr<GenericStub> MakeStub() const override {
     grpc::ChannelArguments arguments;
     // The window of a stream, which gRPC otherwise enlarges by what the connection carries.
     arguments.SetInt(GRPC_ARG_HTTP2_BDP_PROBE, 0);
     arguments.SetInt(GRPC_ARG_HTTP2_STREAM_LOOKAHEAD_BYTES, kStubWindowBytes);
-    return MakeGenericStub(MakeChannel(std::move(arguments)));
-  }
-
-  std::vector<std::shared_ptr<PoolSession>> ListAllPools() const override {
-    return supervisor_.ListAll();
+    arguments.SetMaxReceiveMessageSize(-1);
+    arguments.SetInt(GRPC_ARG_ENABLE_HTTP_PROXY, 0);
+    // Not gRPC's in-process transport, which leaks streams that end while their client writes.
+    return MakeGenericStub(grpc::CreateCustomChannel(
+        internal_listener_->internal_target(), grpc::InsecureChannelCredentials(), arguments));
   }
 
   void BeginDrain() override {
@@ -212,14 +208,6 @@ class GrpcServer final : public Server {
   }
 
  private:
-  std::shared_ptr<grpc::Channel> MakeChannel(grpc::ChannelArguments arguments) const {
-    arguments.SetMaxReceiveMessageSize(-1);
-    arguments.SetInt(GRPC_ARG_ENABLE_HTTP_PROXY, 0);
-    // Not gRPC's in-process transport, which leaks streams that end while their client writes.
-    return grpc::CreateCustomChannel(internal_listener_->internal_target(),
-                                     grpc::InsecureChannelCredentials(), arguments);
-  }
-
   // Sets the status that the health service reports for the server and for each service.
   void SetServing(bool is_serving) {
     grpc::HealthCheckServiceInterface* const health = server_->GetHealthCheckService();

@@ -4,12 +4,10 @@
 #include <cstdint>
 #include <memory>
 #include <string>
-#include <vector>
 
 #include "absl/status/statusor.h"
 #include "absl/time/time.h"
 #include "envcore/pool/shared_art.h"
-#include "grpcpp/channel.h"
 #include "server/cluster/cluster.h"
 #include "server/metrics/metrics.h"
 #include "server/net/tls_files.h"
@@ -18,8 +16,6 @@
 #include "server/rpc/bridge/generic_call.h"
 
 namespace procgen {
-
-class PoolSession;
 
 struct ServerOptions {
   // Address to listen on: "host:port" (port 0: any free port) or "unix:path".
@@ -53,15 +49,10 @@ class Server {
   // The server's metrics, valid while the server exists.
   virtual const Metrics& metrics() const = 0;
 
-  // Returns a channel for clients in this process, with the same authentication as any other. Valid
-  // while the server exists.
-  virtual std::shared_ptr<grpc::Channel> MakeChannel() const = 0;
   // Returns a stub by which pages call this server, with the same authentication as any other
   // client. It buffers little, so that a slow page delays its streams. Valid while the server
   // exists.
   virtual std::unique_ptr<GenericStub> MakeStub() const = 0;
-  // Returns the pools of all owners. The caller must show a pool only to its owner.
-  virtual std::vector<std::shared_ptr<PoolSession>> ListAllPools() const = 0;
 
   // Reports the drain to the cluster and NOT_SERVING to health checks, rejects new pools, and ends
   // each stream after its current request. Returns immediately.

@@ -28,12 +28,12 @@ class WebServer {
  public:
   // Errors: UNAVAILABLE the address cannot be listened on.
   static absl::StatusOr<std::unique_ptr<WebServer>> Start(const WebOptions& options);
-  // Begins to close, and waits until all calls of pages have ended: about two seconds if a page does
-  // not read.
+  // Begins to close, and waits until all sockets are closed and their calls have ended: about two
+  // seconds if a page does not read.
   virtual ~WebServer() = default;
 
-  // Accepts no more pages, notifies the open ones that the server stops, and ends their calls.
-  // Does not wait for them.
+  // Accepts no more pages, closes the sockets of the open ones, and cancels their calls. Does not
+  // wait for them.
   virtual void BeginClose() = 0;
 
   // URL with the bound port: "http://127.0.0.1:8080/".

@@ -31,10 +31,12 @@ _RPC["server/rpc/bridge"] = ()
 for _folder in ("pause", "run", "watch", "services"):
     _RPC[f"server/rpc/{_folder}"] = (*_BELOW_RPC, *_RPC)
 _RPC["server/rpc"] = (*_BELOW_RPC, *_RPC)
-# Bytes of a connection know the calls of a page.
-_WEB = {"server/web/bridge": ("proto", "server/rpc/bridge")}
-for _folder in ("/http", ""):
-    _WEB[f"server/web{_folder}"] = ("server/concurrency", "server/net", "server/rpc/bridge", *_WEB)
+_BELOW_WEB = ("server/concurrency", "server/net", "server/rpc/bridge", "proto")
+_WEB = {
+    "server/web/bridge": ("proto", "server/rpc/bridge"),
+    "server/web/http": (*_BELOW_WEB, "server/web/bridge"),
+    "server/web": (*_BELOW_WEB, "server/web/bridge", "server/web/http"),
+}
 # Each folder may include the ones before it.
 _RENDER = {"envcore/render/output": _BELOW_SCENE}
 for _folder in ("raster", "art", "scene"):

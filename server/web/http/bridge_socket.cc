@@ -61,7 +61,7 @@ class BridgeSocket final : public OpenSockets::Closable,
   BridgeSocket& operator=(const BridgeSocket&) = delete;
 
   // Performs the WebSocket handshake and serves the socket until it is closed.
-  void Start(const beast::http::request<beast::http::empty_body>& request) {
+  void Start(const UpgradeRequest& request) {
     socket_.next_layer().ExpiresNever();  // the WebSocket has its own timeouts
     setsockopt(socket_.next_layer().Socket().native_handle(), IPPROTO_TCP, TCP_NOTSENT_LOWAT,
                &kUnsentBytesInKernelMax, sizeof(kUnsentBytesInKernelMax));
@@ -236,9 +236,8 @@ class BridgeSocket final : public OpenSockets::Closable,
 
 }  // namespace
 
-void OpenBridgeSocket(ByteStream stream,
-                      const beast::http::request<beast::http::empty_body>& request,
-                      BridgeContext* context, OpenSockets* sockets) {
+void OpenBridgeSocket(ByteStream stream, const UpgradeRequest& request, BridgeContext* context,
+                      OpenSockets* sockets) {
   const auto socket = std::make_shared<BridgeSocket>(std::move(stream), context, sockets);
   if (sockets->Add(socket)) {
     socket->Start(request);

@@ -20,14 +20,14 @@
 namespace procgen {
 namespace {
 
-TEST(ServerTest, InProcessStreamsLeakNothing) {
+TEST(ServerTest, RejectedStreamsLeakNothing) {
   constexpr int kStreamCount = 1500;
   constexpr int64_t kGrowthBytes = 1 << 20;  // 700 per stream; an open one has about 20,000
   ServerOptions options;
   options.address = "127.0.0.1:0";
   const auto server = Server::Start(options);
   ASSERT_THAT(server, IsOk());
-  const std::shared_ptr<grpc::Channel> channel = (*server)->MakeChannel();
+  const std::shared_ptr<grpc::Channel> channel = ChannelTo((*server)->address());
   v1::PoolSpec spec;
   spec.add_games("none");
   spec.set_env_count(1);

@@ -147,8 +147,6 @@ def test_a_socket_needs_an_origin_and_an_allowed_host(server: WebServer) -> None
     # A name that resolves to this server, and a page of that name.
     assert upgrade(server, "evil.example", ["http://evil.example"]).startswith(b"HTTP/1.1 421")
     assert upgrade(server, host, [f"http://{host}"], "/").startswith(b"HTTP/1.1 404")
-    assert upgrade(server, host, [f"http://{host}"], "/bridge").startswith(b"HTTP/1.1 101")
-    assert upgrade(server, host, ["http://evil.example"], "/bridge").startswith(b"HTTP/1.1 403")
 
 
 def test_invalid_requests_are_rejected_and_harmless(server: WebServer) -> None:

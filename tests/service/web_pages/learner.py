@@ -1,3 +1,4 @@
+#!/usr/bin/env python3
 """A learner that steps a pool of a server once for each line of its input.
 
 Arguments: the server's address, and the arguments of Pool as JSON. Each line of the input has those
