@@ -170,7 +170,8 @@ Reply Site::ReplyToPage(const HttpRequestInfo& request) const {
   reply.content_type = file.content_type;
   reply.is_gzip = request.accepts_gzip && !file.gzip_contents.empty();
   // Each form has a tag of its own, as a strong tag requires.
-  reply.etag = reply.is_gzip ? absl::StrCat(absl::StripSuffix(file.etag, "\""), "-gzip\"") : file.etag;
+  reply.etag =
+      reply.is_gzip ? absl::StrCat(absl::StripSuffix(file.etag, "\""), "-gzip\"") : file.etag;
   reply.status = request.if_none_match == reply.etag ? kNotModified : kOk;
   if (reply.status == kOk) {
     reply.contents = reply.is_gzip ? file.gzip_contents : file.contents;

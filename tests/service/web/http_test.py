@@ -94,7 +94,6 @@ def test_pages_can_only_be_read(server: WebServer, method: str) -> None:
 
 def test_the_socket_is_no_page(server: WebServer) -> None:
     assert ask(server, "/bridge")[0].status == 426
-    assert ask(server, "/bridge")[0].status == 426
 
 
 @pytest.mark.parametrize("host", ["localhost", "LOCALHOST:1", "127.0.0.1", "127.0.0.1:99"])
