@@ -151,8 +151,7 @@ absl::StatusOr<std::unique_ptr<MetricsPage>> StartMetricsPage(const Config& conf
   }
   // The library of the page reports no reason. Listening reports it.
   const absl::StatusOr<Address> address = ParseAddress(config.metrics_address);
-  const absl::Status reason =
-      address.ok() ? Listener::Listen(*address, 1).status() : address.status();
+  const absl::Status reason = address.ok() ? Listener::Listen(*address).status() : address.status();
   return reason.ok()
              ? page.status()
              : absl::UnavailableError(absl::StrCat("metrics cannot be served at ",

@@ -22,6 +22,8 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/string_view.h"
 #include "absl/time/time.h"
+#include "server/concurrency/steady_time.h"
+#include "server/logging/event_log.h"
 
 namespace procgen {
 namespace {
@@ -36,19 +38,24 @@ absl::Status SystemError(absl::string_view what) {
   return absl::UnavailableError(absl::StrCat(what, ": ", std::strerror(errno)));
 }
 
-// Raises the soft limit of open files, up to the hard limit, to what `connection_count_max`
-// connections and other files need.
-void RaiseDescriptorLimit(int64_t connection_count_max) {
-  constexpr rlim_t kOtherFiles = 1024;
+// Interval of log lines about refused connections.
+constexpr absl::Duration kWarningInterval = absl::Seconds(10);
+
+// Raises the soft limit of open files to kDescriptorsMax, or to the hard limit if that is lower.
+void RaiseDescriptorLimit() {
   rlimit files = {};
-  if (getrlimit(RLIMIT_NOFILE, &files) != 0) {
-    return;
-  }
-  const rlim_t wanted = static_cast<rlim_t>(connection_count_max) + kOtherFiles;
-  if (files.rlim_cur < wanted) {
-    files.rlim_cur = std::min(wanted, files.rlim_max);
+  if (getrlimit(RLIMIT_NOFILE, &files) == 0 && files.rlim_cur < Listener::kDescriptorsMax) {
+    files.rlim_cur = std::min<rlim_t>(Listener::kDescriptorsMax, files.rlim_max);
     setrlimit(RLIMIT_NOFILE, &files);
   }
+}
+
+// Number of descriptors that connections may take.
+rlim_t ConnectionDescriptors() {
+  rlimit files = {};
+  getrlimit(RLIMIT_NOFILE, &files);
+  const rlim_t all = std::min<rlim_t>(files.rlim_cur, Listener::kDescriptorsMax);
+  return all - all / 8;
 }
 
 // Returns device and inode of the file at `path`; zeros: there is none.
@@ -109,10 +116,9 @@ bool SomebodyListensAt(const sockaddr_un& address) {
 
 }  // namespace
 
-absl::StatusOr<std::unique_ptr<Listener>> Listener::Listen(const Address& address,
-                                                           int64_t connection_count_max) {
-  RaiseDescriptorLimit(connection_count_max);
-  std::unique_ptr<Listener> listener(new Listener(connection_count_max));
+absl::StatusOr<std::unique_ptr<Listener>> Listener::Listen(const Address& address) {
+  RaiseDescriptorLimit();
+  std::unique_ptr<Listener> listener(new Listener());
   absl::Status status = address.unix_path.empty() ? listener->ListenOnHost(address)
                                                   : listener->ListenOnPath(address.unix_path);
   status.Update(listener->OpenStopPipe());
@@ -122,8 +128,8 @@ absl::StatusOr<std::unique_ptr<Listener>> Listener::Listen(const Address& addres
   return listener;
 }
 
-absl::StatusOr<std::unique_ptr<Listener>> Listener::ListenInternal(int64_t connection_count_max) {
-  std::unique_ptr<Listener> listener(new Listener(connection_count_max));
+absl::StatusOr<std::unique_ptr<Listener>> Listener::ListenInternal() {
+  std::unique_ptr<Listener> listener(new Listener());
   absl::Status status = listener->ListenOnAbstractName();
   status.Update(listener->OpenStopPipe());
   if (!status.ok()) {
@@ -264,20 +270,31 @@ void Listener::AcceptUntilStopped() {
 
 bool Listener::AcceptFrom(int listening) {
   for (int i = 0; i < kAcceptedAtOnce; ++i) {
-    sockaddr_storage peer = {};
-    socklen_t size = sizeof(peer);
-    auto* const address = reinterpret_cast<sockaddr*>(&peer);
-    const int connection = accept4(listening, address, &size, SOCK_NONBLOCK | SOCK_CLOEXEC);
+    const int connection = accept4(listening, nullptr, nullptr, SOCK_NONBLOCK | SOCK_CLOEXEC);
     if (connection < 0) {
       return errno != EMFILE && errno != ENFILE && errno != ENOBUFS && errno != ENOMEM;
     }
-    if (!IsAllowed(connection) || !connections_.Add(connection, address)) {
+    if (!IsAllowed(connection) || !HasRoomFor(connection)) {
       close(connection);
       continue;
     }
     take_(listening, connection);
   }
   return true;
+}
+
+// The kernel assigns the lowest free descriptor, so a high one means that many are in use.
+bool Listener::HasRoomFor(int connection) {
+  const rlim_t max = ConnectionDescriptors();
+  if (static_cast<rlim_t>(connection) < max) {
+    return true;
+  }
+  if (const absl::Time now = SteadyNow(); now >= next_warning_) {
+    next_warning_ = now + kWarningInterval;
+    LogEvent(LogLevel::kWarning, "connections_refused",
+             {{"message", absl::StrCat("connections take all of their ", max, " descriptors")}});
+  }
+  return false;
 }
 
 bool Listener::IsAllowed(int connection) const {

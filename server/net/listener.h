@@ -10,27 +10,30 @@
 #include <vector>
 
 #include "absl/status/statusor.h"
+#include "absl/time/time.h"
 #include "server/net/address.h"
-#include "server/net/connections.h"
 
 namespace procgen {
 
 // The listening sockets of a server, and a thread that accepts connections. gRPC's own listener
 // stops permanently once the process runs out of file descriptors, so a caller could disable it.
-// This one continues when descriptors are available, within the limits of Connections. Threads: one
-// at a time.
+// This one continues when descriptors are available, and leaves some for files. Threads: one at a
+// time.
 class Listener {
  public:
+  // Descriptors of the process, unless it may open fewer. Connections leave an eighth of them for
+  // files.
+  static constexpr int kDescriptorsMax = 4608;
+
   // Takes ownership of an accepted `connection`. `listening`: the socket that accepted it.
   using Take = std::function<void(int listening, int connection)>;
 
   // Listens without accepting yet. Port 0: any free port. An existing socket file is removed if
-  // no process listens on it. `connection_count_max`: as of Connections. Errors: UNAVAILABLE.
-  static absl::StatusOr<std::unique_ptr<Listener>> Listen(const Address& address,
-                                                          int64_t connection_count_max);
+  // no process listens on it. Errors: UNAVAILABLE.
+  static absl::StatusOr<std::unique_ptr<Listener>> Listen(const Address& address);
   // Listens for connections of this process; those of other processes are closed. Errors:
   // UNAVAILABLE.
-  static absl::StatusOr<std::unique_ptr<Listener>> ListenInternal(int64_t connection_count_max);
+  static absl::StatusOr<std::unique_ptr<Listener>> ListenInternal();
   // Stops listening. Accepted connections stay open.
   ~Listener();
   Listener(const Listener&) = delete;
@@ -45,7 +48,7 @@ class Listener {
   void Start(Take take);
 
  private:
-  explicit Listener(int64_t connection_count_max) : connections_(connection_count_max) {}
+  Listener() = default;
   absl::Status ListenOnHost(const Address& address);
   absl::Status ListenOnPath(const std::string& path);
   absl::Status ListenOnAbstractName();
@@ -56,8 +59,10 @@ class Listener {
   bool AcceptFrom(int listening);
   // Whether the peer may connect.
   bool IsAllowed(int connection) const;
+  // Whether enough descriptors remain for other files.
+  bool HasRoomFor(int connection);
 
-  Connections connections_;
+  absl::Time next_warning_ = absl::InfinitePast();
   std::vector<int> sockets_;
   uint16_t port_ = 0;
   std::string path_;                        // of the unix socket; empty: none

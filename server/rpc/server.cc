@@ -132,7 +132,7 @@ class GrpcServer final : public Server {
     if (!address.ok()) {
       return address.status();
     }
-    auto listener = Listener::Listen(*address, options.limits.connection_count_max);
+    auto listener = Listener::Listen(*address);
     if (!listener.ok()) {
       return absl::UnavailableError(
           absl::StrCat("cannot listen on ", options.address, ": ", listener.status().message()));
@@ -140,7 +140,7 @@ class GrpcServer final : public Server {
     grpc::ServerBuilder builder;
     Acceptor acceptor =
         AddAcceptor(tls_ == nullptr ? grpc::InsecureServerCredentials() : tls_->Make(), &builder);
-    auto internal_listener = Listener::ListenInternal(options.limits.connection_count_max);
+    auto internal_listener = Listener::ListenInternal();
     if (!internal_listener.ok()) {
       return internal_listener.status();
     }

@@ -27,8 +27,6 @@ namespace {
 namespace asio = boost::asio;
 
 constexpr int kIoThreadCount = 2;
-// Connections in addition to viewers' sockets: HTTP requests and silent connections.
-constexpr int32_t kOtherConnectionsMax = 192;
 // Bytes of a BridgeRequest besides its message.
 constexpr int64_t kEnvelopeBytes = 64;
 // Grace period for sockets at shutdown, in addition to their close timeout.
@@ -121,8 +119,7 @@ absl::StatusOr<std::unique_ptr<WebServer>> WebServer::Start(const WebOptions& op
   if (!address.ok()) {
     return address.status();
   }
-  absl::StatusOr<std::unique_ptr<Listener>> listener =
-      Listener::Listen(*address, options.viewers_max + kOtherConnectionsMax);
+  absl::StatusOr<std::unique_ptr<Listener>> listener = Listener::Listen(*address);
   if (!listener.ok()) {
     return absl::UnavailableError(
         absl::StrCat("cannot serve pages at ", options.address, ": ", listener.status().message()));

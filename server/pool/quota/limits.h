@@ -20,7 +20,6 @@ namespace procgen {
         "calls of one owner in progress, with the streams of its pools")                          \
   LIMIT(request_bytes_max, 4 << 20, 64 << 10, INT32_MAX, "size of a request message in bytes")    \
   LIMIT(response_bytes_max, 64 << 20, 64 << 10, INT32_MAX, "size of a response message in bytes") \
-  LIMIT(connection_count_max, 4096, 1, 1 << 20, "connections of all callers")                     \
   LIMIT(episode_history_bytes_max, int64_t{256} << 20, 0, int64_t{1} << 40,                       \
         "bytes of the history of the last episodes, of all pools; 0: no history")
 

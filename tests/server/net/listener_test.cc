@@ -22,8 +22,6 @@
 namespace procgen {
 namespace {
 
-constexpr int32_t kConnectionCountMax = 4;
-
 // Connects to an abstract unix socket; returns -1 on failure.
 int ConnectTo(absl::string_view name) {
   sockaddr_un address = {};
@@ -42,7 +40,7 @@ int FirstReadOf(absl::string_view name) {
 }
 
 TEST(ListenerTest, StopsDespiteConstantConnections) {
-  auto listener = Listener::ListenInternal(kConnectionCountMax);
+  auto listener = Listener::ListenInternal();
   ASSERT_THAT(listener, IsOk());
   const std::string target = (*listener)->internal_target();
   const absl::string_view name = absl::StripPrefix(target, "unix-abstract:");
@@ -62,10 +60,10 @@ TEST(ListenerTest, SocketPathOfALaterServerIsKept) {
   const TemporaryFolder folder;
   Address address;
   address.unix_path = folder.At("socket");
-  auto first = Listener::Listen(address, kConnectionCountMax);
+  auto first = Listener::Listen(address);
   ASSERT_THAT(first, IsOk());
   std::filesystem::remove(address.unix_path);
-  auto second = Listener::Listen(address, kConnectionCountMax);
+  auto second = Listener::Listen(address);
   ASSERT_THAT(second, IsOk());
   *first = nullptr;
   EXPECT_TRUE(std::filesystem::exists(address.unix_path));
@@ -74,7 +72,7 @@ TEST(ListenerTest, SocketPathOfALaterServerIsKept) {
 }
 
 TEST(ListenerTest, OtherProcessesAreRejected) {
-  const auto listener = Listener::ListenInternal(kConnectionCountMax);
+  const auto listener = Listener::ListenInternal();
   ASSERT_THAT(listener, IsOk());
   std::atomic<int> taken_count = 0;
   (*listener)->Start([&](int /*listening*/, int connection) {
