@@ -258,16 +258,6 @@ int Serve(const Config& config, const sigset_t& stop_signals,
   return 0;
 }
 
-int PrintCredentials() {
-  const auto text = MakeCredentialsOfFlags(absl::GetFlag(FLAGS_address));
-  if (!text.ok()) {
-    std::fprintf(stderr, "procgen-server: %s\n", std::string(text.status().message()).c_str());
-    return kExitUsage;
-  }
-  std::fputs(text->c_str(), stdout);
-  return 0;
-}
-
 bool AsksForHelp(absl::string_view argument) {
   absl::ConsumePrefix(&argument, "-");
   absl::ConsumePrefix(&argument, "-");
@@ -324,9 +314,6 @@ int Main(int argc, char** argv) {
   if (const std::vector<char*> rest = ParseFlags(argc, argv); rest.size() > 1) {
     std::fprintf(stderr, "procgen-server: '%s' is not a flag; see --help\n", rest[1]);
     return kExitUsage;
-  }
-  if (MakesCredentials()) {
-    return PrintCredentials();
   }
   absl::StatusOr<Config> config = ReadConfig();
   absl::Status status = config.status();

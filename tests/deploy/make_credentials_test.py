@@ -1,4 +1,4 @@
-"""`procgen-server --make_credentials`: its files serve a learner with the three printed lines."""
+"""`deploy/make-credentials.sh`: its files serve a learner with the three printed lines."""
 
 from __future__ import annotations
 
@@ -9,20 +9,16 @@ import sys
 from pathlib import Path
 
 import pytest
-from conftest import server_binary
 
 from procgen_client import Client, Credentials, ServerProcess, errors
 
+_SCRIPT = Path(__file__).parents[2] / "deploy/make-credentials.sh"
 _FILES = ["ca.key", "ca.pem", "server.key", "server.pem", "tokens"]
 
 
-def _make(folder: Path, *flags: str, **environment: str) -> subprocess.CompletedProcess[str]:
+def _make(folder: Path, *arguments: str) -> subprocess.CompletedProcess[str]:
     return subprocess.run(
-        [server_binary(), f"--make_credentials={folder}", *flags],
-        env={**os.environ, **environment},
-        capture_output=True,
-        text=True,
-        check=False,
+        [_SCRIPT, folder, *arguments], capture_output=True, text=True, check=False
     )
 
 
@@ -30,12 +26,12 @@ def _serve(printed: str) -> ServerProcess:
     """Starts a server with the printed flags, on a free port of loopback."""
     flags = [line for line in printed.splitlines() if line.startswith("--")]
     assert flags[0] == "--address=0.0.0.0:50051"
-    return ServerProcess(server_binary(), ["--workers=1", *flags[1:]], address="127.0.0.1:0")
+    return ServerProcess(None, ["--workers=1", *flags[1:]], address="127.0.0.1:0")
 
 
 def test_learner_connects_with_the_printed_lines(tmp_path: Path) -> None:
     folder = tmp_path / "new/credentials"
-    made = _make(folder, "--for=127.0.0.1,localhost,::1,lab.example.com", "--owner=alice")
+    made = _make(folder, "127.0.0.1,localhost,::1,lab.example.com", "alice")
     assert made.returncode == 0, made.stderr
     assert sorted(path.name for path in folder.iterdir()) == _FILES
     for path in folder.iterdir():
@@ -61,7 +57,7 @@ def test_learner_connects_with_the_printed_lines(tmp_path: Path) -> None:
 
 
 def test_certificate_is_for_the_given_names_only(tmp_path: Path) -> None:
-    made = _make(tmp_path, "--for=lab.example.com")
+    made = _make(tmp_path, "lab.example.com")
     token = (tmp_path / "tokens").read_text().split()[1]
     with _serve(made.stdout) as server:
         credentials = Credentials(ca=tmp_path / "ca.pem", token=token)
@@ -70,7 +66,7 @@ def test_certificate_is_for_the_given_names_only(tmp_path: Path) -> None:
 
 
 def test_openssl_accepts_the_chain(tmp_path: Path) -> None:
-    assert _make(tmp_path, "--for=lab.example.com,192.0.2.7").returncode == 0
+    assert _make(tmp_path, "lab.example.com,192.0.2.7").returncode == 0
     for purpose, accepted in (("sslserver", True), ("sslclient", False)):
         command = ["openssl", "verify", "-x509_strict", "-CAfile", "ca.pem", "-purpose", purpose]
         run = subprocess.run([*command, "server.pem"], cwd=tmp_path, check=False)
@@ -80,34 +76,29 @@ def test_openssl_accepts_the_chain(tmp_path: Path) -> None:
 @pytest.mark.parametrize("name", _FILES)
 def test_existing_files_are_not_overwritten(tmp_path: Path, name: str) -> None:
     (tmp_path / name).write_text("mine")
-    made = _make(tmp_path, "--for=localhost")
+    made = _make(tmp_path, "localhost")
     assert made.returncode == 2
     assert f"{tmp_path}/{name} exists and is not overwritten" in made.stderr
     assert [path.name for path in tmp_path.iterdir()] == [name]
     assert (tmp_path / name).read_text() == "mine"
 
 
-def test_failing_random_numbers_are_an_error(tmp_path: Path) -> None:
-    config = tmp_path / "openssl.cnf"
-    config.write_text("openssl_conf = a\n[a]\nrandom = b\n[b]\nrandom = NONE\n")
-    made = _make(tmp_path / "new", "--for=localhost", OPENSSL_CONF=str(config))
-    assert made.returncode == 2
-    assert "OpenSSL has no random numbers" in made.stderr
-    assert os.listdir(tmp_path) == [config.name]
-
-
 @pytest.mark.parametrize(
-    ("flags", "message"),
+    ("arguments", "message"),
     [
-        ([], "--for is missing, allowed: the names and addresses"),
-        (["--for=localhost:50051"], "--for has 'localhost:50051', allowed: DNS names"),
-        (["--for=a,DNS:b"], "--for has 'DNS:b', allowed"),
-        (["--for=a", "--owner=al ice"], "--owner is 'al ice', allowed: 1 to 128 printable"),
-        (["--for=a", "--owner=#"], "--owner is '#', allowed"),
+        ([], "Usage: make-credentials.sh FOLDER HOST"),
+        ([""], "HOST is missing"),
+        (["localhost:50051"], "host 'localhost:50051', allowed: DNS names"),
+        (["a,DNS:b"], "host 'DNS:b', allowed"),
+        (["999.1.1.1"], "openssl rejects the hosts 999.1.1.1"),
+        (["a", "al ice"], "owner 'al ice', allowed: 1 to 128 printable"),
+        (["a", "#"], "owner '#', allowed"),
     ],
 )
-def test_wrong_flags_are_rejected(tmp_path: Path, flags: list[str], message: str) -> None:
-    made = _make(tmp_path, *flags)
+def test_wrong_arguments_are_rejected(
+    tmp_path: Path, arguments: list[str], message: str
+) -> None:
+    made = _make(tmp_path, *arguments)
     assert made.returncode == 2
     assert message in made.stderr
     assert os.listdir(tmp_path) == []
