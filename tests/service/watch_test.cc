@@ -301,7 +301,7 @@ TEST_F(WatchTest, EncodingsAndFormatsThatDoNotFitAreRejected) {
                        HasSubstr("allowed with ENCODING_DELTA_ZSTD: FRAME_FORMAT_RGB")));
   request.set_encoding(static_cast<v1::Encoding>(3));
   EXPECT_THAT(client_->Watch(request)->Next(),
-              StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr("encoding is 3")));
+              StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr("encoding is number 3")));
 }
 
 }  // namespace

@@ -31,8 +31,11 @@ TEST(BatchBuilderTest, ResponsesWithinTheirLimitFitAndOneMoreEnvironmentWouldNot
     options.env_count = 100;
     auto pool = Pool::Create(options, std::make_shared<WorkerPool>(1));
     ASSERT_THAT(pool, IsOk());
+    SessionOptions session_options;
+    session_options.encoding = encoding;
     const PoolSession session(
-        "", "pools/7", *std::move(pool), encoding, [](const absl::Status&) {}, context.Get());
+        "", "pools/7", *std::move(pool), session_options, [](const absl::Status&) {},
+        context.Get());
     BatchBuilder builder(session);
     std::mt19937 random;
     for (const bool with_final : {false, true}) {
