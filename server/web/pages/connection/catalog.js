@@ -3,7 +3,8 @@
 import { nameOfMode } from "../run/options.js";
 
 const BOOLEAN = 1;  // OptionType
-const INTEGER = 2;
+// Options that select levels; pages use the seed instead.
+const BY_SEED = ["distribution_mode", "num_levels", "start_level", "rand_seed"];
 
 export function catalogOf({ games, options, actions }) {
   return {
@@ -11,7 +12,7 @@ export function catalogOf({ games, options, actions }) {
       name, description, specialActions,
       modes: modes.map(({ distributionMode, returnRange, levelSeed }) => ({ name: nameOfMode(distributionMode), returnRange, levelSeed })),
     })),
-    options: options.filter(({ type }) => type === BOOLEAN || type === INTEGER).map(({ name, description, type, defaultValue, min, max }) => ({
+    options: options.filter(({ name }) => !BY_SEED.includes(name)).map(({ name, description, type, defaultValue, min, max }) => ({
       name, description,
       ...type === BOOLEAN ? { type: "boolean", default: defaultValue === "true" }
         : { type: "integer", min: Number(min), max: Number(max), default: Number(defaultValue) },

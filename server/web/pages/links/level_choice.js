@@ -2,17 +2,9 @@
 
 import { element, setOptions } from "../elements/elements.js";
 
-// Options that select levels; pages use the seed instead.
-const BY_SEED = ["distribution_mode", "num_levels", "start_level", "rand_seed"];
-
-// The options of the catalog that a page offers.
-export function offeredOptions(catalog) {
-  return catalog.options.filter(({ name }) => !BY_SEED.includes(name));
-}
-
 // Shows the options below `place`, as check boxes and fields named after them.
 export function drawOptions(place, catalog) {
-  place.replaceChildren(...offeredOptions(catalog).map((option) => {
+  place.replaceChildren(...catalog.options.map((option) => {
     const name = option.name;
     if (option.type === "boolean") {
       const box = element("input", { type: "checkbox", name, checked: option.default });
@@ -26,7 +18,7 @@ export function drawOptions(place, catalog) {
 
 // The texts of those `options` that differ from their defaults, e.g. ["use backgrounds false"].
 export function tellOptions(options, catalog) {
-  return offeredOptions(catalog).filter(({ name, default: usual }) => (options[name] ?? usual) !== usual)
+  return catalog.options.filter(({ name, default: usual }) => (options[name] ?? usual) !== usual)
     .map(({ name }) => `${title(name)} ${options[name]}`);
 }
 
@@ -38,7 +30,7 @@ function title(name) {
 // The options of a form that differ from their defaults: true, false or a number by name.
 export function optionsOf(form, catalog) {
   const chosen = {};
-  for (const { name, type, default: usual } of offeredOptions(catalog)) {
+  for (const { name, type, default: usual } of catalog.options) {
     const input = form.elements[name];
     const value = type === "boolean" ? input.checked : input.valueAsNumber;
     if (value !== usual && !Number.isNaN(value)) {

@@ -1,7 +1,7 @@
 // Checks links to levels: a link to what does not exist is reported, not replaced by another level.
 
 import { byId, element } from "../elements/elements.js";
-import { addressOf, offeredOptions } from "./level_choice.js";
+import { addressOf } from "./level_choice.js";
 
 export const LEVEL_MAX = 2147483646;
 
@@ -42,7 +42,7 @@ function problemsOf(catalog, query, path, own) {
     if (["game", "mode", "level", ...own].includes(name)) {
       continue;
     }
-    const option = offeredOptions(catalog).find((one) => one.name === name);
+    const option = catalog.options.find((one) => one.name === name);
     const allowed = option && allowedOf(option);
     if (!option || !isAllowed(option, value)) {
       problems.push({

@@ -2,7 +2,7 @@
 
 import { byId, setText } from "../elements/elements.js";
 import { count, reward } from "../elements/figures.js";
-import { addressOf, offeredOptions } from "../links/level_choice.js";
+import { addressOf } from "../links/level_choice.js";
 import { LEVEL_MAX } from "../links/level_link.js";
 import { showScores } from "./scores.js";
 
@@ -22,7 +22,7 @@ export function hasNext(catalog, level) {
 
 // The level at the view of a play that continues the replay of this source.
 export function levelOf({ games, mode, options, environment }, view, catalog) {
-  const chosen = offeredOptions(catalog).filter(({ name, default: usual }) => (options[name] ?? usual) !== usual);
+  const chosen = catalog.options.filter(({ name, default: usual }) => (options[name] ?? usual) !== usual);
   return {
     game: games[environment % games.length], mode, level: view.levelSeed,
     options: Object.fromEntries(chosen.map(({ name }) => [name, options[name]])),
