@@ -21,8 +21,10 @@ class RemoteErrorTest : public RemoteTest {
   static std::string CreateError(const CConnection& connection, const ProcgenPoolOptions& options,
                                  ProcgenCode code, const char* pool_id = nullptr,
                                  int32_t encoding = PROCGEN_RAW) {
-    const ProcgenServerPoolOptions server_options = {
-        .struct_size = sizeof(server_options), .pool_id = pool_id, .encoding = encoding};
+    ProcgenServerPoolOptions server_options = {};
+    server_options.struct_size = sizeof(server_options);
+    server_options.pool_id = pool_id;
+    server_options.encoding = encoding;
     ProcgenPool* pool = nullptr;
     EXPECT_EQ(procgen_connection_create_pool(connection.get(), &options, &server_options, &pool),
               code);

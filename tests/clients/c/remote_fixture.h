@@ -60,8 +60,9 @@ class RemoteTest : public testing::Test {
 
   static CPool MadeOn(const CConnection& connection, const ProcgenPoolOptions& options,
                       int32_t encoding = PROCGEN_RAW) {
-    const ProcgenServerPoolOptions server_options = {
-        .struct_size = sizeof(server_options), .pool_id = nullptr, .encoding = encoding};
+    ProcgenServerPoolOptions server_options = {};
+    server_options.struct_size = sizeof(server_options);
+    server_options.encoding = encoding;
     ProcgenPool* pool = nullptr;
     EXPECT_EQ(procgen_connection_create_pool(connection.get(), &options, &server_options, &pool),
               PROCGEN_OK)
