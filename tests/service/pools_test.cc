@@ -1,5 +1,6 @@
 // Creating, finding and listing pools over gRPC.
 
+#include <cstdint>
 #include <string>
 #include <vector>
 
@@ -11,8 +12,19 @@ namespace procgen {
 namespace {
 
 using testing::ElementsAre;
+using testing::HasSubstr;
 
 class PoolsTest : public ServiceTest {};
+
+// Ends the episode of each environment `count` times.
+void EndEpisodes(PoolStream* stream, int32_t env_count, int32_t count) {
+  const auto n = static_cast<size_t>(env_count);
+  v1::Batch batch;
+  for (int32_t i = 0; i < count; ++i) {
+    ASSERT_THAT(stream->Step(std::vector<int32_t>(n, 4), &batch), IsOk());
+    ASSERT_THAT(stream->Step(std::vector<int32_t>(n, -1), &batch), IsOk());
+  }
+}
 
 TEST_F(PoolsTest, PoolHasASpecWithAllDefaults) {
   v1::PoolSpec spec;

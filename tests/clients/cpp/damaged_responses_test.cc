@@ -85,7 +85,7 @@ class DamagedResponsesTest : public ServerTest {
 
   void SetUp() override {
     ServerTest::SetUp();
-    channel_ = server_->MakeChannel();
+    channel_ = grpc::CreateChannel(server_->address(), grpc::InsecureChannelCredentials());
   }
 
   std::shared_ptr<grpc::Channel> channel_;
