@@ -127,7 +127,8 @@ class DoubleBufferedSampler:
                 self.pool.send_observe(first_env=rows.start, env_count=count, out=memory(0, rows))
             for t in itertools.count() if step_count is None else range(step_count + 1):
                 for rows in self.halves:
-                    if any(rows == waiting for waiting, _ in self._waiting):
+                    # A copy: another thread may send meanwhile.
+                    if any(rows == waiting for waiting, _ in tuple(self._waiting)):
                         raise FailedPreconditionError(
                             f"the actions of environments {_text(rows)} were not sent: call send "
                             "before the next turn of a half"

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import sys
+from concurrent.futures import Future, ThreadPoolExecutor
+
 import numpy as np
 import pytest
 from conftest import MakePool, assert_same
@@ -103,6 +106,25 @@ def test_observations_are_received_in_a_rollout_buffer(pool: Pool) -> None:
             sampler.rollout(_STEPS, out=wrong)
     with pytest.raises(errors.InvalidArgumentError, match=r"of shape \[5, 64, 64, 3\]"):
         sampler.rollout(out=buffer)
+
+
+def test_halves_are_sent_by_another_thread(pool: Pool) -> None:
+    sampler = DoubleBufferedSampler(pool)
+    steps = 1000
+    sent: dict[int, Future[None]] = {}
+    interval = sys.getswitchinterval()
+    sys.setswitchinterval(1e-6)  # Threads alternate within a line.
+    try:
+        with ThreadPoolExecutor(1) as executor:
+            for t, rows, _ in sampler.rollout(steps):
+                if t < steps:
+                    sent[rows.start] = executor.submit(sampler.send, _actions(t)[rows], rows)
+                for half in sampler.halves:
+                    if half != rows and half.start in sent:
+                        sent.pop(half.start).result()
+    finally:
+        sys.setswitchinterval(interval)
+    assert pool.in_flight == 0
 
 
 def test_endless_rollout_may_be_left(pool: Pool) -> None:
