@@ -74,7 +74,10 @@ class Track {
     drawing.setAttribute("preserveAspectRatio", "none");
     drawing.setAttribute("aria-hidden", "true");
     drawing.append(line, this.#mark);
-    drawing.addEventListener("pointerdown", ({ offsetX }) => onSeek(offsetX / drawing.clientWidth));
+    drawing.addEventListener("pointerdown", ({ clientX }) => {
+      const { left, width } = drawing.getBoundingClientRect();
+      onSeek((clientX - left) / width);
+    });
     const range = known.length === 0 ? "" : `${significant(low)} to ${significant(high)}`;
     this.panel = element("section", { class: "annotation" },
       element("h3", {}, name, " ", this.#value, " ", element("span", { class: "quiet small number" }, range)), drawing);

@@ -48,8 +48,8 @@ test("the return comes first, with the means of a random agent and of the refere
   const first = page.locator("#plots figure").first();
   await waitForText(first.locator("h3"), "Mean return");
   await waitForText(first.locator(".number"), /random agent 2\.62.*PPO, 2 million steps 7\.3/);
-  const [wide, other] = await page.locator("#plots figure").evaluateAll((all) => all.map((one) => one.getBoundingClientRect().width));
-  assert(wide > 1.4 * other);
+  const [high, other] = await page.locator("#plots .drawing").evaluateAll((all) => all.map((one) => one.getBoundingClientRect().height));
+  assert(high > 1.4 * other);
 });
 
 test("names and labels of pools are shown, and found by the filter", async () => {

@@ -43,7 +43,7 @@ test("a press on the line goes to its step", async () => {
   const page = await it.open(server.page("/replay?pool=pools/annotated&environment=0"));
   await waitForText(step(page), `0 of ${STEPS}`);
   const box = await line(page).locator("svg").boundingBox();
-  await page.mouse.click(box.x + box.width * 0.75, box.y + box.height / 2);
+  await line(page).locator("svg").click({ position: { x: box.width * 0.75, y: box.height / 2 } });
   await waitForText(step(page), `${STEPS * 0.75} of ${STEPS}`);
   await waitForText(line(page).locator(".number").first(), /^0\.09$/);
 });
