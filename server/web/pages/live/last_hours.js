@@ -4,6 +4,7 @@ import { secondsOf } from "../connection/times.js";
 
 const SPAN_S = 3600n;
 const AGAIN_MS = 60_000;
+const SOON_MS = 5000;  // as long as there are no returns
 const RETURNS_MAX = 60;
 
 export class LastHours {
@@ -41,9 +42,10 @@ export class LastHours {
 
   #take(name, history) {
     const rows = history?.rows ?? [];
-    const requested = performance.now();
+    const hasReturns = rows.some(({ meanEpisodeReturn }) => meanEpisodeReturn !== undefined);
+    const requested = performance.now() - (hasReturns ? 0 : AGAIN_MS - SOON_MS);
     if (rows.length === 0) {
-      this.#hours.set(name, { requested: this.#hours.has(name) ? requested : requested - AGAIN_MS + 1000, returns: [] });
+      this.#hours.set(name, { requested, returns: [] });
       return;
     }
     const newest = rows.at(-1);

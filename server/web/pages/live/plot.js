@@ -50,7 +50,7 @@ export class PoolPlot {
     if (isOther) {
       const format = this.#format();
       this.#legend.replaceChildren(...this.#lines.map((_, line) => element("span", { class: colorOf(line) })),
-        ...this.#baselines.map(({ name, value }) => element("span", { class: "quiet" }, `${name} ${format(value)}`)));
+        ...this.#baselines.map(({ name, value }) => element("span", { class: "baseline" }, `${name} ${format(value)}`)));
     }
     this.#chart.draw(this.#data, isOther);
     this.#write(this.#chart.plot?.cursor.idx);
