@@ -1,12 +1,13 @@
 // The server's pools, load and nodes, requested every second.
 
-import { LOST } from "../connection/errors.js";
+import { LOST, UserError } from "../connection/errors.js";
 import { LastHours } from "./last_hours.js";
 import { poolOf } from "./pool_model.js";
 import { Rates } from "./rates.js";
 
 const INTERVAL_MS = 1000;
 const FIRST_INTERVAL_MS = 300;  // rates need two reports
+const IN_FLIGHT_MAX = 3;
 
 // A report is { timeS, load, pools, nodes: of the cluster or null, isFirst }; `timeS` is the server's time.
 export class Reports {
@@ -15,6 +16,7 @@ export class Reports {
   #nodeWatch = null;
   #timer = null;
   #isFirst = true;
+  #inFlight = 0;
   #rates = new Rates();
   #hours = new LastHours();
   #onReport;
@@ -50,25 +52,31 @@ export class Reports {
     this.#connection = null;
   }
 
+  // Requests a report every second. On a slow line some are on their way at the same time.
   async #poll() {
     const connection = this.#connection;
-    const begin = performance.now();
+    this.#timer = setTimeout(() => this.#poll(), this.#isFirst ? FIRST_INTERVAL_MS : INTERVAL_MS);
+    if (this.#inFlight >= IN_FLIGHT_MAX) {
+      return;
+    }
+    this.#inFlight += 1;
     try {
       const [pools, load] = await Promise.all([listPools(connection), connection.call("CatalogService.GetLoad")]);
-      if (connection !== this.#connection) {
-        return;
+      if (connection === this.#connection) {
+        this.#report(pools.map(poolOf), load);
+        this.#isFirst = false;
+        this.#hours.request(connection, pools);
       }
-      this.#report(pools.map(poolOf), load);
-      this.#hours.request(connection, pools);
     } catch (error) {
-      if (connection !== this.#connection || error.code === LOST) {
-        return;
+      if (!(error instanceof UserError)) {
+        throw error;
       }
-      this.#onError(error);
+      if (connection === this.#connection && error.code !== LOST) {
+        this.#onError(error);
+      }
+    } finally {
+      this.#inFlight -= 1;
     }
-    const interval = this.#isFirst ? FIRST_INTERVAL_MS : INTERVAL_MS;
-    this.#isFirst = false;
-    this.#timer = setTimeout(() => this.#poll(), Math.max(0, interval - (performance.now() - begin)));
   }
 
   #report(pools, load) {
