@@ -55,7 +55,7 @@ test("arrow keys move the cursor, and keys zoom", async () => {
   const page = await openPlots("one");
   await page.locator(FIRST).focus();
   await page.keyboard.press("ArrowLeft");
-  await waitForText(page.locator("#plots h3 .quiet").first(), /^\d\d:\d\d:\d\d$/);
+  await waitForText(page.locator("#plots .plot:has(h3:has-text('Steps per second')) h3 .quiet"), /^\d\d:\d\d:\d\d$/);
   await page.keyboard.press("+");
   await page.waitForFunction(() => !document.querySelector("#unzoom").disabled);
   await page.keyboard.press("Escape");
