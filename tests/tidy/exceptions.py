@@ -8,8 +8,6 @@ EXCEPTIONS = (
     ("check_readmes", "deploy/kubernetes/*",
      "deploy/kubernetes/README.md is the guide to the base and its overlays"),
     ("check_readmes", "clients/examples/*", "clients/examples/README.md describes all languages"),
-    ("check_retired_names", "server/web/pages/vendor/muxers.js",
-     "a library's own names"),
     ("check_readmes", "proto/*", "proto/README.md is the guide to the contract, for all versions"),
     ("check_readmes", "clients/cpp/procgen_client/README.md",
      "the library's guide is clients/cpp/README.md, one folder up"),
