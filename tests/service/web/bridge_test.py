@@ -276,10 +276,10 @@ def test_unread_calls_of_a_page_do_not_block_another(server: WebServer) -> None:
                 watches = [
                     await page.start(
                         f"{POOLS}WatchPool",
-                        page.api.message("WatchPoolRequest", pool="pools/seen", size_px=512,
+                        page.api.message("WatchPoolRequest", pool="pools/seen", size_px=256,
                                          environments=range(8)),
                     )
-                    for _ in range(40)
+                    for _ in range(20)
                 ]  # fmt: skip
                 assert await page.pool_names() == ["pools/seen"]
                 page.socket.transport.pause_reading()
