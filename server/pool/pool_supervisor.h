@@ -16,7 +16,7 @@
 #include "envcore/pool/pool.h"
 #include "server/concurrency/background_executor.h"
 #include "server/metrics/metrics.h"
-#include "server/pool/history/history_sampler.h"
+#include "server/pool/history_sampler.h"
 #include "server/pool/pool_registry.h"
 #include "server/pool/pool_session.h"
 #include "server/pool/quota/byte_budget.h"

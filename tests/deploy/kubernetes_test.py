@@ -140,7 +140,7 @@ def test_learners_list_all_servers(overlay: Overlay) -> None:
     addresses = ",".join(f"{host}:{port['port']}" for host in hosts)
     readme = (_FOLDER / "README.md").read_text()
     assert f'server="{addresses}"' in readme
-    assert f"--for={','.join(hosts)} " in readme  # The names that a certificate is valid for.
+    assert f" {','.join(hosts)} " in readme  # The names that a certificate is valid for.
     for learner in overlay.of_kind("Deployment"):
         assert f"--server={addresses}" in container(learner)["args"]
 

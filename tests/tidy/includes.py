@@ -15,6 +15,7 @@ _BELOW_POOL = ("envcore/pool", "server/concurrency", "server/encoding", "server/
 _POOL = {
     "server/pool/quota": ("server/concurrency",),
     "server/pool/episodes": ("envcore/pool", "server/pool/quota"),
+    "server/pool/history": ("server/concurrency",),
     "server/pool": (*_BELOW_POOL, "server/logging", "server/pool/episodes", "server/pool/history",
                     "server/pool/quota"),
     "server/pool/watch": (*_BELOW_POOL, "server/pool", "server/pool/episodes"),
@@ -66,7 +67,6 @@ DEPENDENCIES = {
     "server/wire": ("envcore/pool", "server/cluster", "server/encoding", *_POOL,
                     "proto"),
     **_RPC,
-    # The pages are a client of their own server: they use clients/cpp.
     **_WEB,
     "server": ("envcore/pool", *_BELOW_RPC_AND_WEB, *_POOL, "server/rpc", "server/rpc/auth",
                "server/rpc/services", "server/net", "server/metrics",

@@ -128,5 +128,5 @@ test("pools are compared, with a line for each, and saved as CSV", async () => {
   assert.deepEqual([...new Set(lines.map((line) => line.split(",")[0]))], ["pools/one", "pools/two"]);
   assert(lines.every((line) => !Number.isNaN(Date.parse(line.split(",")[1]))));
   await page.getByLabel("Compare pools/two").uncheck();
-  await waitForText(page.locator("#plots .number").first(), /^[\d.]+K?$/);
+  await waitForText(page.locator("#plots .number").first(), /^[\d.]+random agent/);
 });

@@ -80,6 +80,9 @@ test("two episodes are shown in step, and their first difference is named, marke
   await waitForText(again.locator("#difference"), `First difference at step ${DIFFERENT}: the action is RIGHT`);
   await waitForText(figure(again, "#figures", "Step"), `${DIFFERENT + 5} of ${STEPS}`);
 
+  await page.setViewportSize({ width: 390, height: 844 });
+  assert.equal(await page.evaluate(() => document.documentElement.scrollWidth), 390);
+  await page.setViewportSize({ width: 1280, height: 800 });
   await page.click("#end-compare");
   await page.locator("#other-figure").waitFor({ state: "hidden" });
   assert.equal(await page.locator("#difference").textContent(), "");

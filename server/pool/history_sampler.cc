@@ -1,4 +1,4 @@
-#include "server/pool/history/history_sampler.h"
+#include "server/pool/history_sampler.h"
 
 #include <algorithm>
 #include <utility>

@@ -1,5 +1,5 @@
-#ifndef SERVER_POOL_HISTORY_HISTORY_SAMPLER_H_
-#define SERVER_POOL_HISTORY_HISTORY_SAMPLER_H_
+#ifndef SERVER_POOL_HISTORY_SAMPLER_H_
+#define SERVER_POOL_HISTORY_SAMPLER_H_
 
 #include <functional>
 #include <memory>
@@ -31,4 +31,4 @@ class HistorySampler {
 
 }  // namespace procgen
 
-#endif  // SERVER_POOL_HISTORY_HISTORY_SAMPLER_H_
+#endif  // SERVER_POOL_HISTORY_SAMPLER_H_
