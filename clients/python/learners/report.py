@@ -41,10 +41,12 @@ class Run(NamedTuple):
         return float(ended.mean()) if ended.size else float("nan")
 
     def openai(self, split: str) -> Measured | None:
-        """Returns OpenAI's return at the run's last step, or if not run, after all steps."""
+        """Returns OpenAI's return near the run's last step, or if not run, after all steps."""
         rows = self.published.get(split, {})
-        reached = [s for s in rows if not self.steps.size or s <= 1.02 * self.steps[-1]]
-        return rows[max(reached)]["return"] if reached else None
+        if self.steps.size:
+            last = self.steps[-1]
+            rows = {step: row for step, row in rows.items() if 0.8 * last <= step <= 1.02 * last}
+        return rows[max(rows)]["return"] if rows else None
 
 
 def table(runs: Sequence[Run], ranges: dict[str, Range | None]) -> str:

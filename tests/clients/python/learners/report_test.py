@@ -107,6 +107,14 @@ def test_table_has_deviations_and_intervals() -> None:
     assert middle[6].startswith("0.80 (")
 
 
+def test_openai_is_compared_at_the_last_step_of_a_run() -> None:
+    rows = published.by_step("fruitbot", "easy", 200, "train")
+    run = _run("fruitbot", 0, [1.0] * 480, [])._replace(published={"train": rows})  # 245,760 steps.
+    assert run.openai("train") == rows[250_000]["return"]
+    assert run._replace(steps=run.steps[:400]).openai("train") is None
+    assert run._replace(steps=run.steps[:0]).openai("train") == rows[25_000_000]["return"]
+
+
 def test_published_results_are_those_of_the_protocol() -> None:
     row = published.by_step("bigfish", "easy", 200, "test")[25_000_000]
     assert str(row["return"]) == "4.72 ± 0.69"
