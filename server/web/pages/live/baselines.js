@@ -3,7 +3,7 @@
 import { LEARNER_BASELINE } from "../play/learner_baseline.js";
 import { RANDOM_BASELINE } from "../play/random_baseline.js";
 
-const BASELINES = [["random agent", RANDOM_BASELINE], ["PPO, 2 million steps", LEARNER_BASELINE]];
+const BASELINES = [["random agent", RANDOM_BASELINE], ["PPO, 25 million steps", LEARNER_BASELINE]];
 
 // The baselines of pools, if all play the same game and mode: { name, value }. `settings`: as those of lines.js.
 export function baselinesOf(plot, allSeries, { isNormalised, rangeOf }) {
