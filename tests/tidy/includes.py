@@ -20,8 +20,8 @@ _POOL = {
                     "server/pool/quota"),
     "server/pool/watch": (*_BELOW_POOL, "server/pool", "server/pool/episodes"),
 }
-_BELOW_RPC_AND_WEB = ("server/concurrency", "server/logging", "server/wire", "proto")
-_BELOW_RPC = ("envcore/pool", *_BELOW_RPC_AND_WEB, *_POOL, "server/cluster", "server/encoding",
+_BELOW_SERVICES = ("server/concurrency", "server/logging", "server/wire", "proto")
+_BELOW_RPC = ("envcore/pool", *_BELOW_SERVICES, *_POOL, "server/cluster", "server/encoding",
               "server/metrics", "server/net")
 _RPC = {
     "server/rpc/grpc": ("proto",),
@@ -68,7 +68,7 @@ DEPENDENCIES = {
                     "proto"),
     **_RPC,
     **_WEB,
-    "server": ("envcore/pool", *_BELOW_RPC_AND_WEB, *_POOL, "server/rpc", "server/rpc/auth",
+    "server": ("envcore/pool", *_BELOW_SERVICES, *_POOL, "server/rpc", "server/rpc/auth",
                "server/rpc/services", "server/net", "server/metrics",
                "server/cluster", "server/web"),
     "clients/cpp": ("proto", "envcore/status", "envcore/environment", "envcore/pool"),
