@@ -1,8 +1,11 @@
 #include "tests/service/pool_stream.h"
 
+#include <string>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "google/protobuf/io/coded_stream.h"
+#include "google/protobuf/io/zero_copy_stream_impl_lite.h"
 #include "grpcpp/create_channel.h"
 #include "grpcpp/security/credentials.h"
 
@@ -14,6 +17,16 @@ v1::Slice SliceOf(int32_t first, int32_t count) {
   slice.set_first_env(first);
   slice.set_env_count(count);
   return slice;
+}
+
+// Equal messages have equal bytes only if the entries of maps are sorted.
+std::string CanonicalBytes(const google::protobuf::MessageLite& message) {
+  std::string bytes;
+  google::protobuf::io::StringOutputStream file(&bytes);
+  google::protobuf::io::CodedOutputStream coded(&file);
+  coded.SetSerializationDeterministic(true);
+  message.SerializeToCodedStream(&coded);
+  return bytes;
 }
 
 }  // namespace
@@ -194,7 +207,7 @@ bool PoolStream::drained() const {
 
 bool EqualMessages(const google::protobuf::MessageLite& left,
                    const google::protobuf::MessageLite& right) {
-  return left.SerializeAsString() == right.SerializeAsString();
+  return CanonicalBytes(left) == CanonicalBytes(right);
 }
 
 }  // namespace procgen
