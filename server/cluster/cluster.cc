@@ -1,9 +1,7 @@
 #include "server/cluster/cluster.h"
 
 #include <algorithm>
-#include <cmath>
 #include <memory>
-#include <optional>
 #include <thread>
 #include <utility>
 
@@ -11,7 +9,6 @@
 #include "absl/strings/str_cat.h"
 #include "absl/synchronization/mutex.h"
 #include "server/cluster/dds_log.h"
-#include "server/cluster/failure_detector.h"
 #include "server/cluster/participant.h"
 #include "server/cluster/subscribers.h"
 #include "server/cluster/timing.h"
@@ -19,9 +16,6 @@
 
 namespace procgen {
 namespace {
-
-// Relative change of a node's rate that is not published.
-constexpr double kRateTolerance = 0.1;
 
 // Returns the addresses of all peers, sorted. `complains`: log peers without an address.
 std::vector<std::string> ResolvePeers(const ClusterOptions& options, const HostResolver& resolve,
@@ -45,13 +39,10 @@ void Report(const absl::Status& status) {
   }
 }
 
-// Whether the other nodes have to hear of a change. `sends_rate`: also of one of the rate alone.
-bool DiffersFrom(const NodeStatus& sent, NodeStatus status, bool sends_rate) {
-  const double change = std::abs(status.steps_per_second - sent.steps_per_second);
-  if (!sends_rate || change <= kRateTolerance * sent.steps_per_second) {
-    status.steps_per_second = sent.steps_per_second;
-  }
-  return status != sent;
+// Whether the other nodes have to hear of a change at once; a new rate can wait.
+bool IsNews(const NodeStatus& before, NodeStatus status) {
+  status.steps_per_second = before.steps_per_second;
+  return status != before;
 }
 
 class DdsCluster final : public Cluster {
@@ -61,7 +52,6 @@ class DdsCluster final : public Cluster {
       : options_(std::move(options)),
         resolve_(std::move(resolve)),
         peer_addresses_(std::move(peer_addresses)),
-        detector_(options_.node_id),
         participant_(std::move(participant)),
         watching_([this] { WatchUntilStopped(); }) {
     if (!options_.peers.empty()) {
@@ -88,15 +78,10 @@ class DdsCluster final : public Cluster {
   void Publish(NodeStatus status) override {
     status.node_id = options_.node_id;
     {
-      absl::MutexLock lock(&speaking_);
+      absl::MutexLock lock(&mutex_);
       published_ = SteadyNow();
-      const bool sends_rate =
-          published_ >= sent_time_ + absl::Seconds(detector_.others().size()) / kRatesPerSecondMax;
-      const bool is_news = !sent_.has_value() || DiffersFrom(*sent_, status, sends_rate);
-      {
-        absl::MutexLock known(&mutex_);
-        own_ = {std::move(status)};
-      }
+      const bool is_news = own_.empty() || IsNews(own_.front(), status);
+      own_ = {std::move(status)};
       if (is_news) {
         Send();
       }
@@ -141,48 +126,29 @@ class DdsCluster final : public Cluster {
     }
   }
 
-  // Waits for new samples, at most kRefreshInterval; then reads those of the other nodes and speaks
-  // for this one.
+  // Waits for new samples, at most kRefreshInterval; then reads those of the other nodes, and
+  // repeats that of this one if it is due.
   void RefreshNodes() {
     const std::shared_ptr<Participant> participant = this->participant();
-    participant->Wait(std::min(kRefreshInterval, next_heartbeat_ - SteadyNow()));
-    const std::vector<NodeReport> reports = participant->ReadNodes();
-    const std::vector<std::string> heard = participant->TakeHeartbeats();
+    participant->Wait(kRefreshInterval);
+    std::vector<NodeStatus> nodes = participant->ReadNodes();
+    std::erase_if(nodes, [&](const NodeStatus& node) { return node.node_id == node_id(); });
     const absl::Time now = SteadyNow();
-    {
-      absl::MutexLock lock(&speaking_);
-      const bool is_alive = now < published_ + kPublishTimeout;
-      for (const NodeReport& report : reports) {
-        if (report.status.node_id == node_id() && report.status != sent_) {
-          sent_.reset();  // another node has the same id, perhaps a predecessor: publish again
-        }
-      }
-      const bool is_news = detector_.Update(now, reports, heard, is_alive);
-      if (sent_.has_value() && is_news) {
-        Send();
-      }
-      if (now >= next_heartbeat_) {
-        next_heartbeat_ = now + kHeartbeatInterval;
-        if (is_alive) {
-          Report(participant->WriteHeartbeat());
-        }
-      }
-      Report(participant->Monitor(detector_.monitored()));
-      absl::MutexLock known(&mutex_);
-      if (participant == participant_) {
-        others_ = detector_.others();
-      }
+    absl::MutexLock lock(&mutex_);
+    if (participant == participant_) {
+      others_ = std::move(nodes);
+    }
+    const absl::Duration interval =
+        std::max(kStatusIntervalMin, absl::Seconds(others_.size()) / kStatusesPerSecondMax);
+    if (now < published_ + kPublishTimeout && now >= sent_time_ + interval) {
+      Send();
     }
   }
 
-  // Publishes the status of this node.
-  void Send() ABSL_EXCLUSIVE_LOCKS_REQUIRED(speaking_) {
-    absl::MutexLock known(&mutex_);
-    for (const NodeStatus& status : own_) {
-      Report(participant_->Write({status, detector_.incarnation(), detector_.losses()}));
-      sent_ = status;
-      sent_time_ = SteadyNow();
-    }
+  // Sends the status of this node to the others.
+  void Send() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_) {
+    Report(participant_->Write(own_.front()));
+    sent_time_ = SteadyNow();
   }
 
   // Cyclone DDS takes the peers' addresses at startup only. If these change to include more than
@@ -203,39 +169,32 @@ class DdsCluster final : public Cluster {
     }
   }
 
-  // The other nodes see no interruption, since both participants write the same. This node loses
-  // none, since the second participant has discovered all nodes that the first knows.
+  // This node loses no other, since the second participant has discovered all that the first knows.
   void TakeOver(std::shared_ptr<Participant> next) {
     const absl::Time end = SteadyNow() + kTakeOverTimeout;
     while (next->ReadNodes().size() < Nodes().size() && SteadyNow() < end && !Stops()) {
       next->Wait(kRefreshInterval);
     }
-    absl::MutexLock lock(&speaking_);
     {
-      absl::MutexLock known(&mutex_);
+      absl::MutexLock lock(&mutex_);
       participant_.swap(next);
     }
-    Send();
+    // The others receive a status of the second before the first leaves.
+    stopped_.WaitWithTimeout(kTakeOverTimeout);
   }
 
   const ClusterOptions options_;
   const HostResolver resolve_;
   SteadyNotification stopped_;
   std::vector<std::string> peer_addresses_;  // used by the resolving thread only
-  absl::Time next_heartbeat_ = SteadyNow();  // used by the watching thread only
-
-  absl::Mutex speaking_;  // held while this node writes; before mutex_
-  FailureDetector detector_ ABSL_GUARDED_BY(speaking_);
-  // the status that the other nodes know; empty: they may know another
-  std::optional<NodeStatus> sent_ ABSL_GUARDED_BY(speaking_);
-  absl::Time sent_time_ ABSL_GUARDED_BY(speaking_) = absl::InfinitePast();
-  absl::Time published_ ABSL_GUARDED_BY(speaking_) = absl::InfinitePast();
 
   mutable absl::Mutex mutex_;
   // shared with its current users
   std::shared_ptr<Participant> participant_ ABSL_GUARDED_BY(mutex_);
   // this node; empty before Publish
   std::vector<NodeStatus> own_ ABSL_GUARDED_BY(mutex_);
+  absl::Time published_ ABSL_GUARDED_BY(mutex_) = absl::InfinitePast();
+  absl::Time sent_time_ ABSL_GUARDED_BY(mutex_) = absl::InfinitePast();
   std::vector<NodeStatus> others_ ABSL_GUARDED_BY(mutex_);
   Subscribers subscribers_;
 

@@ -39,8 +39,6 @@ class DdsTopic {
     return reader_.Own(dds_create_reader(subscriber.handle(), topic_.handle(), &qos, nullptr),
                        "reader");
   }
-  // Deletes the reader.
-  void Unsubscribe() { reader_ = DdsEntity(); }
 
   // Errors: those of Cyclone DDS.
   absl::Status Write(const Sample& sample) const {
@@ -53,11 +51,6 @@ class DdsTopic {
     while (Lend(&dds_take_mask, kDead, [](const Sample&) {}) == kInstancesMax) {
     }
     Lend(&dds_read_mask, kAlive, use);
-  }
-  // Calls `use(sample)` for each instance of which a sample has arrived since the last call.
-  template <typename Use>
-  void TakeAll(Use use) {
-    Lend(&dds_take_mask, kAnyView | DDS_ANY_INSTANCE_STATE, use);
   }
 
   // Creates a condition that is ready when there are samples that ReadAlive has not read.

@@ -2,7 +2,6 @@
 #define SERVER_CLUSTER_DOMAIN_QOS_H_
 
 #include <string>
-#include <vector>
 
 #include "server/cluster/dds_entity.h"
 
@@ -11,10 +10,9 @@ namespace procgen {
 // Quality-of-service settings of a node; README.md gives the reasons.
 
 // Of publishers and subscribers.
-DdsQos PartitionQos(const std::vector<std::string>& names);
-// Of topics, their writers and readers.
+DdsQos PartitionQos(const std::string& name);
+// Of the topic, its writer and its reader.
 DdsQos StatusQos();
-DdsQos HeartbeatQos();
 
 }  // namespace procgen
 

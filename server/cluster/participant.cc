@@ -9,7 +9,6 @@
 
 #include "absl/strings/ascii.h"
 #include "absl/strings/str_cat.h"
-#include "absl/types/span.h"
 #include "server/cluster/cluster.h"
 #include "server/cluster/dds_log.h"
 #include "server/cluster/domain_config.h"
@@ -29,18 +28,7 @@ constexpr int32_t kWorkersOfNodeMax = 4096;
 // Generated sample types have mutable pointers; the text is not changed.
 char* Text(const std::string& text) { return const_cast<char*>(text.c_str()); }
 
-absl::Span<const procgen_topics_NodeLoss> LossesOf(const procgen_topics_NodeStatus& sample) {
-  return {sample.losses._buffer, sample.losses._length};
-}
-
-// `losses`: the memory of the sample's losses.
-procgen_topics_NodeStatus SampleOf(const NodeReport& report,
-                                   std::vector<procgen_topics_NodeLoss>* losses) {
-  const NodeStatus& status = report.status;
-  for (const NodeLoss& loss : report.losses) {
-    losses->push_back({.node_id = Text(loss.node_id), .incarnation = loss.incarnation});
-  }
-  const auto count = static_cast<uint32_t>(losses->size());
+procgen_topics_NodeStatus SampleOf(const NodeStatus& status) {
   return {.node_id = Text(status.node_id),
           .address = Text(status.address),
           .server_version = Text(status.server_version),
@@ -50,29 +38,20 @@ procgen_topics_NodeStatus SampleOf(const NodeReport& report,
           .worker_count = status.worker_count,
           .healthy = status.healthy,
           .draining = status.draining,
-          .steps_per_second = status.steps_per_second,
-          .incarnation = report.incarnation,
-          .losses = {
-              ._maximum = count, ._length = count, ._buffer = losses->data(), ._release = false}};
+          .steps_per_second = status.steps_per_second};
 }
 
-NodeReport ReportOf(const procgen_topics_NodeStatus& sample) {
-  NodeReport report;
-  report.status = {.node_id = sample.node_id,
-                   .address = sample.address,
-                   .server_version = sample.server_version,
-                   .environment_capacity = sample.environment_capacity,
-                   .env_count = sample.env_count,
-                   .pool_count = sample.pool_count,
-                   .worker_count = sample.worker_count,
-                   .steps_per_second = sample.steps_per_second,
-                   .healthy = sample.healthy,
-                   .draining = sample.draining};
-  report.incarnation = sample.incarnation;
-  for (const procgen_topics_NodeLoss& loss : LossesOf(sample)) {
-    report.losses.push_back({loss.node_id, loss.incarnation});
-  }
-  return report;
+NodeStatus StatusOf(const procgen_topics_NodeStatus& sample) {
+  return {.node_id = sample.node_id,
+          .address = sample.address,
+          .server_version = sample.server_version,
+          .environment_capacity = sample.environment_capacity,
+          .env_count = sample.env_count,
+          .pool_count = sample.pool_count,
+          .worker_count = sample.worker_count,
+          .steps_per_second = sample.steps_per_second,
+          .healthy = sample.healthy,
+          .draining = sample.draining};
 }
 
 // Validates samples of others: any process that reaches the ports of the domain can be a node.
@@ -83,22 +62,12 @@ bool IsText(const char* text, size_t bytes_max) {
          });
 }
 
-bool IsSound(const procgen_topics_NodeLoss& loss) {
-  return IsText(loss.node_id, kTextBytesMax) && loss.incarnation >= 0 &&
-         loss.incarnation <= kIncarnationMax;
-}
-
 bool IsSound(const procgen_topics_NodeStatus& sample) {
-  const auto losses = LossesOf(sample);
   return IsText(sample.node_id, kTextBytesMax) && CheckNodeId(sample.node_id).ok() &&
          IsText(sample.address, kTextBytesMax) && IsText(sample.server_version, kTextBytesMax) &&
          sample.environment_capacity >= 0 && sample.env_count >= 0 && sample.pool_count >= 0 &&
          sample.worker_count >= 0 && sample.worker_count <= kWorkersOfNodeMax &&
-         std::isfinite(sample.steps_per_second) && sample.steps_per_second >= 0 &&
-         sample.incarnation >= 0 && sample.incarnation <= kIncarnationMax + 1 &&
-         losses.size() <= kLossesMax &&
-         std::all_of(losses.begin(), losses.end(),
-                     [](const procgen_topics_NodeLoss& loss) { return IsSound(loss); });
+         std::isfinite(sample.steps_per_second) && sample.steps_per_second >= 0;
 }
 
 }  // namespace
@@ -109,7 +78,7 @@ absl::StatusOr<std::unique_ptr<Participant>> Participant::Create(
   std::unique_ptr<Participant> made(new Participant(options));
   absl::Status status = made->CreateDomain(options, peer_addresses);
   if (status.ok()) {
-    status = made->CreateTopics();
+    status = made->CreateTopic();
   }
   if (status.ok()) {
     status = made->CreateWaiting();
@@ -139,16 +108,12 @@ absl::Status Participant::CreateDomain(const ClusterOptions& options,
   return participant_.Own(dds_create_participant(number, nullptr, nullptr), "participant");
 }
 
-absl::Status Participant::CreateTopics() {
-  const DdsQos partition = PartitionQos({cluster_});
-  const DdsQos heartbeat_partition = PartitionQos({HeartbeatPartition(node_id_)});
+absl::Status Participant::CreateTopic() {
+  const DdsQos partition = PartitionQos(cluster_);
   absl::Status status = publisher_.Own(
       dds_create_publisher(participant_.handle(), partition.get(), nullptr), "publisher");
   status.Update(subscriber_.Own(
       dds_create_subscriber(participant_.handle(), partition.get(), nullptr), "subscriber"));
-  status.Update(heartbeat_publisher_.Own(
-      dds_create_publisher(participant_.handle(), heartbeat_partition.get(), nullptr),
-      "publisher"));
   if (!status.ok()) {
     return status;
   }
@@ -156,8 +121,6 @@ absl::Status Participant::CreateTopics() {
   status = nodes_.Create(participant_, publisher_, "procgen_node_status",
                          procgen_topics_NodeStatus_desc, *qos);
   status.Update(nodes_.Subscribe(subscriber_, *qos));
-  status.Update(heartbeats_.Create(participant_, heartbeat_publisher_, "procgen_node_heartbeat",
-                                   procgen_topics_NodeHeartbeat_desc, *HeartbeatQos()));
   return status;
 }
 
@@ -174,54 +137,18 @@ absl::Status Participant::CreateWaiting() {
   return absl::OkStatus();
 }
 
-absl::Status Participant::Write(const NodeReport& report) const {
-  std::vector<procgen_topics_NodeLoss> losses;
-  return nodes_.Write(SampleOf(report, &losses));
+absl::Status Participant::Write(const NodeStatus& status) const {
+  return nodes_.Write(SampleOf(status));
 }
 
-absl::Status Participant::WriteHeartbeat() const {
-  return heartbeats_.Write({.node_id = Text(node_id_)});
-}
-
-std::vector<NodeReport> Participant::ReadNodes() {
-  std::vector<NodeReport> reports;
+std::vector<NodeStatus> Participant::ReadNodes() {
+  std::vector<NodeStatus> nodes;
   nodes_.ReadAlive([&](const procgen_topics_NodeStatus& sample) {
     if (IsSound(sample)) {
-      reports.push_back(ReportOf(sample));
+      nodes.push_back(StatusOf(sample));
     }
   });
-  return reports;
-}
-
-// A '/' is in no name, so no other cluster has this partition.
-std::string Participant::HeartbeatPartition(const std::string& node_id) const {
-  return absl::StrCat(cluster_, "/", node_id);
-}
-
-absl::Status Participant::Monitor(const std::vector<std::string>& node_ids) {
-  if (node_ids == monitored_) {
-    return absl::OkStatus();
-  }
-  monitored_ = node_ids;
-  std::vector<std::string> partitions;
-  partitions.reserve(node_ids.size());
-  for (const std::string& node_id : node_ids) {
-    partitions.push_back(HeartbeatPartition(node_id));
-  }
-  // The partitions of a subscriber are constant.
-  heartbeats_.Unsubscribe();
-  absl::Status status = heartbeat_subscriber_.Own(
-      dds_create_subscriber(participant_.handle(), PartitionQos(partitions).get(), nullptr),
-      "subscriber");
-  status.Update(heartbeats_.Subscribe(heartbeat_subscriber_, *HeartbeatQos()));
-  return status;
-}
-
-std::vector<std::string> Participant::TakeHeartbeats() {
-  std::vector<std::string> node_ids;
-  heartbeats_.TakeAll(
-      [&](const procgen_topics_NodeHeartbeat& sample) { node_ids.emplace_back(sample.node_id); });
-  return node_ids;
+  return nodes;
 }
 
 void Participant::Wait(absl::Duration timeout) const {

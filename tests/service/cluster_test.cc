@@ -16,6 +16,7 @@
 #include "gmock/gmock.h"
 #include "gtest/gtest.h"
 #include "procgen_client/client.h"
+#include "server/cluster/timing.h"
 #include "tests/service/server_process.h"
 #include "tests/service/service_fixture.h"
 #include "tests/status_matchers.h"
@@ -27,9 +28,8 @@ using procgen_client::Client;
 using testing::ElementsAre;
 using testing::HasSubstr;
 
-// A lost node disappears within 2 s, or within 4 s of its first status, if it was lost before a
-// heartbeat. The rest is for a busy machine.
-constexpr absl::Duration kGoneWithin = absl::Seconds(5);
+// The lease of a lost node, and time for a busy machine.
+const absl::Duration kGoneWithin = kNodeLease + absl::Seconds(5);
 // For changes that do not wait for a lease to expire.
 constexpr absl::Duration kGoneAtOnceWithin = absl::Seconds(1);
 constexpr absl::Duration kSeenWithin = absl::Seconds(20);

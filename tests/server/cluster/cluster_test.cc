@@ -119,7 +119,7 @@ TEST(ClusterTest, SilentNodeDisappearsThoughItRuns) {
   const Publisher publisher(a.get(), SomeStatus("127.0.0.1:1"));
   b->Publish(SomeStatus("127.0.0.1:2"));
   EXPECT_TRUE(AwaitIds(a.get(), {"a", "b"}));
-  EXPECT_TRUE(AwaitIds(a.get(), {"a"}));
+  EXPECT_TRUE(AwaitIds(a.get(), {"a"}, 2 * kNodeLease));
   b->Publish(SomeStatus("127.0.0.1:2"));
   EXPECT_TRUE(AwaitIds(a.get(), {"a", "b"}));
 }
@@ -134,25 +134,20 @@ TEST(ClusterTest, NodesThatPublishNothingNewStay) {
       [&] {
         return IdsOf(a->Nodes()) != Ids{"a", "b"};
       },
-      kPublishTimeout + 2 * kNodeLease));
+      kPublishTimeout + kNodeLease));
 }
 
-TEST(ClusterTest, SmallChangesOfTheRateAreNotSent) {
+TEST(ClusterTest, ChangesOfTheRateArriveWithTheNextRepetition) {
   const auto a = Join(TestOptions("a"));
   const auto b = Join(TestOptions("b"));
   ClusterWatch watch(a.get());
-  const auto await_rate_after = [&](double published, double expected) {
+  for (const double rate : {1000.0, 1001.0, 0.0}) {
     NodeStatus status = SomeStatus("127.0.0.1:2");
-    status.steps_per_second = published;
-    b->Publish(status);
-    return watch.Await(
-        [&] { return !a->Nodes().empty() && a->Nodes()[0].steps_per_second == expected; });
-  };
-  EXPECT_TRUE(await_rate_after(1000, 1000));
-  EXPECT_TRUE(await_rate_after(1099, 1000));
-  EXPECT_TRUE(await_rate_after(1101, 1101));
-  EXPECT_TRUE(await_rate_after(0, 0));
-  EXPECT_TRUE(await_rate_after(0.1, 0.1));
+    status.steps_per_second = rate;
+    const Publisher publisher(b.get(), status);
+    EXPECT_TRUE(
+        watch.Await([&] { return !a->Nodes().empty() && a->Nodes()[0].steps_per_second == rate; }));
+  }
 }
 
 TEST(ClusterTest, PeersFindAsManyNodesOfAMachineAsAreAllowed) {
@@ -221,7 +216,6 @@ TEST(ClusterTest, EndedSubscriptionIsNotNotified) {
 
 TEST(ClusterTest, PeersWithNewAddressesStayListed) {
   const auto b = Join(TestOptions("b"));
-  b->Publish(SomeStatus("127.0.0.1:2"));
   ClusterOptions options = TestOptions("a");
   options.peers = {"nodes"};
   std::atomic<int> asked = 0;
@@ -230,9 +224,12 @@ TEST(ClusterTest, PeersWithNewAddressesStayListed) {
     // One address more than there are nodes, so the node keeps resolving.
     return ++asked == 1 ? Ids() : Ids{"127.0.0.1", "127.0.0.2", "127.0.0.3"};
   });
-  a->Publish(SomeStatus("127.0.0.1:1"));
-  ASSERT_TRUE(AwaitIds(a.get(), {"a", "b"}));
-  ASSERT_TRUE(AwaitIds(b.get(), {"a", "b"}));
+  {
+    const Publisher publisher_a(a.get(), SomeStatus("127.0.0.1:1"));
+    const Publisher publisher_b(b.get(), SomeStatus("127.0.0.1:2"));
+    ASSERT_TRUE(AwaitIds(a.get(), {"a", "b"}));
+    ASSERT_TRUE(AwaitIds(b.get(), {"a", "b"}));
+  }
   std::atomic<bool> lost = false;
   const auto check = [&lost](const Cluster& cluster) {
     lost = lost || IdsOf(cluster.Nodes()) != Ids{"a", "b"};
