@@ -318,13 +318,10 @@ int Main(int argc, char** argv) {
   absl::StatusOr<Config> config = ReadConfig();
   absl::Status status = config.status();
   if (status.ok()) {
-    LogClusterTo([](bool is_error, absl::string_view message) {
-      LogEvent(is_error ? LogLevel::kError : LogLevel::kWarning, "cluster",
-               {{"message", std::string(message)}});
-    });
     status = JoinCluster(&*config);
   }
   if (!status.ok()) {
+    FlushLog(kLogTimeout);
     std::fprintf(stderr, "procgen-server: %s\n", std::string(status.message()).c_str());
     return kExitUsage;
   }

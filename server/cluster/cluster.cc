@@ -13,6 +13,7 @@
 #include "server/cluster/subscribers.h"
 #include "server/cluster/timing.h"
 #include "server/concurrency/steady_time.h"
+#include "server/logging/event_log.h"
 
 namespace procgen {
 namespace {
@@ -24,7 +25,7 @@ std::vector<std::string> ResolvePeers(const ClusterOptions& options, const HostR
   for (const std::string& peer : options.peers) {
     const std::vector<std::string> addresses = resolve(peer);
     if (addresses.empty() && complains) {
-      LogOfCluster(false, absl::StrCat("peer ", peer, " has no address, yet"));
+      LogOfCluster(LogLevel::kWarning, absl::StrCat("peer ", peer, " has no address, yet"));
     }
     all.insert(all.end(), addresses.begin(), addresses.end());
   }
@@ -35,7 +36,7 @@ std::vector<std::string> ResolvePeers(const ClusterOptions& options, const HostR
 
 void Report(const absl::Status& status) {
   if (!status.ok()) {
-    LogOfCluster(true, absl::StrCat("cannot tell the cluster: ", status.message()));
+    LogOfCluster(LogLevel::kError, absl::StrCat("cannot tell the cluster: ", status.message()));
   }
 }
 
@@ -161,7 +162,7 @@ class DdsCluster final : public Cluster {
       }
       absl::StatusOr<std::shared_ptr<Participant>> next = Participant::Create(options_, addresses);
       if (!next.ok()) {
-        LogOfCluster(true, next.status().message());
+        LogOfCluster(LogLevel::kError, next.status().message());
         continue;
       }
       TakeOver(*std::move(next));

@@ -8,7 +8,6 @@
 
 #include "absl/functional/any_invocable.h"
 #include "absl/status/statusor.h"
-#include "absl/strings/string_view.h"
 #include "absl/time/time.h"
 #include "server/cluster/cluster_options.h"
 #include "server/cluster/node_status.h"
@@ -30,9 +29,8 @@ class Cluster {
   // Joins a cluster. Other nodes see this one after its first Publish. Blocks for about 10 ms,
   // longer if resolving names of peers is slow.
   // Errors: INVALID_ARGUMENT as CheckClusterOptions; FAILED_PRECONDITION no network, or more nodes
-  // of the domain on this machine than allowed; the message contains that of Cyclone
-  // DDS. `resolve`: called for the peers at startup and periodically; must be callable while this
-  // exists.
+  // of the domain on this machine than allowed; Cyclone DDS logs the reason. `resolve`: called for
+  // the peers at startup and periodically; must be callable while this exists.
   static absl::StatusOr<std::unique_ptr<Cluster>> Join(const ClusterOptions& options,
                                                        HostResolver resolve = ResolveHost);
   // For a server without a cluster: the only node is this one, visible only in this process.
@@ -56,11 +54,6 @@ class Cluster {
   // changes may share one; the last change always causes a call.
   virtual Subscription Subscribe(absl::AnyInvocable<void()> changed) = 0;
 };
-
-// Sets where all clusters of this process log, from any thread; standard error by default. Call
-// before joining any.
-using ClusterLog = std::function<void(bool is_error, absl::string_view message)>;
-void LogClusterTo(ClusterLog log);
 
 }  // namespace procgen
 

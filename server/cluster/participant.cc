@@ -74,7 +74,7 @@ bool IsSound(const procgen_topics_NodeStatus& sample) {
 
 absl::StatusOr<std::unique_ptr<Participant>> Participant::Create(
     const ClusterOptions& options, const std::vector<std::string>& peer_addresses) {
-  const DdsErrorLog complaints;
+  LogErrorsOfDds();
   std::unique_ptr<Participant> made(new Participant(options));
   absl::Status status = made->CreateDomain(options, peer_addresses);
   if (status.ok()) {
@@ -84,10 +84,8 @@ absl::StatusOr<std::unique_ptr<Participant>> Participant::Create(
     status = made->CreateWaiting();
   }
   if (!status.ok()) {
-    const std::string said = complaints.text();
-    return absl::FailedPreconditionError(
-        absl::StrCat("cannot join cluster ", options.name, ": ", status.message(),
-                     said.empty() ? "" : absl::StrCat(" (", said, ")")));
+    return absl::FailedPreconditionError(absl::StrCat("cannot join cluster ", options.name, ": ",
+                                                      status.message(), "; the log says why"));
   }
   return made;
 }

@@ -21,8 +21,8 @@ namespace procgen {
 // Threads: any method from any thread, but ReadNodes from one at a time.
 class Participant {
  public:
-  // `peer_addresses`: of the peers in `options`. Errors: FAILED_PRECONDITION, with the message of
-  // Cyclone DDS.
+  // `peer_addresses`: of the peers in `options`. Errors: FAILED_PRECONDITION; Cyclone DDS logs the
+  // reason.
   static absl::StatusOr<std::unique_ptr<Participant>> Create(
       const ClusterOptions& options, const std::vector<std::string>& peer_addresses);
 

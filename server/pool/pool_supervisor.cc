@@ -1,5 +1,7 @@
 #include "server/pool/pool_supervisor.h"
 
+#include <malloc.h>
+
 #include <utility>
 
 #include "absl/strings/str_cat.h"
@@ -98,7 +100,7 @@ std::shared_ptr<PoolSession> PoolSupervisor::MakeSession(const PoolRegistry::Key
       [this](PoolSession* freed) {
         executor_.Run(freed->owner(), [this, freed] {
           delete freed;
-          memory_trimmer_.Request();
+          malloc_trim(0);  // glibc keeps freed memory of several arenas
           absl::MutexLock lock(&mutex_);
           --unfreed_count_;
         });

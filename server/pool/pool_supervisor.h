@@ -21,7 +21,6 @@
 #include "server/pool/pool_session.h"
 #include "server/pool/quota/byte_budget.h"
 #include "server/pool/quota/limits.h"
-#include "server/pool/quota/memory_trimmer.h"
 #include "server/pool/quota/quotas.h"
 #include "server/pool/session_options.h"
 
@@ -110,7 +109,6 @@ class PoolSupervisor {
   const std::shared_ptr<WorkerPool> workers_;
   const std::shared_ptr<const SharedArt> art_;
   std::atomic<int64_t> step_count_ = 0;
-  MemoryTrimmer memory_trimmer_;
   Quotas quotas_;
   PoolRegistry pools_;  // after the quotas that its reservations refer to
   ByteBudget episode_bytes_;

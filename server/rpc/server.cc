@@ -13,7 +13,7 @@
 #include "grpcpp/ext/proto_server_reflection_plugin.h"
 #include "grpcpp/grpcpp.h"
 #include "grpcpp/health_check_service_interface.h"
-#include "server/concurrency/start_thread.h"
+#include "server/concurrency/thread_limit.h"
 #include "server/logging/event_log.h"
 #include "server/net/address.h"
 #include "server/net/listener.h"

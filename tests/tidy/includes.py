@@ -59,7 +59,7 @@ DEPENDENCIES = {
     "proto": (),
     "server/concurrency": (),
     "server/logging": ("server/concurrency",),
-    "server/cluster": ("server/concurrency",),
+    "server/cluster": ("server/concurrency", "server/logging"),
     "server/encoding": (),
     "server/metrics": (),
     "server/net": ("server/concurrency", "server/logging"),

@@ -1,8 +1,6 @@
-#include "server/concurrency/start_thread.h"
+#include "server/concurrency/thread_limit.h"
 
 #include <pthread.h>
-
-#include <memory>
 
 #include "gmock/gmock.h"
 #include "gtest/gtest.h"
@@ -15,14 +13,6 @@ using ::testing::HasSubstr;
 
 // Larger than any address space, so a thread with this stack cannot start.
 constexpr size_t kStackBytes = size_t{1} << 47;
-
-TEST(StartThreadTest, RunsTheWork) {
-  bool has_run = false;
-  absl::StatusOr<std::thread> thread = StartThread([&] { has_run = true; });
-  ASSERT_TRUE(thread.ok()) << thread.status();
-  thread->join();
-  EXPECT_TRUE(has_run);
-}
 
 // No thread can start during the object's life.
 class NoThreads {
@@ -41,16 +31,6 @@ class NoThreads {
  private:
   pthread_attr_t usual_;
 };
-
-TEST(StartThreadTest, FailedThreadStartIsAnErrorAndDestroysItsWork) {
-  const NoThreads no_threads;
-  auto held = std::make_shared<int>(0);
-  const absl::StatusOr<std::thread> thread =
-      StartThread([held] { ADD_FAILURE() << "it ran with a stack of 128 TiB"; });
-  EXPECT_THAT(thread.status(),
-              StatusIs(absl::StatusCode::kResourceExhausted, HasSubstr("cannot start a thread")));
-  EXPECT_EQ(held.use_count(), 1);
-}
 
 TEST(CheckThreadLimitTest, EnoughThreadsAreNoError) { EXPECT_THAT(CheckThreadLimit(4), IsOk()); }
 
