@@ -10,14 +10,16 @@ namespace {
 
 using testing::HasSubstr;
 
-constexpr int32_t kEnvCount = 4;
+constexpr int32_t kRequestEnvCount = 4;
 
-absl::Status Check(const Request& request) { return CheckRequest("pools/7", kEnvCount, request); }
+absl::Status Check(const Request& request) {
+  return CheckRequest("pools/7", kRequestEnvCount, request);
+}
 
 Request StepOf(const std::vector<int32_t>& actions) {
   Request request;
   request.kind = Request::Kind::kStep;
-  request.count = kEnvCount;
+  request.count = kRequestEnvCount;
   request.actions = actions;
   return request;
 }
@@ -83,7 +85,7 @@ TEST(RequestTest, ActionOutOfRangeIsRejected) {
 }
 
 TEST(RequestTest, RepeatOutOfRangeIsRejected) {
-  const std::vector<int32_t> actions(kEnvCount, 4);
+  const std::vector<int32_t> actions(kRequestEnvCount, 4);
   for (const int32_t repeat : {-1, 0, 1001}) {
     Request request = StepOf(actions);
     request.repeat = repeat;
@@ -108,7 +110,7 @@ TEST(RequestTest, DuplicateResetIsRejected) {
   const std::vector<Reset> resets = {{2, {}, {}}, {0, {}, {}}, {2, {}, {}}};
   Request request;
   request.kind = Request::Kind::kReset;
-  request.count = kEnvCount;
+  request.count = kRequestEnvCount;
   request.resets = resets;
   EXPECT_THAT(Check(request),
               StatusIs(absl::StatusCode::kInvalidArgument,
@@ -118,7 +120,7 @@ TEST(RequestTest, DuplicateResetIsRejected) {
 TEST(RequestTest, EmptyResetIsRejected) {
   Request request;
   request.kind = Request::Kind::kReset;
-  request.count = kEnvCount;
+  request.count = kRequestEnvCount;
   EXPECT_THAT(Check(request), StatusIs(absl::StatusCode::kInvalidArgument,
                                        "resets is empty, allowed: at least one environment"));
 }

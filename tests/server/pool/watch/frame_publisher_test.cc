@@ -22,7 +22,7 @@ namespace {
 using testing::ElementsAre;
 using testing::IsEmpty;
 
-constexpr int32_t kEnvCount = 2;
+constexpr int32_t kWatchedCount = 2;
 constexpr int32_t kNoAction = 4;
 
 // Frame sets in the order in which they were published.
@@ -61,7 +61,7 @@ class FramePublisherTest : public testing::Test {
   void SetUp() override {
     PoolOptions options;
     options.games = {"maze"};
-    options.env_count = kEnvCount;
+    options.env_count = kWatchedCount;
     absl::StatusOr<std::unique_ptr<Pool>> pool = Pool::Create(options, workers_);
     ASSERT_THAT(pool, IsOk());
     session_ = std::make_shared<PoolSession>(
@@ -86,7 +86,7 @@ class FramePublisherTest : public testing::Test {
 
   // Steps both environments; the observations are in observations_ and final_observations_.
   void Step(const std::vector<int32_t>& actions, absl::Span<const Annotation> annotations = {}) {
-    Request request = RequestOf(Request::Kind::kStep, kEnvCount);
+    Request request = RequestOf(Request::Kind::kStep, kWatchedCount);
     request.actions = actions;
     request.annotations = annotations;
     Batch batch;
@@ -117,7 +117,7 @@ class FramePublisherTest : public testing::Test {
   FramePublishers publishers_;
   const std::shared_ptr<FrameSets> frame_sets_ = std::make_shared<FrameSets>();
   int64_t number_ = 0;
-  std::vector<uint8_t> observations_ = std::vector<uint8_t>(kEnvCount * kObservationBytes);
+  std::vector<uint8_t> observations_ = std::vector<uint8_t>(kWatchedCount * kObservationBytes);
   std::vector<uint8_t> final_observations_ = observations_;
 };
 
