@@ -1,44 +1,29 @@
 #include "clients/libenv/handle.h"
 
 #include <algorithm>
-#include <cstdlib>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
-#include "clients/libenv/local_environments.h"
-#include "clients/libenv/remote_environments.h"
 #include "clients/libenv/report.h"
 #include "procgen_client/art_folders.h"
 
 namespace {
 
-// Address of the server on which environments are created.
-constexpr char kServerVariable[] = "PROCGEN_SERVER";
-
 // Uses the art folder that the host names. If it cannot be used, that is reported, and the built-in
 // art is used in its place.
-absl::StatusOr<std::unique_ptr<procgen::Environments>> MakeLocalEnvironments(
+absl::StatusOr<std::unique_ptr<procgen::Environments>> MakeEnvironments(
     const procgen::MakeOptions& options) {
   procgen::PoolOptions pool = options.pool;
   const auto art = procgen_client::FindArt(options.resource_root);
   if (art.ok()) {
     pool.art = *art;
   }
-  auto environments = procgen::LocalEnvironments::Create(pool, options.num_threads);
+  auto environments = procgen::Environments::Create(pool, options.num_threads);
   if (environments.ok() && !art.ok()) {
     procgen::Report(
         absl::StrCat("using the built-in art; option resource_root: ", art.status().message()));
   }
   return environments;
-}
-
-absl::StatusOr<std::unique_ptr<procgen::Environments>> MakeEnvironments(
-    const procgen::MakeOptions& options) {
-  const char* address = std::getenv(kServerVariable);
-  if (address != nullptr && *address != '\0') {
-    return procgen::RemoteEnvironments::Create(address, options.pool);
-  }
-  return MakeLocalEnvironments(options);
 }
 
 }  // namespace
@@ -79,18 +64,6 @@ absl::Status LibenvHandle::Observe() {
   if (!buffers_.has_value()) {
     return absl::FailedPreconditionError("no buffers are set, call libenv_set_buffers first");
   }
-  if (!is_lost_) {
-    if (absl::Status status = ObserveAll(); !status.ok()) {
-      Lose(status);
-    }
-  }
-  if (is_lost_) {
-    buffers_->SpoilRewards();
-  }
-  return absl::OkStatus();
-}
-
-absl::Status LibenvHandle::ObserveAll() {
   const auto observed = environments_->Observe();
   if (!observed.ok()) {
     return observed.status();
@@ -108,15 +81,9 @@ absl::Status LibenvHandle::Act() {
   if (!buffers_.has_value()) {
     return absl::FailedPreconditionError("no buffers are set, call libenv_set_buffers first");
   }
-  if (is_lost_) {
-    return absl::OkStatus();
-  }
   buffers_->ReadActions(absl::MakeSpan(actions_));
   CheckActions();
-  if (absl::Status status = environments_->Act(actions_); !status.ok()) {
-    Lose(status);
-  }
-  return absl::OkStatus();
+  return environments_->Act(actions_);
 }
 
 void LibenvHandle::CheckActions() {
@@ -131,12 +98,6 @@ void LibenvHandle::CheckActions() {
     }
     actions_[i] = procgen::kNoAction;
   }
-}
-
-void LibenvHandle::Lose(const absl::Status& status) {
-  is_lost_ = true;
-  procgen::Report(
-      absl::StrCat("the environments are lost, rewards are NaN from now on: ", status.message()));
 }
 
 absl::StatusOr<int> LibenvHandle::SaveState(int environment, absl::Span<char> data) {
@@ -177,9 +138,6 @@ absl::Status LibenvHandle::RestoreState(int environment, absl::string_view snaps
 }
 
 absl::Status LibenvHandle::CheckEnvironment(int environment) const {
-  if (is_lost_) {
-    return absl::UnavailableError("the environments are lost");
-  }
   if (environment < 0 || environment >= options_.pool.env_count) {
     return absl::InvalidArgumentError(
         absl::StrCat("environment ", environment, " is not in [0, ", options_.pool.env_count, ")"));

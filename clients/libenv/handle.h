@@ -15,14 +15,10 @@
 #include "clients/libenv/make_options.h"
 
 // Implementation of a handle: environments, and the host's buffers for them.
-// If the environments are lost (e.g. their server has gone), that is reported once. From then on
-// Observe writes NaN rewards and leaves the other buffers unchanged.
 // Threads: compatible (one at a time).
 struct LibenvHandle final {
  public:
-  // Creates environments in this process, or on the server whose address is in the environment
-  // variable PROCGEN_SERVER. Errors: INVALID_ARGUMENT or NOT_FOUND for invalid options; those of
-  // the server.
+  // Errors: INVALID_ARGUMENT or NOT_FOUND for invalid options.
   static absl::StatusOr<std::unique_ptr<LibenvHandle>> Create(int env_count,
                                                               const LibenvOptions& options);
 
@@ -35,28 +31,23 @@ struct LibenvHandle final {
   // reported. Errors: as Observe.
   absl::Status Act();
   // Writes a snapshot to `data` and returns its size in bytes. Errors: INVALID_ARGUMENT no such
-  // environment, or `data` is too small; UNAVAILABLE the environments are lost.
+  // environment, or `data` is too small.
   absl::StatusOr<int> SaveState(int environment, absl::Span<char> data);
   // Restores a snapshot in an environment and refreshes its buffers. On error nothing has changed.
-  // Errors: INVALID_ARGUMENT no such environment; UNAVAILABLE the environments are lost; those of
-  // Environments::RestoreState.
+  // Errors: INVALID_ARGUMENT no such environment; those of Environments::RestoreState.
   absl::Status RestoreState(int environment, absl::string_view snapshot);
 
  private:
   LibenvHandle(const procgen::MakeOptions& options,
                std::unique_ptr<procgen::Environments> environments);
 
-  absl::Status ObserveAll();
   void CheckActions();
   absl::Status CheckEnvironment(int environment) const;
-  // Marks the environments as lost and reports it.
-  void Lose(const absl::Status& status);
 
   const procgen::MakeOptions options_;
   const std::unique_ptr<procgen::Environments> environments_;
   std::optional<procgen::HostBuffers> buffers_;
   std::vector<int32_t> actions_;  // [N]
-  bool is_lost_ = false;
   bool has_reported_action_ = false;
 };
 

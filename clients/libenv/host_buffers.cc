@@ -70,10 +70,6 @@ void HostBuffers::WriteOne(size_t i, const EnvironmentValues& observed) const {
   std::memcpy(Info(kInfoLevelSeed, i), &observed.level_seeds[i], sizeof(int32_t));
 }
 
-void HostBuffers::SpoilRewards() const {
-  std::fill_n(rewards_, env_count_, std::numeric_limits<float>::quiet_NaN());
-}
-
 absl::Span<uint8_t> HostBuffers::HumanView(int32_t environment) const {
   return {static_cast<uint8_t*>(Info(kInfoHumanView, static_cast<size_t>(environment))),
           kHumanViewBytes};

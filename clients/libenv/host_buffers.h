@@ -27,8 +27,6 @@ class HostBuffers {
   void Write(const EnvironmentValues& observed) const;
   // As Write, for environment `i` only.
   void WriteOne(size_t i, const EnvironmentValues& observed) const;
-  // Sets all rewards to NaN, so that a learner notices that its environments are lost.
-  void SpoilRewards() const;
   // Buffer of the human view of an environment. REQUIRES: render_human.
   absl::Span<uint8_t> HumanView(int32_t environment) const;
 

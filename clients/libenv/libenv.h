@@ -92,7 +92,7 @@ struct LibenvBuffers {
 LIBENV_API int libenv_version(void);
 
 // Creates `env_count` environments, 1 to 65536. `options` is not used after the call. Returns null
-// if an option is unknown, malformed, out of range or missing, or if the server cannot be used.
+// if an option is unknown, malformed, out of range or missing.
 LIBENV_API struct LibenvHandle* libenv_make(int env_count, struct LibenvOptions options);
 
 // Returns the number of members of a space (a LibenvSpace) and, if `types` is not null, stores

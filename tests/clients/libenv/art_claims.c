@@ -89,10 +89,3 @@ void FolderIsReadOnceWhileAHandleUsesIt(void) {
   libenv.close(handle);
   CLAIM(Play(link).line_count == 1);
 }
-
-void FolderIsIgnoredWithAServer(void) {
-  const struct Trajectory own = Play(NULL);
-  const struct Trajectory painted = Play(PaintedFolder());
-  CLAIM(painted.line_count == 0);
-  CLAIM(painted.pictures == own.pictures && painted.facts == own.facts);
-}

@@ -38,7 +38,6 @@ void InvalidSnapshotErrorIsOneLine(void);
 void FolderArtIsDrawn(void);
 void FolderWithoutArtErrorIsOneLine(void);
 void FolderIsReadOnceWhileAHandleUsesIt(void);
-void FolderIsIgnoredWithAServer(void);
 
 // Lifetime and errors: life_claims.c.
 void MisuseErrorIsOneLine(void);
@@ -46,10 +45,5 @@ void CloseIsAllowedAtAnyTime(void);
 void ProcessMayEndWithoutClose(void);
 void HandlesCanBeUsedByDifferentThreads(void);
 void ThousandHandlesLeakNothing(void);
-// These run without a server, with several, or kill it.
-void UnreachableServerErrorIsOneLine(void);
-void SeveralServersChangeNothing(void);
-void KilledHostFreesItsPools(void);
-void LostServerIsReportedOnce(void);
 
 #endif  // TESTS_CLIENTS_LIBENV_CLAIMS_H_

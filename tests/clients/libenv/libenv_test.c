@@ -1,13 +1,11 @@
 // Checks libenv.so from a C host's side, one claim a run:
-//   libenv_test LIBENV GOLDEN_FOLDER CLAIM [SERVER]
-// With SERVER, a procgen-server program, the environments are on such a server.
+//   libenv_test LIBENV GOLDEN_FOLDER CLAIM
 
 #include <string.h>
 
 #include "tests/clients/libenv/claim.h"
 #include "tests/clients/libenv/claims.h"
 #include "tests/clients/libenv/host.h"
-#include "tests/clients/libenv/server_process.h"
 
 const char* golden_folder = NULL;
 
@@ -36,7 +34,6 @@ static const struct {
     {"folder_art_is_drawn", FolderArtIsDrawn},
     {"folder_without_art_error_is_one_line", FolderWithoutArtErrorIsOneLine},
     {"folder_is_read_once_while_a_handle_uses_it", FolderIsReadOnceWhileAHandleUsesIt},
-    {"folder_is_ignored_with_a_server", FolderIsIgnoredWithAServer},
     {"restored_environments_continue_identically", RestoredEnvironmentsContinueIdentically},
     {"restoring_refreshes_one_environment", RestoringRefreshesOneEnvironment},
     {"snapshots_need_no_buffers", SnapshotsNeedNoBuffers},
@@ -47,20 +44,12 @@ static const struct {
     {"process_may_end_without_close", ProcessMayEndWithoutClose},
     {"handles_can_be_used_by_different_threads", HandlesCanBeUsedByDifferentThreads},
     {"thousand_handles_leak_nothing", ThousandHandlesLeakNothing},
-    {"unreachable_server_error_is_one_line", UnreachableServerErrorIsOneLine},
-    {"several_servers_change_nothing", SeveralServersChangeNothing},
-    {"killed_host_frees_its_pools", KilledHostFreesItsPools},
-    {"lost_server_is_reported_once", LostServerIsReportedOnce},
 };
 
 int main(int argument_count, char** arguments) {
-  if (argument_count < 4 || argument_count > 5) {
-    printf("Usage: %s LIBENV GOLDEN_FOLDER CLAIM [SERVER]\n", arguments[0]);
+  if (argument_count != 4) {
+    printf("Usage: %s LIBENV GOLDEN_FOLDER CLAIM\n", arguments[0]);
     return 2;
-  }
-  CLAIM(unsetenv("PROCGEN_SERVER") == 0);
-  if (argument_count == 5) {
-    StartServer(arguments[4]);
   }
   LoadInterface(arguments[1]);
   golden_folder = arguments[2];

@@ -10,7 +10,6 @@
 #include "tests/clients/libenv/claim.h"
 #include "tests/clients/libenv/claims.h"
 #include "tests/clients/libenv/host.h"
-#include "tests/clients/libenv/server_process.h"
 #include "tests/clients/libenv/standard_error.h"
 
 // Sanitizers delay reuse of freed memory, so the resident size is not comparable. AddressSanitizer
@@ -135,7 +134,7 @@ static void MakeAndClose(int count) {
   }
 }
 
-// Waits up to 10 s: gRPC closes connections and ends threads in the background.
+// Waits up to 10 s.
 static int FallsTo(const char* path, int count) {
   const struct timespec moment = {.tv_nsec = 50 * 1000 * 1000};
   for (int i = 0; i < 200 && CountEntries(path) > count; ++i) {
@@ -147,7 +146,7 @@ static int FallsTo(const char* path, int count) {
 void ThousandHandlesLeakNothing(void) {
   static const char kDescriptors[] = "/proc/self/fd";
   static const char kThreads[] = "/proc/self/task";
-  // Creates everything that is never freed: art, gRPC's threads.
+  // Creates everything that is never freed: art.
   MakeAndClose(100);
   const int descriptors = CountEntries(kDescriptors);
   const int threads = CountEntries(kThreads);
@@ -159,80 +158,4 @@ void ThousandHandlesLeakNothing(void) {
   CLAIM(FallsTo(kDescriptors, descriptors));
   CLAIM(FallsTo(kThreads, threads));
   CLAIM(ResidentPages() - pages <= kGrowthPagesMax);
-}
-
-void UnreachableServerErrorIsOneLine(void) {
-  CLAIM(setenv("PROCGEN_SERVER", "127.0.0.1:1", 1) == 0);
-  const struct OptionList list = RequiredOptions("coinrun");
-  BeginListening();
-  struct LibenvHandle* handle = Make(1, &list);
-  const struct CapturedOutput said = EndListening();
-  CLAIM(handle == NULL);
-  CLAIM(said.line_count == 1 && strstr(said.text, "127.0.0.1:1") != NULL);
-}
-
-void SeveralServersChangeNothing(void) {
-  const struct OptionList list = RequiredOptions("coinrun");
-  struct Host whole = OpenHost(3, &list);
-  // The same server, twice: each has a slice.
-  const char* address = getenv("PROCGEN_SERVER");
-  char addresses[512];
-  snprintf(addresses, sizeof(addresses), "%s,%s", address, address);
-  CLAIM(setenv("PROCGEN_SERVER", addresses, 1) == 0);
-  struct Host spread = OpenHost(3, &list);
-  for (int step = 0; step < 20; ++step) {
-    libenv.observe(whole.handle);
-    libenv.observe(spread.handle);
-    CLAIM(DigestOfHost(&whole) == DigestOfHost(&spread));
-    ActAll(&whole, step % 15);
-    ActAll(&spread, step % 15);
-  }
-  CloseHost(&whole);
-  CloseHost(&spread);
-}
-
-// Makes environments until the server has no more room, then kills itself.
-static void UseUpTheServerAndDie(void) {
-  const struct OptionList list = RequiredOptions("maze");
-  while (Make(1, &list) != NULL) {
-  }
-  raise(SIGKILL);
-}
-
-void KilledHostFreesItsPools(void) {
-  // Fork before this process calls the server: threads do not survive a fork.
-  const pid_t child = fork();
-  CLAIM(child >= 0);
-  if (child == 0) {
-    UseUpTheServerAndDie();
-  }
-  int status = 0;
-  CLAIM(waitpid(child, &status, 0) == child && WIFSIGNALED(status));
-  const struct OptionList list = RequiredOptions("maze");
-  struct LibenvHandle* handle = Make(1, &list);
-  // CTest's timeout ends this wait if the server never frees them.
-  const struct timespec moment = {.tv_nsec = 200 * 1000 * 1000};
-  while (handle == NULL) {
-    nanosleep(&moment, NULL);
-    handle = Make(1, &list);
-  }
-  libenv.close(handle);
-}
-
-void LostServerIsReportedOnce(void) {
-  const struct OptionList list = RequiredOptions("coinrun");
-  struct Host host = OpenHost(2, &list);
-  ActAll(&host, 7);
-  libenv.observe(host.handle);
-  CLAIM(!isnan(host.rewards[0]) && !isnan(host.rewards[1]));
-  KillServer();
-  BeginListening();
-  for (int step = 0; step < 5; ++step) {
-    ActAll(&host, 7);
-    libenv.observe(host.handle);
-  }
-  const struct CapturedOutput said = EndListening();
-  CLAIM(said.line_count == 1 && strstr(said.text, "lost") != NULL);
-  CLAIM(isnan(host.rewards[0]) && isnan(host.rewards[1]));
-  CloseHost(&host);
 }

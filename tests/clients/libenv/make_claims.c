@@ -82,8 +82,7 @@ void RenderHumanAddsAnInfo(void) {
 }
 
 // Expects that libenv_make fails and writes one line that contains `words`.
-static void ClaimIsRejected(int env_count, const struct OptionList* list,
-                           const char* words) {
+static void ClaimIsRejected(int env_count, const struct OptionList* list, const char* words) {
   BeginListening();
   struct LibenvHandle* handle = Make(env_count, list);
   const struct CapturedOutput said = EndListening();

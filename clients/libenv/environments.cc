@@ -1,4 +1,4 @@
-#include "clients/libenv/local_environments.h"
+#include "clients/libenv/environments.h"
 
 #include <algorithm>
 #include <utility>
@@ -7,15 +7,14 @@
 
 namespace procgen {
 
-absl::StatusOr<std::unique_ptr<LocalEnvironments>> LocalEnvironments::Create(
-    const PoolOptions& options, int32_t num_threads) {
+absl::StatusOr<std::unique_ptr<Environments>> Environments::Create(const PoolOptions& options,
+                                                                   int32_t num_threads) {
   const int32_t thread_count = std::min(num_threads, options.env_count);
   auto pool = Pool::Create(options, std::make_shared<WorkerPool>(thread_count));
   if (!pool.ok()) {
     return pool.status();
   }
-  std::unique_ptr<LocalEnvironments> environments(
-      new LocalEnvironments(*std::move(pool), thread_count > 0));
+  std::unique_ptr<Environments> environments(new Environments(*std::move(pool), thread_count > 0));
   const Batch batch = environments->OwnBatch();
   if (absl::Status status = environments->pool_->Observe(0, options.env_count, batch);
       !status.ok()) {
@@ -24,15 +23,15 @@ absl::StatusOr<std::unique_ptr<LocalEnvironments>> LocalEnvironments::Create(
   return environments;
 }
 
-LocalEnvironments::LocalEnvironments(std::unique_ptr<Pool> pool, bool has_workers)
+Environments::Environments(std::unique_ptr<Pool> pool, bool has_workers)
     : pool_(std::move(pool)),
       has_workers_(has_workers),
       actions_(static_cast<size_t>(pool_->env_count())),
       observations_(actions_.size() * kObservationBytes) {}
 
-LocalEnvironments::~LocalEnvironments() { Wait().IgnoreError(); }
+Environments::~Environments() { Wait().IgnoreError(); }
 
-absl::Status LocalEnvironments::Act(absl::Span<const int32_t> actions) {
+absl::Status Environments::Act(absl::Span<const int32_t> actions) {
   if (absl::Status status = Wait(); !status.ok()) {
     return status;
   }
@@ -53,7 +52,7 @@ absl::Status LocalEnvironments::Act(absl::Span<const int32_t> actions) {
   return absl::OkStatus();
 }
 
-absl::StatusOr<EnvironmentValues> LocalEnvironments::Observe() {
+absl::StatusOr<EnvironmentValues> Environments::Observe() {
   if (absl::Status status = Wait(); !status.ok()) {
     return status;
   }
@@ -65,14 +64,14 @@ absl::StatusOr<EnvironmentValues> LocalEnvironments::Observe() {
                            .level_seeds = numbers_.level_seeds};
 }
 
-absl::Status LocalEnvironments::Render(int32_t environment, absl::Span<uint8_t> frame) {
+absl::Status Environments::Render(int32_t environment, absl::Span<uint8_t> frame) {
   if (absl::Status status = Wait(); !status.ok()) {
     return status;
   }
   return pool_->Render(environment, kHumanViewSizePx, frame);
 }
 
-absl::StatusOr<std::string> LocalEnvironments::SaveState(int32_t environment) {
+absl::StatusOr<std::string> Environments::SaveState(int32_t environment) {
   if (absl::Status status = Wait(); !status.ok()) {
     return status;
   }
@@ -83,7 +82,7 @@ absl::StatusOr<std::string> LocalEnvironments::SaveState(int32_t environment) {
   return std::move(snapshots->front());
 }
 
-absl::Status LocalEnvironments::RestoreState(int32_t environment, absl::string_view snapshot) {
+absl::Status Environments::RestoreState(int32_t environment, absl::string_view snapshot) {
   if (absl::Status status = Wait(); !status.ok()) {
     return status;
   }
@@ -94,13 +93,13 @@ absl::Status LocalEnvironments::RestoreState(int32_t environment, absl::string_v
   return pool_->Observe(0, pool_->env_count(), OwnBatch());
 }
 
-absl::Status LocalEnvironments::Wait() {
+absl::Status Environments::Wait() {
   const auto is_idle = [this]() ABSL_SHARED_LOCKS_REQUIRED(mutex_) { return !is_stepping_; };
   absl::MutexLock lock(&mutex_, absl::Condition(&is_idle));
   return status_;
 }
 
-Batch LocalEnvironments::OwnBatch() {
+Batch Environments::OwnBatch() {
   Batch batch;
   batch.observations = absl::MakeSpan(observations_);
   return numbers_.ReplaceEmptyArrays(batch, pool_->env_count());
