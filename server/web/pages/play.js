@@ -7,7 +7,6 @@ import { addressOf, drawGames, drawOptions, optionsOf, readAddress } from "./lin
 import { showLinkProblems } from "./links/level_link.js";
 import { attempt, openPage } from "./page.js";
 import { followBranch, openBranch } from "./play/branch.js";
-import { listenToGamepads } from "./play/gamepad.js";
 import { actionOf, Keys, takesKeys } from "./play/keys.js";
 import { describeEnd, factsOf, hasNext, isOnlyLevel, isTouched, levelOf, tellLevel } from "./play/level.js";
 import { PlayRun } from "./play/play_run.js";
@@ -300,7 +299,6 @@ keys.listen(document.querySelector(".pad"), (isRepeat) => {
     pause(false);
   }
 });
-listenToGamepads((names) => keys.holdByGamepads(names), act);
 setInterval(() => {
   if (view && !isPaused && !document.hidden && pace.mayStep(asked, view.images.human.width)) {
     step();

@@ -13,7 +13,7 @@ export default [
         "URLSearchParams", "VideoEncoder", "VideoFrame", "WebSocket", "Buffer", "addEventListener", "atob", "btoa", "clearInterval", "clearTimeout",
         "console", "createImageBitmap", "crypto", "devicePixelRatio", "dispatchEvent", "document", "fetch", "getComputedStyle", "history",
         "innerHeight", "innerWidth", "isSecureContext", "localStorage", "location", "matchMedia", "navigator", "performance", "process",
-        "requestAnimationFrame", "scrollY", "sessionStorage", "setGamepad", "setInterval", "setTimeout", "window",
+        "requestAnimationFrame", "scrollY", "sessionStorage", "setInterval", "setTimeout", "window",
       ].map((name) => [name, "readonly"])),
     },
     rules: {

@@ -1,4 +1,4 @@
-// Keys of the keyboard, the touch pad and gamepads, and the action that held keys select.
+// Keys of the keyboard and of the touch pad, and the action that held keys select.
 
 const NAMES = {
   ArrowLeft: "LEFT", ArrowRight: "RIGHT", ArrowUp: "UP", ArrowDown: "DOWN",
@@ -36,7 +36,6 @@ function namesOf(button) {
 export class Keys {
   #held = new Map();  // name -> number of keys and buttons that hold it
   #tapped = new Set();
-  #ofGamepads = [];  // names
 
   /** @type {(isRepeat: boolean) => void} */
   #onPress = () => {};
@@ -67,14 +66,6 @@ export class Keys {
     const names = new Set([...this.#held.keys(), ...this.#tapped]);
     this.#tapped.clear();
     return names;
-  }
-
-  // Sets the keys that gamepads hold.
-  holdByGamepads(names) {
-    const before = this.#ofGamepads;
-    this.#ofGamepads = names;
-    names.filter((name) => !before.includes(name)).forEach((name) => this.#press(name));
-    before.filter((name) => !names.includes(name)).forEach((name) => this.#release(name));
   }
 
   // Each finger presses the button under it, also after sliding.
