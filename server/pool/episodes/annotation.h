@@ -13,13 +13,14 @@
 namespace procgen {
 
 // Limits of the annotations of a step: their number, the length of a name, and the number of values
-// for one environment. A saliency map may have as many as the default observation has pixels; it is
-// shown, but not recorded.
+// for one environment. A saliency map may have as many as the default observation has pixels. It is
+// recorded with fewer: a map of 64 x 64 as the means of blocks of 4 x 4.
 inline constexpr size_t kAnnotationCountMax = 16;
 inline constexpr size_t kAnnotationNameBytesMax = 64;
 inline constexpr size_t kAnnotationValuesMax = 64;
 inline constexpr absl::string_view kSaliencyName = "saliency";
 inline constexpr size_t kSaliencyValuesMax = 64 * 64;
+inline constexpr size_t kSaliencyRecordedMax = 16 * 16;
 
 // Values that a learner sends with a step, for viewers. They do not change the step.
 struct Annotation {

@@ -24,6 +24,19 @@ void SetReason(IncompleteReason reason, EpisodeRecording* recording) {
   }
 }
 
+// A map of 64 x 64 as one of 16 x 16: the means of blocks of 4 x 4.
+std::vector<float> CoarseMapOf(absl::Span<const float> map) {
+  constexpr size_t kSide = 64;
+  constexpr size_t kBlock = 4;
+  std::vector<float> coarse(kSaliencyRecordedMax);
+  for (size_t i = 0; i < map.size(); ++i) {
+    const size_t row = i / kSide / kBlock;
+    const size_t column = i % kSide / kBlock;
+    coarse[row * (kSide / kBlock) + column] += map[i] / static_cast<float>(kBlock * kBlock);
+  }
+  return coarse;
+}
+
 bool HasEnded(const Batch& batch, size_t row) {
   return (batch.terminated[row] | batch.truncated[row]) != 0;
 }
@@ -102,10 +115,14 @@ void EpisodeLog::AddAnnotations(const StepAnnotations& annotations, int32_t inde
   step_annotations_.clear();
   for (const Annotation& annotation : annotations.annotations) {
     const size_t count = annotation.values.size() / static_cast<size_t>(annotations.count);
-    if (count <= kAnnotationValuesMax) {  // larger ones are not recorded
-      step_annotations_.push_back(
-          {annotation.name, annotation.values.subspan(
-                                static_cast<size_t>(index - annotations.first) * count, count)});
+    absl::Span<const float> values =
+        annotation.values.subspan(static_cast<size_t>(index - annotations.first) * count, count);
+    if (count == kSaliencyValuesMax) {
+      coarse_map_ = CoarseMapOf(values);
+      values = coarse_map_;
+    }
+    if (values.size() <= kSaliencyRecordedMax) {  // larger ones are not recorded
+      step_annotations_.push_back({annotation.name, values});
     }
   }
   Environment& environment = Of(index);

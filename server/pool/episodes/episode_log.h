@@ -109,6 +109,7 @@ class EpisodeLog {
   int64_t reserved_bytes_ = 0;                    // for steps
   int64_t annotation_bytes_ = 0;                  // for annotations
   std::vector<StepAnnotation> step_annotations_;  // of the row being recorded
+  std::vector<float> coarse_map_;                 // likewise, its saliency
   std::vector<Environment> environments_;
   std::vector<int32_t> lengths_;  // of the current episodes, in steps; -1: unknown
   std::vector<float> returns_;    // likewise, the sums of their rewards

@@ -154,13 +154,33 @@ bool RecentEpisodes::ReserveAnnotations(int64_t bytes) {
 }
 
 bool RecentEpisodes::DropOldestAnnotations() {
-  for (EpisodeRecording& recording : recordings_) {
-    if (recording.annotations.bytes() > 0) {
-      DropAnnotations(&recording);
-      return true;
+  constexpr size_t kNone = kListedMax;
+  size_t oldest = kNone;
+  size_t best = kNone;
+  size_t worst = kNone;
+  const auto reward_of = [this](size_t i) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_) {
+    return Last(recordings_.size() - 1 - i).total_reward;
+  };
+  const auto has_annotations = [this](size_t i) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_) {
+    return recordings_[i].annotations.bytes() > 0;
+  };
+  for (size_t i = 0; i < recordings_.size(); ++i) {
+    if (has_annotations(i)) {
+      oldest = std::min(oldest, i);
+      best = best == kNone || reward_of(i) >= reward_of(best) ? i : best;
+      worst = worst == kNone || reward_of(i) <= reward_of(worst) ? i : worst;
     }
   }
-  return false;
+  if (oldest == kNone) {
+    return false;
+  }
+  size_t dropped = oldest;
+  while (dropped < recordings_.size() &&
+         (dropped == best || dropped == worst || !has_annotations(dropped))) {
+    ++dropped;
+  }
+  DropAnnotations(&recordings_[dropped < recordings_.size() ? dropped : oldest]);
+  return true;
 }
 
 void RecentEpisodes::DropAnnotations(EpisodeRecording* recording) {

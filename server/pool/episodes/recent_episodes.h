@@ -30,7 +30,7 @@ struct EndedEpisode {
 
 // A pool's ended episodes: their total count, statistics of the most recent ones, a list, and the
 // recordings of the last ones in the list, as many as memory allows. Annotations are dropped before
-// recordings.
+// recordings, those of the best and of the worst episode last.
 // Threads: any method from any thread. Its lock is a leaf.
 class RecentEpisodes {
  public:
@@ -89,7 +89,8 @@ class RecentEpisodes {
   bool Reserve(int64_t bytes) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   // Likewise for its annotations; drops the oldest annotations.
   bool ReserveAnnotations(int64_t bytes) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
-  // Returns false if no recording has annotations.
+  // Drops those of the best and of the worst episode last: they are read most. Returns false if no
+  // recording has annotations.
   bool DropOldestAnnotations() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   void DropAnnotations(EpisodeRecording* recording) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   void DropOldestRecording() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);

@@ -197,15 +197,14 @@ TEST(EpisodeLogTest, AnnotationsBelongToTheStepsOfTheirEpisode) {
     FakePool pool(2, &log);
     const auto step = [&pool](float value, const std::vector<int32_t>& ends = {}) {
       const std::vector<float> values = {value, -value};
-      const std::vector<float> saliency(64 * 64 * 2);
-      pool.StepSlice(0, 2, 4, ends, 0, false, {{"value", values}, {"saliency", saliency}});
+      pool.StepSlice(0, 2, 4, ends, 0, false, {{"value", values}});
     };
     pool.Step(4);
     step(1);
     step(2, {1});
     step(3);
     const Episode current = EpisodeOf(&log, 0, true);
-    ASSERT_THAT(current.annotations, SizeIs(1)) << "saliency is not recorded";
+    ASSERT_THAT(current.annotations, SizeIs(1));
     EXPECT_EQ(current.annotations[0].name, "value");
     EXPECT_EQ(current.annotations[0].first_step, 1);
     EXPECT_THAT(current.annotations[0].values, ElementsAre(1, 2, 3));
@@ -214,6 +213,28 @@ TEST(EpisodeLogTest, AnnotationsBelongToTheStepsOfTheirEpisode) {
     EXPECT_EQ(EpisodeOf(&log, 1, true).annotations[0].first_step, 0);
   }
   EXPECT_EQ(bytes.reserved_bytes(), 0);
+}
+
+TEST(EpisodeLogTest, SaliencyIsRecordedInBlocksOfFourByFourPixels) {
+  ByteBudget bytes(kPlenty);
+  EpisodeLog log(2, &bytes);
+  FakePool pool(2, &log);
+  std::vector<float> maps(2 * 64 * 64);
+  maps[64 * 64 + 5] = 8;        // of environment 1: the first row of blocks, the second block
+  maps[64 * 64 + 64 + 6] = 16;  // the same block
+  maps[2 * 64 * 64 - 1] = -4;   // the last block
+  const std::vector<float> middle(2 * 32 * 32, 1);
+  pool.StepSlice(0, 2, 4, {}, 0, false, {{"saliency", maps}});
+  const Episode episode = EpisodeOf(&log, 1, true);
+  ASSERT_THAT(episode.annotations, SizeIs(1));
+  std::vector<float> expected(16 * 16);
+  expected[1] = 1.5;
+  expected[255] = -0.25;
+  EXPECT_EQ(episode.annotations[0].value_count, 256);
+  EXPECT_EQ(episode.annotations[0].values, expected);
+  pool.StepSlice(0, 2, 4, {1}, 0, false, {});
+  pool.StepSlice(0, 2, 4, {}, 0, false, {{"saliency", middle}});
+  EXPECT_THAT(EpisodeOf(&log, 1, true).annotations, SizeIs(0)) << "1,024 values are too many";
 }
 
 TEST(EpisodeLogTest, AnnotationsAreDroppedBeforeSteps) {

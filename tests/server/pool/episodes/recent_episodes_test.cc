@@ -152,6 +152,31 @@ TEST(RecentEpisodesTest, AnnotationsAreDroppedBeforeRecordings) {
   EXPECT_EQ(bytes.reserved_bytes(), 0);
 }
 
+TEST(RecentEpisodesTest, AnnotationsOfTheBestAndTheWorstEpisodeAreDroppedLast) {
+  ByteBudget bytes(int64_t{1} << 30);
+  RecentEpisodes episodes(&bytes);
+  const std::vector<float> values(64, 1);
+  for (uint64_t i = 1; i <= 200; ++i) {
+    EpisodeRecording recording = RecordingOf(2000, 1000);
+    for (int32_t step = 0; step < 1000; ++step) {
+      const StepAnnotation annotation = {"x", values};
+      recording.annotations.Add(step, absl::MakeConstSpan(&annotation, 1));
+    }
+    EndedEpisode episode = EpisodeWith(i);
+    episode.total_reward = i == 20 ? 30 : i == 30 ? -5 : static_cast<float>(i % 10);
+    episodes.Add(episode, std::move(recording));
+    ASSERT_LE(bytes.reserved_bytes(), 20 << 20);
+  }
+  const auto has_annotations = [&episodes](uint64_t fingerprint) {
+    return !episodes.Find(3, fingerprint)->Decode().annotations.empty();
+  };
+  EXPECT_TRUE(has_annotations(20)) << "the best";
+  EXPECT_TRUE(has_annotations(30)) << "the worst";
+  EXPECT_TRUE(has_annotations(200)) << "the newest";
+  EXPECT_FALSE(has_annotations(1));
+  EXPECT_FALSE(has_annotations(21));
+}
+
 TEST(RecentEpisodesTest, MeanReturnsOfGroupsCoverTheirLastHundredEpisodes) {
   ByteBudget bytes(0);
   RecentEpisodes episodes(&bytes);
