@@ -55,10 +55,11 @@ absl::StatusOr<Draw> SceneCapture::Capture(Pool* pool, absl::Span<const int32_t>
                renderers = renderers_](const std::vector<absl::Span<uint8_t>>& frames) {
     std::unique_ptr<SceneSnapshotRenderer> renderer = renderers->Take();
     for (size_t i = 0; i < frames.size(); ++i) {
-      if (view == View::kAgent) {
-        renderer->DrawAgentView(scenes[shown[i]], frames[i]);
+      const SceneSnapshot& scene = scenes[shown[i % shown.size()]];
+      if (view == View::kAgent || i >= shown.size()) {
+        renderer->DrawAgentView(scene, frames[i]);
       } else {
-        renderer->DrawHumanView(scenes[shown[i]], size_px, frames[i]);
+        renderer->DrawHumanView(scene, size_px, frames[i]);
       }
     }
     renderers->PutBack(std::move(renderer));

@@ -20,7 +20,8 @@ enum class View : uint8_t {
 };
 
 // Draws captured scenes. Call once, on any thread; the pool may be busy or destroyed by then.
-// `frames`: uint8 [size_px, size_px, 3], one for each captured environment.
+// `frames`: uint8 [size_px, size_px, 3], one for each captured environment. As many uint8
+// [64, 64, 3] may follow, which get the agent's views.
 using Draw = absl::AnyInvocable<void(const std::vector<absl::Span<uint8_t>>& frames)>;
 
 // Captures the scenes of a pool's environments, to be drawn later: a few us for each.

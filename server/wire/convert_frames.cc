@@ -37,16 +37,16 @@ struct FrameRequest {
   absl::string_view limit;  // name of response_bytes_max
   int64_t response_bytes_max = 0;
   Encoding encoding = Encoding::kRaw;
+  bool with_agent_views = false;
 };
 
-// Upper bound of the bytes of an image in a response.
-int64_t ImageBytesMax(const FrameRequest& frames) {
-  const int64_t size_px = frames.size_px;
+// Upper bound of the bytes of an image of this size in a response.
+int64_t ImageBytesMax(const FrameRequest& frames, int64_t size_px) {
   switch (frames.format) {
     case v1::FRAME_FORMAT_NONE:
       return 0;
     case v1::FRAME_FORMAT_PNG:
-      return PngBytesMax(frames.size_px);
+      return PngBytesMax(static_cast<int32_t>(size_px));
     default:
       return EncodedBytesMax(frames.encoding, size_px * size_px * 3);
   }
@@ -54,7 +54,9 @@ int64_t ImageBytesMax(const FrameRequest& frames) {
 
 absl::Status CheckSize(const FrameRequest& frames) {
   const int64_t size_px = frames.size_px;
-  const int64_t image_bytes = ImageBytesMax(frames);
+  const int64_t image_bytes =
+      ImageBytesMax(frames, size_px) +
+      (frames.with_agent_views ? ImageBytesMax(frames, kObservationSizePx) : 0);
   const int64_t frames_max =
       (frames.response_bytes_max - kFrameOverheadBytes) / (image_bytes + kFrameOverheadBytes);
   if (static_cast<int64_t>(frames.environments.size()) > frames_max) {
@@ -169,7 +171,15 @@ absl::StatusOr<WatchSpec> WatchSpecOf(const v1::WatchPoolRequest& request, const
       request.format(),
       limits.response_bytes_max < kWatchResponseBytesMax ? "response_bytes_max" : "of a watch",
       std::min(limits.response_bytes_max, kWatchResponseBytesMax),
-      *encoding};
+      *encoding,
+      request.with_agent_views()};
+  if (frames.with_agent_views &&
+      (frames.size_px == kObservationSizePx || *encoding != Encoding::kRaw)) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("with_agent_views is true with size_px ", frames.size_px, " and encoding ",
+                     v1::Encoding_Name(request.encoding()), ", allowed: a size_px other than ",
+                     kObservationSizePx, ", and ENCODING_RAW"));
+  }
   if (frames.environments.size() > kWatchEnvironmentsMax) {
     return absl::InvalidArgumentError(absl::StrCat("environments has ", frames.environments.size(),
                                                    " entries, allowed: 1 to ",
@@ -184,18 +194,23 @@ absl::StatusOr<WatchSpec> WatchSpecOf(const v1::WatchPoolRequest& request, const
                    .format = *encoding == Encoding::kDeltaZstd       ? kDeltaFormat
                              : frames.format == v1::FRAME_FORMAT_PNG ? v1::FRAME_FORMAT_PNG
                                                                      : v1::FRAME_FORMAT_RGB,
-                   .with_steps = request.with_steps()};
+                   .with_steps = request.with_steps(),
+                   .with_agent_views = request.with_agent_views()};
 }
 
 void WriteFrames(v1::FrameFormat format, google::protobuf::RepeatedPtrField<v1::Frame>* frames) {
   if (format != v1::FRAME_FORMAT_PNG) {
     return;
   }
+  const auto png_of = [](const std::string& image, int32_t size_px) {
+    return PngOf(absl::MakeConstSpan(reinterpret_cast<const uint8_t*>(image.data()), image.size()),
+                 size_px);
+  };
   for (v1::Frame& frame : *frames) {
-    const std::string& image = frame.image();
-    frame.set_image(
-        PngOf(absl::MakeConstSpan(reinterpret_cast<const uint8_t*>(image.data()), image.size()),
-              frame.size_px()));
+    frame.set_image(png_of(frame.image(), frame.size_px()));
+    if (!frame.agent_image().empty()) {
+      frame.set_agent_image(png_of(frame.agent_image(), kObservationSizePx));
+    }
   }
 }
 
@@ -210,6 +225,9 @@ absl::Cord EncodeWatched(int32_t format, FrameSet frame_set) {
       images.Append(std::move(frame_set.images[i]));
     } else {
       frame->set_image(std::move(frame_set.images[i]));
+    }
+    if (!frame_set.agent_images.empty()) {
+      frame->set_agent_image(std::move(frame_set.agent_images[i]));
     }
     if (!frame_set.steps.empty() && frame_set.steps[i].has_value()) {
       FillStep(*frame_set.steps[i], frame->mutable_step());

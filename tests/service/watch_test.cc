@@ -123,6 +123,38 @@ TEST_F(WatchTest, HumanViewEqualsRender) {
   EXPECT_EQ(response->frames(0).size_px(), 100);
 }
 
+TEST_F(WatchTest, BothViewsAreOfTheSameStep) {
+  const auto stream = StartPool(MazeSpec(2));
+  v1::WatchPoolRequest request = WatchRequest(stream->name(), {1}, 100);
+  request.set_with_steps(true);
+  request.set_with_agent_views(true);
+  const auto watch = client_->Watch(request);
+  v1::Batch batch;
+  for (int32_t step = 0; step < 10; ++step) {
+    ASSERT_THAT(stream->Step({4, step % 9}, &batch), IsOk());
+    const v1::WatchPoolResponse response = CurrentStatesAfter(step + 1, watch.get());
+    ASSERT_EQ(response.request_count(), step + 1);
+    const auto human = stream->Render({1}, 100);
+    ASSERT_THAT(human, IsOk());
+    EXPECT_EQ(response.frames(0).image(), human->frames(0).image());
+    EXPECT_EQ(response.frames(0).agent_image(), ObservationOf(batch, 1));
+    EXPECT_EQ(response.frames(0).step().episode_length(), batch.episode_lengths()[1]);
+  }
+}
+
+TEST_F(WatchTest, TheLastFrameOfAnEpisodeHasBothViews) {
+  const auto stream = StartPool(MazeSpec(1));
+  v1::WatchPoolRequest request = WatchRequest(stream->name(), {0}, 100);
+  request.set_with_agent_views(true);
+  const auto watch = client_->Watch(request);
+  ASSERT_THAT(watch->Next(), IsOk());
+  v1::Batch batch;
+  ASSERT_THAT(stream->Call(EndingStep(1), &batch), IsOk());
+  const v1::WatchPoolResponse response = ResponseAfter(1, watch.get());
+  ASSERT_TRUE(response.frames(0).has_ended_episode());
+  EXPECT_EQ(response.frames(0).agent_image(), batch.final_observations());
+}
+
 TEST_F(WatchTest, UnchangedFramesAreNotSent) {
   const auto stream = StartPool(MazeSpec(1));
   const auto watch = client_->Watch(WatchRequest(stream->name(), {0}));
@@ -299,6 +331,13 @@ TEST_F(WatchTest, EncodingsAndFormatsThatDoNotFitAreRejected) {
   EXPECT_THAT(client_->Watch(request)->Next(),
               StatusIs(absl::StatusCode::kInvalidArgument,
                        HasSubstr("allowed with ENCODING_DELTA_ZSTD: FRAME_FORMAT_RGB")));
+  request.set_encoding(v1::ENCODING_RAW);
+  request.set_with_agent_views(true);
+  EXPECT_THAT(client_->Watch(request)->Next(),
+              StatusIs(absl::StatusCode::kInvalidArgument,
+                       "with_agent_views is true with size_px 64 and encoding ENCODING_RAW, "
+                       "allowed: a size_px other than 64, and ENCODING_RAW"));
+  request.set_with_agent_views(false);
   request.set_encoding(static_cast<v1::Encoding>(3));
   EXPECT_THAT(client_->Watch(request)->Next(),
               StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr("encoding is number 3")));

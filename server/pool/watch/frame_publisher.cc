@@ -149,6 +149,7 @@ FramePublisher::Plan FramePublisher::BeginFrameSet(int64_t request_count) {
   const size_t count = spec_.environments.size();
   Plan plan = {.frame_set = {.environments = spec_.environments,
                              .images = {},
+                             .agent_images = {},
                              .ended_episodes = {},
                              .steps = steps_,
                              .size_px = spec_.size_px,
@@ -191,6 +192,9 @@ void FramePublisher::DrawFinalScenes(Plan* plan) {
     } else {
       renderer->DrawHumanView(*scene, plan->frame_set.size_px, frame);
     }
+    if (!plan->frame_set.agent_images.empty()) {
+      renderer->DrawAgentView(*scene, PixelsOf(&plan->frame_set.agent_images[i]));
+    }
   }
 }
 
@@ -220,6 +224,11 @@ void FramePublisher::OnCaptured(absl::StatusOr<Draw> draw, absl::Time begin_time
     frame_set.images.resize(frame_set.environments.size());
     for (std::string& image : frame_set.images) {
       image.resize(size_px * size_px * 3);
+      frames.push_back(PixelsOf(&image));
+    }
+    frame_set.agent_images.resize(self->spec_.with_agent_views ? frame_set.environments.size() : 0);
+    for (std::string& image : frame_set.agent_images) {
+      image.resize(kAgentViewBytes);
       frames.push_back(PixelsOf(&image));
     }
     draw(frames);

@@ -22,11 +22,12 @@ struct WatchSpec {
   absl::Duration interval;            // minimum time between two frame sets
   int32_t format = 0;                 // format of the encoder's output; opaque here
   bool with_steps = false;            // frame sets contain the newest steps
+  bool with_agent_views = false;      // and the agent's views; not if `images` are those
 
   bool operator<(const WatchSpec& other) const {
-    return std::tie(environments, size_px, interval, format, with_steps) <
+    return std::tie(environments, size_px, interval, format, with_steps, with_agent_views) <
            std::tie(other.environments, other.size_px, other.interval, other.format,
-                    other.with_steps);
+                    other.with_steps, other.with_agent_views);
   }
 };
 
@@ -53,6 +54,9 @@ struct FinishedEpisode {
 struct FrameSet {
   std::vector<int32_t> environments;
   std::vector<std::string> images;  // uint8 [size_px, size_px, 3], one for each
+  // uint8 [64, 64, 3], of the same states as `images`, one for each; empty unless the spec asks for
+  // them.
+  std::vector<std::string> agent_images;
   // One for each. If set, the image shows the last state of this episode, not the current state.
   std::vector<std::optional<FinishedEpisode>> ended_episodes;
   // One for each, if the spec asks for steps. Absent: no step is known.
