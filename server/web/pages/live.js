@@ -7,7 +7,6 @@ import { tellOptions } from "./links/level_choice.js";
 import { EnlargedView } from "./live/enlarged.js";
 import { Episodes } from "./live/episodes.js";
 import { Mosaic } from "./live/mosaic.js";
-import { NodeTable } from "./live/nodes.js";
 import { LearnerPause } from "./live/pause.js";
 import { Plots } from "./live/plots.js";
 import { labelsOf, PoolTable, stateOf, titleOf } from "./live/pools.js";
@@ -24,7 +23,6 @@ let shown = null;    // the pool opened last: { name, createTimeS }
 keepSettings();
 const enlarged = new EnlargedView((isOpen) => mosaic.cover(isOpen), writeEnvironment);
 const mosaic = new Mosaic((pool, environment) => enlarged.show(connection, catalog, pool, environment));
-const nodes = new NodeTable(byId("node-rows"));
 const plots = new Plots(byId("plots"));
 const episodes = new Episodes();
 const pause = new LearnerPause(byId("pool-pause"), byId("large-pause"));
@@ -32,7 +30,7 @@ const reports = new Reports(receive, (error) => {
   drawUnknown();
   loseReports(error);
 });
-const table = new PoolTable((pool) => reports.returnsOf(pool), follow, (names) => plots.compare(names));
+const table = new PoolTable(follow, (names) => plots.compare(names));
 
 function ready(hello, opened) {
   connection = opened;
@@ -40,8 +38,7 @@ function ready(hello, opened) {
   catalog = hello.catalog;
   setText(byId("address"), hello.address);
   byId("token-hint").hidden = !hello.requiresToken;
-  byId("nodes").hidden = !hello.cluster;
-  reports.start(connection, hello.cluster !== "");
+  reports.start(connection);
 }
 
 function lost() {
@@ -57,9 +54,6 @@ function lost() {
 function receive(report) {
   regainReports();
   last = report;
-  if (report.nodes) {
-    nodes.draw(report.nodes, report.timeS);
-  }
   show();
 }
 
@@ -74,7 +68,7 @@ function show() {
   // The load counts the pools of all owners.
   const hasOthers = !byId("token-hint").hidden && last.load.poolCount > 0;
   setText(byId("empty-title"), hasOthers ? "No pools of your token yet" : "No pools yet");
-  byId("bench").hidden = last.pools.length === 0;
+  byId("bench").hidden = pools.length === 0;
   tellIfClosed();
   const wanted = new URLSearchParams(location.search).get("pool");
   const pool = chosenPool(wanted, pools);
@@ -88,16 +82,16 @@ function show() {
     openPool(pool);
   }
   table.draw(pools, last.timeS, open);
-  pause.follow(connection, pool?.kind === "pool" ? pool : null);
+  pause.follow(connection, pool ?? null);
   if (pool) {
     drawPool(pool);
-    plots.add(last.pools);
-    episodes.follow(pool, last.pools);
+    plots.add(pools);
+    episodes.follow(pool);
   }
 }
 
 function named(text) {
-  return last.pools.find(({ name }) => name === text);
+  return visiblePools().find(({ name }) => name === text);
 }
 
 // Reports that the shown pool is gone, also if another one has its name.
@@ -128,14 +122,12 @@ function drawUnknown() {
   if (pool) {
     drawPool(unknown(pool));
   }
-  nodes.lose();
   plots.lose();
 }
 
-// Pools of learners, and those created by pages if the box is checked.
+// Pools of learners, without those created by pages.
 function visiblePools() {
-  const learners = last.pools.filter(({ kind }) => kind === "pool");
-  return byId("visitors").checked ? last.pools : learners;
+  return last.pools.filter(({ kind }) => kind === "pool");
 }
 
 // The pools of pages do not count.
@@ -215,7 +207,6 @@ function drawPool(pool) {
   ]);
 }
 
-byId("visitors").addEventListener("change", show);
 addEventListener("popstate", () => {
   open = null;
   show();

@@ -16,7 +16,7 @@ let page = null;  // { connection, state, onLost, hasContent, isOut, isLost, isA
 
 // Shows the page and connects. `onReady(hello, connection)` is called when the server accepts the page, and again after each
 // reconnect; `onLost()` when the connection is lost or given up; `onSilent()` when the server sends nothing for some time.
-// hello: { catalog, requiresToken, cluster, address: of the server, for programs }.
+// hello: { catalog, requiresToken, address: of the server, for programs }.
 export async function openPage(onReady, onLost = () => {}, onSilent = () => {}) {
   const state = element("span", { class: "link", role: "status", "data-state": "connecting" }, "Connecting");
   drawBar(state);

@@ -10,7 +10,6 @@ import { followBranch, openBranch } from "./play/branch.js";
 import { actionOf, Keys, takesKeys } from "./play/keys.js";
 import { describeEnd, factsOf, hasNext, isOnlyLevel, isTouched, levelOf, tellLevel } from "./play/level.js";
 import { PlayRun } from "./play/play_run.js";
-import { recordScore } from "./play/scores.js";
 import { StepPace } from "./play/step_pace.js";
 import { listenToTraceButtons } from "./play/traces.js";
 import { drawView } from "./play/view.js";
@@ -164,7 +163,7 @@ async function show(next) {
   if (view.first && view.step > 0) {
     endTime = performance.now();
     pause(true);
-    say(describeEnd(view, { leadsOn: leadsOn(), isBest: branch === null && recordScore(level, view.totalReward) }));
+    say(describeEnd(view, leadsOn()));
   }
   for (const id of ["pause", "step", "restart", "next", "save", "replay", "copy-python"]) {
     byId(id).disabled = false;

@@ -53,7 +53,7 @@ const comparison = new Comparison(() => ({ connection, replay, place: subject?.p
   tellPlace();
 });
 const map = new LevelMap(() => ({ replay }));
-const annotations = new AnnotationTracks(byId("annotation-lines"), byId("annotation-bars"), goToFraction);
+const annotations = new AnnotationTracks(goTo);
 let actionNames = new Map();  // by number
 
 async function ready(greeting, opened) {
@@ -157,11 +157,9 @@ function rowOfStep({ row, isStart }) {
   return isStart ? 0 : row;
 }
 
-// Goes to a part of the time line, in [0, 1].
-function goToFraction(fraction) {
-  if (replay) {
-    player.go(Math.round(fraction * frames.last));
-  }
+// Goes to a frame of the time line.
+function goTo(frame) {
+  player.go(Math.round(frame));
 }
 
 // Shows the place in the URL, except while the replay runs.
@@ -251,7 +249,7 @@ document.addEventListener("keydown", (event) => {
   }
 });
 slider.addEventListener("input", () => player.go(slider.valueAsNumber));
-byId("rewards").addEventListener("pointerdown", ({ offsetX, target }) => goToFraction(offsetX / target.clientWidth));
+byId("rewards").addEventListener("pointerdown", ({ offsetX, target }) => goTo(offsetX / target.clientWidth * frames.last));
 document.addEventListener("theme", redraw);
 addEventListener("resize", redraw);
 

@@ -129,7 +129,7 @@ test("an image and a video of a replay are saved, and show what the page shows",
   await page.click("#open-export");
   const image = await readFile(await it.save(page, "#export-image", new RegExp(`^coinrun.*\\.human\\.step-${shown}\\.png$`)));
   assert.deepEqual(await differenceFrom(page, "#human", image.toString("base64")), { size: 512, difference: 0 });
-  const video = await readFile(await it.save(page, "#export-video", /^coinrun.*\.human\.webm$/));
+  const video = await readFile(await it.save(page, "#export-video", /^coinrun.*\.human\.mp4$/));
   const { width, height, duration, content } = await decode(it, video.toString("base64"), (shown + 0.5) / STEPS_PER_SECOND);
   assert.deepEqual([width, height], [512, 512]);
   assert(Math.abs(duration - (COINRUN_1000_STEPS + 1) / STEPS_PER_SECOND) < 0.05, `${duration} s`);

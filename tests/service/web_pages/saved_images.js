@@ -16,24 +16,6 @@ export function differenceFrom(page, canvas, content) {
   }, [canvas, content]);
 }
 
-// The size of an image file (base64) of canvases side by side, with gaps of 2 pixels, and its mean difference from them.
-export function differenceFromMosaic(page, selector, columns, content) {
-  return page.evaluate(async ([canvases, columnCount, text]) => {
-    const bytes = Uint8Array.from(atob(text), (letter) => letter.charCodeAt(0));
-    const image = await createImageBitmap(new Blob([bytes], { type: "image/png" }));
-    const target = new OffscreenCanvas(image.width, image.height).getContext("2d");
-    target.drawImage(image, 0, 0);
-    let sum = 0;
-    document.querySelectorAll(canvases).forEach((canvas, i) => {
-      const { width, height } = canvas;
-      const place = [(i % columnCount) * (width + 2), Math.floor(i / columnCount) * (height + 2), width, height];
-      const wanted = canvas.getContext("2d").getImageData(0, 0, width, height).data;
-      sum += target.getImageData(...place).data.reduce((total, value, j) => total + Math.abs(value - wanted[j]), 0) / wanted.length;
-    });
-    return { width: image.width, height: image.height, difference: sum };
-  }, [selector, columns, content]);
-}
-
 // Decodes a video in a page of its own, without the server's rules. Returns its size, its duration, and its frame at a
 // time as PNG.
 export async function decode(it, content, timeS) {
@@ -45,7 +27,7 @@ export async function decode(it, content, timeS) {
       video.onloadeddata = resolve;
       video.onerror = () => reject(new Error(video.error.message));
     });
-    video.src = URL.createObjectURL(new Blob([bytes], { type: "video/webm" }));
+    video.src = URL.createObjectURL(new Blob([bytes], { type: "video/mp4" }));
     await loaded;
     // The event "seeked" may come before its frame can be drawn.
     const presented = new Promise((resolve) => {

@@ -1,61 +1,52 @@
-// Encodes canvases as a WebM or MP4 file, faster than in real time.
+// Encodes canvases as an MP4 file, faster than in real time.
 
 const BITS_PER_PIXEL = 0.5;  // per frame; pixel art has sharp edges
 const KEY_FRAME_DISTANCE = 150;
 const QUEUE_MAX = 8;
 
-// By the extension of the file: the codec's name for the encoder and the one for the muxer. VP9 of 8 bits, and H.264 High, up to
-// 1280 x 720 at 30 frames a second or 1024 x 1024 at 15.
-const FORMATS = {
-  webm: { codec: "vp09.00.31.08", track: "V_VP9", type: "video/webm" },
-  mp4: { codec: "avc1.640028", track: "avc", type: "video/mp4" },
-};
+// H.264 High and, for browsers that do not encode it, VP9 of 8 bits: their names for the encoder and for the muxer.
+const CODECS = [{ name: "avc1.640028", track: "avc" }, { name: "vp09.00.31.08", track: "vp9" }];
 
-// The formats that this browser encodes, "webm" or "mp4": most browsers encode only on HTTPS and localhost, some never.
-export async function videoFormats() {
+// The first codec that this browser encodes, or null: most browsers encode only on HTTPS and localhost, some never.
+export async function videoCodec() {
   if (typeof VideoEncoder === "undefined") {
-    return [];
+    return null;
   }
-  const names = Object.keys(FORMATS);
-  const answers = await Promise.all(names.map((name) => VideoEncoder.isConfigSupported(configOf(name, { width: 512, height: 512, framesPerSecond: 30 }))));
-  return names.filter((_, i) => answers[i].supported);
+  const answers = await Promise.all(CODECS.map((codec) => VideoEncoder.isConfigSupported(configOf({ codec, size: 512, framesPerSecond: 30 }))));
+  return CODECS.find((_, i) => answers[i].supported) ?? null;
 }
 
-function configOf(format, { width, height, framesPerSecond }) {
-  return { codec: FORMATS[format].codec, width, height, framerate: framesPerSecond, bitrate: Math.round(width * height * framesPerSecond * BITS_PER_PIXEL) };
+function configOf({ codec, size, framesPerSecond }) {
+  const bitrate = Math.round(size * size * framesPerSecond * BITS_PER_PIXEL);
+  return { codec: codec.name, width: size, height: size, framerate: framesPerSecond, bitrate };
 }
 
 export class Video {
-  #format;
   #framesPerSecond;
   #muxer;
   #encoder;
   #count = 0;
-  #canvas = null;  // of the last frame
   #error = null;
 
-  // `options`: format, width, height (even for MP4), framesPerSecond.
+  // `options`: codec, size in pixels (even), framesPerSecond.
   static async start(options) {
-    return new Video(options, await import("../vendor/muxers.js"));
+    return new Video(options, await import("../vendor/muxer.js"));
   }
 
-  constructor(options, { Mp4Muxer, Mp4Target, WebMMuxer, WebMTarget }) {
-    const { format, width, height, framesPerSecond } = options;
-    const video = { codec: FORMATS[format].track, width, height, frameRate: framesPerSecond };
-    this.#format = format;
+  constructor(options, { Muxer, ArrayBufferTarget }) {
+    const { codec, size, framesPerSecond } = options;
     this.#framesPerSecond = framesPerSecond;
-    this.#muxer = format === "mp4" ? new Mp4Muxer({ target: new Mp4Target(), video, fastStart: "in-memory" })
-      : new WebMMuxer({ target: new WebMTarget(), video });
+    const video = { codec: codec.track, width: size, height: size, frameRate: framesPerSecond };
+    this.#muxer = new Muxer({ target: new ArrayBufferTarget(), video, fastStart: "in-memory" });
     this.#encoder = new VideoEncoder({
       output: (chunk, metadata) => this.#muxer.addVideoChunk(chunk, metadata),
       error: (error) => { this.#error = error; },
     });
-    this.#encoder.configure(configOf(format, options));
+    this.#encoder.configure(configOf(options));
   }
 
   // Adds a frame. Waits while the encoder is busy. Throws its error.
   async add(canvas) {
-    this.#canvas = canvas;
     const duration = 1e6 / this.#framesPerSecond;
     const frame = new VideoFrame(canvas, { timestamp: Math.round(this.#count * duration), duration: Math.round(duration) });
     this.#encoder.encode(frame, { keyFrame: this.#count % KEY_FRAME_DISTANCE === 0 });
@@ -69,14 +60,11 @@ export class Video {
 
   // The file, as a Blob. Throws the encoder's error.
   async finish() {
-    if (this.#format === "webm" && this.#canvas) {
-      await this.add(this.#canvas);  // A WebM file ends with the start of its last frame.
-    }
     await this.#encoder.flush().catch(() => {});
     this.#check();
     this.#encoder.close();
     this.#muxer.finalize();
-    return new Blob([this.#muxer.target.buffer], { type: FORMATS[this.#format].type });
+    return new Blob([this.#muxer.target.buffer], { type: "video/mp4" });
   }
 
   cancel() {

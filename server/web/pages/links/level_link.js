@@ -1,79 +1,65 @@
 // Checks links to levels: a link to what does not exist is reported, not replaced by another level.
 
 import { byId, element } from "../elements/elements.js";
-import { addressOf } from "./level_choice.js";
 
 export const LEVEL_MAX = 2147483646;
 
-// The problems of a query for a page at `path`, whose own parameters are `own`: for each a text, and offers [[text, address], ...]. None if it is valid.
-function problemsOf(catalog, query, path, own) {
-  const game = query.get("game") ?? "coinrun";
-  const facts = catalog.games.find(({ name }) => name === game);
-  const withOther = (changes) => {
-    const other = new URLSearchParams(query);
-    Object.entries(changes).forEach(([name, value]) => (value === null ? other.delete(name) : other.set(name, value)));
-    return `${path}?${other}`;
-  };
-  if (!facts) {
-    return [{
-      text: `There is no game “${game}”.`,
-      offers: catalog.games.map(({ name, modes }) => [name, addressOf(path, levelOf(name, modes[0]))]),
-    }];
+// The problems of a query, whose parameters `own` are no options: { text, name: of the parameter, values: that are offered in its place,
+// null: without it }. None if it is valid.
+function problemsOf(catalog, query, own) {
+  const named = (list, name) => list.find((each) => each.name === name);
+  const [gameName, modeName] = [query.get("game") ?? "coinrun", query.get("mode") ?? "easy"];
+  const game = named(catalog.games, gameName);
+  if (!game) {
+    return [{ text: `There is no game “${gameName}”.`, name: "game", values: catalog.games.map(({ name }) => name) }];
   }
-  const mode = query.get("mode") ?? "easy";
-  const found = facts.modes.find(({ name }) => name === mode);
-  if (!found) {
-    return [{
-      text: `${game} has no mode “${mode}”.`,
-      offers: facts.modes.map((one) => [one.name, withOther({ mode: one.name, ...(one.levelSeed === undefined ? {} : { level: one.levelSeed }) })]),
-    }];
+  const mode = named(game.modes, modeName);
+  if (!mode) {
+    return [{ text: `${gameName} has no mode “${modeName}”.`, name: "mode", values: game.modes.map(({ name }) => name) }];
   }
   const problems = [];
-  const level = query.get("level") ?? String(found.levelSeed ?? 0);
-  if (found.levelSeed !== undefined && level !== String(found.levelSeed)) {
-    problems.push({
-      text: `${game}, ${mode} has no level “${level}”, only level ${found.levelSeed}.`,
-      offers: [[`Level ${found.levelSeed}`, withOther({ level: found.levelSeed })]],
-    });
+  const { levelSeed: only } = mode;
+  const level = query.get("level") ?? String(only ?? 0);
+  if (only !== undefined && level !== String(only)) {
+    problems.push({ text: `${gameName}, ${modeName} has no level “${level}”, only level ${only}.`, name: "level", values: [only] });
   } else if (!/^\d{1,10}$/.test(level) || Number(level) > LEVEL_MAX) {
-    problems.push({ text: `There is no level “${level}”: levels are 0 to ${LEVEL_MAX}.`, offers: [["Level 0", withOther({ level: 0 })]] });
+    problems.push({ text: `There is no level “${level}”: levels are 0 to ${LEVEL_MAX}.`, name: "level", values: [0] });
   }
   for (const [name, value] of query) {
-    if (["game", "mode", "level", ...own].includes(name)) {
-      continue;
-    }
-    const option = catalog.options.find((one) => one.name === name);
-    const allowed = option && allowedOf(option);
-    if (!option || !isAllowed(option, value)) {
-      problems.push({
-        text: option ? `The option ${name} is “${value}”, allowed: ${allowed}.` : `There is no option “${name}”.`,
-        offers: [[`Without ${name}`, withOther({ [name]: null })]],
-      });
+    const option = named(catalog.options, name);
+    if (!option && !["game", "mode", "level", ...own].includes(name)) {
+      problems.push({ text: `There is no option “${name}”.`, name, values: [null] });
+    } else if (option && !isAllowed(option, value)) {
+      const allowed = option.type === "boolean" ? "true or false" : `integers from ${option.min} to ${option.max}`;
+      problems.push({ text: `The option ${name} is “${value}”, allowed: ${allowed}.`, name, values: [null] });
     }
   }
   return problems;
-}
-
-function levelOf(game, mode) {
-  return { game, mode: mode.name, level: mode.levelSeed ?? 0 };
-}
-
-function allowedOf({ type, min, max }) {
-  return type === "boolean" ? "true or false" : `integers from ${min} to ${max}`;
 }
 
 function isAllowed({ type, min, max }, value) {
   return type === "boolean" ? ["true", "false"].includes(value) : /^-?\d+$/.test(value) && value >= min && value <= max;
 }
 
+// A link to the page with another value of a parameter.
+function offerOf(query, name, value) {
+  const other = new URLSearchParams(query);
+  other.delete(name);
+  if (value !== null) {
+    other.set(name, value);
+  }
+  const text = value === null ? `Without ${name}` : name === "level" ? `Level ${value}` : value;
+  return element("li", {}, element("a", { href: `${location.pathname}?${other}` }, text));
+}
+
 // Shows the problems of the page's link in #wrong. `own`: parameters that are no options. Returns whether there are any.
 export function showLinkProblems(catalog, own = []) {
-  const problems = problemsOf(catalog, new URLSearchParams(location.search), location.pathname, own);
-  const place = byId("wrong");
-  place.hidden = problems.length === 0;
-  place.replaceChildren(element("h2", {}, "No such level"), ...problems.flatMap(({ text, offers }) => [
+  const query = new URLSearchParams(location.search);
+  const problems = problemsOf(catalog, query, own);
+  byId("wrong").hidden = problems.length === 0;
+  byId("wrong").replaceChildren(element("h2", {}, "No such level"), ...problems.flatMap(({ text, name, values }) => [
     element("p", {}, text),
-    element("ul", { class: "offers" }, ...offers.map(([name, href]) => element("li", {}, element("a", { href }, name)))),
+    element("ul", { class: "offers" }, ...values.map((value) => offerOf(query, name, value))),
   ]));
   return problems.length > 0;
 }

@@ -1,11 +1,10 @@
-// A dialog with an enlarged environment: human view, agent view and newest step. Its episodes can be saved and replayed.
+// A dialog with an enlarged environment: both views of its newest step, and the step. Its episodes can be saved and replayed.
 
+import { drawSaliency, splitSaliency } from "../elements/annotations.js";
 import { byId, setText } from "../elements/elements.js";
-import { count } from "../elements/figures.js";
 import { sentence } from "../elements/notices.js";
 import { drawImage } from "../elements/pictures.js";
 import { attempt } from "../page.js";
-import { AGENT_SIZE_PX } from "../run/environment.js";
 import { AnnotationView } from "./annotations.js";
 import { EndHold, markEnd } from "./ends.js";
 import { openEpisode } from "./open_episode.js";
@@ -22,21 +21,13 @@ export class EnlargedView {
   #catalog = null;
   #pool = null;
   #environment = 0;
-  #watches = [];
+  #watch = null;
   #dialog = byId("large");
   #onToggle;
   #onChoose;
   #step = null;         // StepView of the environment
   #annotations = null;  // AnnotationView of the environment
-  #human = new EndHold(END_SHOWN_MS, (image) => {
-    draw(image, "large-picture", "large-frame");
-    setText(byId("large-human-step"), captionOf("Human view", image.step));
-  });
-  #agent = new EndHold(END_SHOWN_MS, (image) => {
-    draw(image, "large-agent", "large-agent-frame");
-    setText(byId("large-agent-step"), captionOf("Agent view", image.step));
-    this.#step.show(image.step);
-  });
+  #hold = new EndHold(END_SHOWN_MS, (frame) => this.#draw(frame));
 
   // `onToggle(isOpen)` is called when the dialog opens or closes, `onChoose(environment)` when an environment is shown; null:
   // the user has closed the dialog.
@@ -95,24 +86,34 @@ export class EnlargedView {
     const { name, games } = this.#pool;
     this.#step = new StepView(this.#catalog, games[this.#environment % games.length]);
     this.#annotations = new AnnotationView(byId("large-annotations"), this.#catalog.actions);
-    this.#watch({ pool: name, sizePx: HUMAN_SIZE_PX, withSteps: true }, (image) => this.#human.show(image));
-    this.#watch({ pool: name, sizePx: AGENT_SIZE_PX, withSteps: true }, (image) => {
-      this.#annotations.add(image.step);
-      this.#agent.show(image);
-    });
+    const request = {
+      pool: name, environments: [this.#environment], sizePx: HUMAN_SIZE_PX, framesPerSecondMax: FRAMES_PER_SECOND,
+      withSteps: true, withAgentViews: true,
+    };
+    this.#watch = new Watch(this.#connection, request, ([frame]) => this.#receive(frame), (message) => this.#say(sentence(message)));
   }
 
-  // Each view has a watch of its own.
-  #watch(what, show) {
-    const request = { ...what, environments: [this.#environment], framesPerSecondMax: FRAMES_PER_SECOND };
-    this.#watches.push(new Watch(this.#connection, request, ([image]) => show(image), (message) => this.#say(sentence(message))));
+  #receive(frame) {
+    if (frame.step) {
+      const { map, others } = splitSaliency(frame.step.annotations);
+      frame.saliency = map;
+      this.#annotations.add(frame.step, others);
+    }
+    this.#hold.show(frame);
+  }
+
+  async #draw(frame) {
+    await Promise.all([drawImage(byId("large-picture"), frame), drawImage(byId("large-agent"), frame.agent)]);
+    drawSaliency(byId("large-saliency"), frame.saliency ?? null);
+    markEnd(byId("large-frame"), frame.endedEpisode);
+    markEnd(byId("large-agent-frame"), frame.endedEpisode, true);
+    this.#step.show(frame.step);
   }
 
   #stop() {
-    this.#watches.forEach((watch) => watch.stop());
-    this.#watches = [];
-    this.#human.clear();
-    this.#agent.clear();
+    this.#watch?.stop();
+    this.#watch = null;
+    this.#hold.clear();
     markEnd(byId("large-frame"), null);
     markEnd(byId("large-agent-frame"), null);
   }
@@ -126,14 +127,4 @@ export class EnlargedView {
   #say(text) {
     setText(byId("large-problem"), text);
   }
-}
-
-// The views may show different steps, because people's view is drawn less often while the machine is busy.
-function captionOf(name, step) {
-  return step ? `${name}, step ${count(step.length)}` : name;
-}
-
-async function draw(image, canvas, frame) {
-  await drawImage(byId(canvas), image);
-  markEnd(byId(frame), image.endedEpisode, image.width === AGENT_SIZE_PX);
 }

@@ -7,7 +7,6 @@ import { secondsOf } from "../connection/times.js";
 import { attempt } from "../page.js";
 import { fingerprintText } from "../run/environment.js";
 import { LevelReturns, ReturnHistogram } from "./episode_charts.js";
-import { LevelSets } from "./level_sets.js";
 import { openEpisode } from "./open_episode.js";
 
 const KEPT_MAX = 1000;
@@ -41,7 +40,6 @@ export class Episodes {
   #header = new SortedHeader(byId("episode-columns"), COLUMNS, "Ended", true, () => this.#drawRows());
   #histogram = new ReturnHistogram(byId("episode-charts"));
   #levels = new LevelReturns(byId("episode-charts"));
-  #sets = new LevelSets();
 
   constructor() {
     byId("episodes-more").addEventListener("click", () => {
@@ -62,15 +60,15 @@ export class Episodes {
     this.#drawRows();
   }
 
-  // Requests what has ended since the last request. `pool`, `pools`: of an event.
-  async follow(pool, pools) {
+  // Requests what has ended since the last request. `pool`: of the newest report.
+  async follow(pool) {
     const isDue = performance.now() - this.#requestTime >= INTERVAL_MS;
     if (!this.#connection || this.#isBusy || !isDue || document.hidden || pool.episodeCount === this.#count) {
       return;
     }
     this.#isBusy = true;
     this.#requestTime = performance.now();
-    const list = await attempt(() => this.#request(pool.name, this.#count), () => {});
+    const list = await attempt(() => this.#connection.call("PoolService.ListEpisodes", { pool: pool.name, after: BigInt(this.#count) }), () => {});
     this.#isBusy = false;
     if (!list || pool.name !== this.#pool?.name || pool.createTimeS !== this.#pool.createTimeS) {
       return;
@@ -78,19 +76,11 @@ export class Episodes {
     this.#count = Number(list.episodeCount);
     this.#recordedFrom = Number(list.episodeCount - list.recordedCount) + 1;
     this.#episodes = [...this.#episodes, ...episodesOf(list, pool)].slice(-KEPT_MAX);
-    this.#sets.offer(pool, pools, async (other) => {
-      const answer = await attempt(() => this.#request(other.name, 0), () => {});
-      return answer ? episodesOf(answer, other) : [];
-    });
     this.#draw();
     // Rows stay where they are while the user is about to press one.
     if (!byId("episode-rows").matches(":hover, :focus-within")) {
       this.#drawRows();
     }
-  }
-
-  #request(pool, after) {
-    return this.#connection.call("PoolService.ListEpisodes", { pool, after: BigInt(after) });
   }
 
   #draw() {
@@ -103,7 +93,6 @@ export class Episodes {
     if (!isEmpty) {
       this.#histogram.draw(this.#episodes);
       this.#levels.draw(this.#episodes);
-      this.#sets.draw(this.#episodes);
     }
   }
 

@@ -1,16 +1,9 @@
 // The lines of a plot: which values of which pools are drawn, and their data.
 
+import { baselinesOf } from "../play/baselines.js";
 import uPlot from "../vendor/uPlot.js";
 
 export const LINES_MAX = 8;  // lines with a colour of their own
-
-const BANDS = {
-  range: [({ returnMin: low }) => low, ({ returnMax: high }) => high],
-  deviation: [
-    ({ meanReturn: mean, returnDeviation: deviation }) => (mean ?? null) === null ? null : mean - deviation,
-    ({ meanReturn: mean, returnDeviation: deviation }) => (mean ?? null) === null ? null : mean + deviation,
-  ],
-};
 
 // The lines of `plot`: { name, series, value(row) }. One pool has a line for each member of the plot, or for each of its games;
 // several pools have one line each. `settings`: { isNormalised, rangeOf(pool, game) }.
@@ -32,15 +25,26 @@ export function linesOf(plot, allSeries, settings) {
   }));
 }
 
-// The lower and upper edge of the band around the return of a single line.
+// The lower and upper edge of the band around the return of a single line: a standard deviation of the last 100 episodes.
 export function bandOf(plot, lines, settings) {
-  const edges = BANDS[settings.band];
-  if (!edges || !plot.isReturn || lines.length > 1) {
+  if (!plot.isReturn || lines.length !== 1) {
     return [];
   }
   const [{ series }] = lines;
   const scale = scaleOf(series.pool, series.pool.games[0], settings);
-  return edges.map((edge) => ({ name: "", series, value: (row) => scale(edge(row)) }));
+  const edge = (sign) => ({ meanReturn: mean, returnDeviation: deviation }) => scale((mean ?? null) === null ? null : mean + sign * deviation);
+  return [{ name: "", series, value: edge(-1) }, { name: "", series, value: edge(1) }];
+}
+
+// The baselines of pools as [name, value], if all play the same game and mode.
+export function baselinesOfPools(plot, allSeries, settings) {
+  const kinds = new Set(allSeries.flatMap(({ pool: { games, mode } }) => games.map((game) => `${game} ${mode}`)));
+  if (!plot.isReturn || kinds.size !== 1) {
+    return [];
+  }
+  const [{ pool: { games: [game], mode }, pool }] = allSeries;
+  const scale = scaleOf(pool, game, settings);
+  return baselinesOf(game, mode).map(([name, value]) => [name, scale(value)]);
 }
 
 function memberOf(member) {

@@ -5,7 +5,6 @@ import { notify, sentence } from "../elements/notices.js";
 import { drawImage } from "../elements/pictures.js";
 import { AGENT_SIZE_PX } from "../run/environment.js";
 import { EndHold, markEnd } from "./ends.js";
-import { MosaicExport } from "./export.js";
 import { Watch } from "./watch.js";
 
 // How long the end of an episode stays.
@@ -20,7 +19,6 @@ export class Mosaic {
   #holds = new Map();     // environment -> EndHold
   #onChoose;
   #isCovered = false;
-  #export = new MosaicExport(() => ({ name: this.#pool.name, canvases: [...this.#canvases.values()] }));
 
   // `onChoose(pool, environment)` is called when one is clicked.
   constructor(onChoose) {
@@ -108,7 +106,6 @@ export class Mosaic {
     const isSame = environments.every((environment) => this.#canvases.has(environment))
       && this.#canvases.size === environments.length && list.dataset.pool === this.#pool.name;
     if (!isSame) {
-      this.#export.stop();
       list.dataset.pool = this.#pool.name;
       this.#canvases = new Map(environments.map((environment) =>
         [environment, element("canvas", { width: AGENT_SIZE_PX, height: AGENT_SIZE_PX })]));

@@ -4,8 +4,7 @@ import { baseOptions, Chart } from "../elements/chart.js";
 import { colorsOf } from "../elements/colors.js";
 import { element, setText } from "../elements/elements.js";
 import { clock, NONE, rate, reward } from "../elements/figures.js";
-import { baselinesOf } from "./baselines.js";
-import { bandOf, dataOf, LINES_MAX, linesOf } from "./lines.js";
+import { bandOf, baselinesOfPools, dataOf, LINES_MAX, linesOf } from "./lines.js";
 
 const HEIGHT_PX = 152;
 const RETURN_HEIGHT_PX = 240;
@@ -23,7 +22,7 @@ export class PoolPlot {
   #key = "";        // of the lines and settings that the chart was made for
   #lines = [];
   #band = [];
-  #baselines = [];  // { name, value }
+  #baselines = [];  // [name, value]
   #data = [[]];
   #settings = null;
 
@@ -40,17 +39,17 @@ export class PoolPlot {
   draw(allSeries, settings) {
     this.#settings = settings;
     this.#lines = allSeries.length === 0 ? [] : linesOf(this.#plot, allSeries, settings).slice(0, 2 * LINES_MAX);
-    this.#band = this.#lines.length === 0 ? [] : bandOf(this.#plot, this.#lines, settings);
-    this.#baselines = baselinesOf(this.#plot, allSeries, settings);
+    this.#band = bandOf(this.#plot, this.#lines, settings);
+    this.#baselines = baselinesOfPools(this.#plot, allSeries, settings);
     this.#data = this.#lines.length === 0 ? [[]] : dataOf([...this.#lines, ...this.#band], settings);
-    this.#data = [...this.#data, ...this.#baselines.map(({ value }) => this.#data[0].map(() => value))];
+    this.#data = [...this.#data, ...this.#baselines.map(([, value]) => this.#data[0].map(() => value))];
     const key = JSON.stringify([this.#lines.map(({ name }) => name), this.#band.length, this.#baselines, settings.x]);
     const isOther = key !== this.#key;
     this.#key = key;
     if (isOther) {
       const format = this.#format();
       this.#legend.replaceChildren(...this.#lines.map((_, line) => element("span", { class: colorOf(line) })),
-        ...this.#baselines.map(({ name, value }) => element("span", { class: "baseline" }, `${name} ${format(value)}`)));
+        ...this.#baselines.map(([name, value]) => element("span", { class: "baseline" }, `${name} ${format(value)}`)));
     }
     this.#chart.draw(this.#data, isOther);
     this.#write(this.#chart.plot?.cursor.idx);

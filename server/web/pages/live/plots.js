@@ -36,7 +36,6 @@ export class Plots {
       this.#series.forEach((series) => this.#load(series));
     });
     byId("x").addEventListener("change", () => this.#setZoom(null));
-    byId("band").addEventListener("change", () => this.#draw());
     byId("smoothing").addEventListener("change", () => this.#draw());
     byId("normalised").addEventListener("change", () => this.#draw());
     byId("unzoom").addEventListener("click", () => this.#setZoom(null));
@@ -129,7 +128,7 @@ export class Plots {
     box.disabled = !hasRanges;
     const settings = {
       x: byId("x").value === "time" ? "timeS" : "stepCount", smoothing: Number(byId("smoothing").value),
-      span: byId("span").selectedOptions[0].text, band: byId("band").value, zoom: this.#zoom,
+      span: byId("span").selectedOptions[0].text, zoom: this.#zoom,
       isNormalised: hasRanges && box.checked, rangeOf: (pool, game) => this.#rangeOf(pool, game),
     };
     this.#plots.forEach((plot) => plot.draw(this.#series, settings));

@@ -2,7 +2,6 @@
 
 import { byId, element, setText } from "../elements/elements.js";
 import { count, duration, plural, rate, reward } from "../elements/figures.js";
-import { drawSparkline, makeSparkline } from "../elements/sparkline.js";
 import { SortedHeader } from "../elements/tables.js";
 import { addressOfPool, comparedPools, writeComparedPools } from "./settings.js";
 
@@ -17,7 +16,6 @@ const COLUMNS = [
   { title: "Environments", isNumber: true, value: ({ envCount: number }) => number },
   { title: "Steps / s", isNumber: true, value: ({ stepsPerSecond: number }) => number },
   { title: "Return", isNumber: true, value: ({ meanReturn: number }) => number },
-  { title: "Last hour" },
   { title: "Episodes", isNumber: true, value: ({ episodeCount: number }) => number },
   { title: "Age", isNumber: true, value: ({ ageS: age }) => age },
   { title: "Compare" },
@@ -62,14 +60,11 @@ export class PoolTable {
   #rows = new Map();     // name -> row
   #compared = new Set(comparedPools());  // names, without the open pool
   #header = new SortedHeader(byId("pool-columns"), COLUMNS, "State", false, () => this.#arrange());
-  #returnsOf;
   #onOpen;
   #onCompare;
 
-  // `returnsOf(pool)`: its mean returns of the last hour, oldest first; `onOpen(event)`: a pool's link was clicked;
-  // `onCompare(names)`: others are compared with the open pool.
-  constructor(returnsOf, onOpen, onCompare) {
-    this.#returnsOf = returnsOf;
+  // `onOpen(event)`: a pool's link was clicked; `onCompare(names)`: others are compared with the open pool.
+  constructor(onOpen, onCompare) {
     this.#onOpen = onOpen;
     this.#onCompare = onCompare;
     byId("pool-filter").addEventListener("input", () => this.#arrange());
@@ -135,7 +130,7 @@ export class PoolTable {
     });
     const cells = COLUMNS.map(({ isNumber, title }) => element("td", { class: isNumber ? "number" : null }, {
       Pool: element("a", { href: addressOfPool(name), onclick: this.#onOpen }, titleOf(pool)),
-      State: element("span"), "Last hour": makeSparkline(), Compare: compare,
+      State: element("span"), Compare: compare,
     }[title]));
     return element("tr", {}, ...cells);
   }
@@ -169,9 +164,6 @@ export class PoolTable {
     const box = cell("Compare").firstChild;
     box.checked = isOpen || this.#compared.has(pool.name);
     box.disabled = isOpen || (!box.checked && this.#compared.size >= COMPARED_MAX - 1);
-    const returns = this.#returnsOf(pool);
-    drawSparkline(cell("Last hour").firstChild, returns, returns.length === 0 ? "No returns yet"
-      : `Mean return from ${reward(returns.find((value) => value !== null))} to ${reward(returns.at(-1))}`);
   }
 
   #scrollToOpen() {

@@ -1,7 +1,6 @@
-// The server's pools, load and nodes, requested every second.
+// The server's pools and load, requested every second.
 
 import { LOST, UserError } from "../connection/errors.js";
-import { LastHours } from "./last_hours.js";
 import { poolOf } from "./pool_model.js";
 import { Rates } from "./rates.js";
 
@@ -9,16 +8,13 @@ const INTERVAL_MS = 1000;
 const FIRST_INTERVAL_MS = 300;  // rates need two reports
 const IN_FLIGHT_MAX = 3;
 
-// A report is { timeS, load, pools, nodes: of the cluster or null, isFirst }; `timeS` is the server's time.
+// A report is { timeS, load, pools, isFirst }.
 export class Reports {
   #connection = null;
-  #nodes = null;  // of the cluster, once they are known
-  #nodeWatch = null;
   #timer = null;
   #isFirst = true;
   #inFlight = 0;
   #rates = new Rates();
-  #hours = new LastHours();
   #onReport;
   #onError;
 
@@ -28,27 +24,16 @@ export class Reports {
     this.#onError = onError;
   }
 
-  // The mean returns of a pool in the last hour, oldest first.
-  returnsOf(pool) {
-    return this.#hours.returnsOf(pool);
-  }
-
-  start(connection, isCluster) {
+  start(connection) {
     this.stop();
     this.#connection = connection;
     this.#isFirst = true;
     this.#rates = new Rates();
-    this.#nodes = null;
-    if (isCluster) {
-      this.#nodeWatch = connection.watch("ClusterService.WatchNodes", {}, ({ nodes }) => { this.#nodes = nodes; }, () => {});
-    }
     this.#poll();
   }
 
   stop() {
     clearTimeout(this.#timer);
-    this.#nodeWatch?.cancel();
-    this.#nodeWatch = null;
     this.#connection = null;
   }
 
@@ -65,7 +50,6 @@ export class Reports {
       if (connection === this.#connection) {
         this.#report(pools.map(poolOf), load);
         this.#isFirst = false;
-        this.#hours.request(connection, pools);
       }
     } catch (error) {
       if (!(error instanceof UserError)) {
@@ -80,14 +64,14 @@ export class Reports {
   }
 
   #report(pools, load) {
-    const timeS = Date.now() / 1000 + this.#hours.clockOffsetS;
+    const timeS = Date.now() / 1000;
     this.#rates.forgetAllBut(pools.map(({ name }) => name));
     this.#onReport({
-      timeS, isFirst: this.#isFirst, nodes: this.#nodes,
+      timeS, isFirst: this.#isFirst,
       load: { ...load, stepsPerSecond: this.#rates.add("", Number(load.stepCount), timeS).perSecond, stepCount: Number(load.stepCount) },
       pools: pools.map((pool) => {
         const { perSecond, changeTimeS } = this.#rates.add(pool.name, pool.stepCount, timeS);
-        const lastStepTimeS = pool.stepCount === 0 ? null : changeTimeS ?? this.#hours.lastStepTimeOf(pool);
+        const lastStepTimeS = pool.stepCount === 0 ? null : changeTimeS ?? undefined;  // of a known step; null: there was none
         return { ...pool, stepsPerSecond: perSecond, lastStepTimeS };
       }),
     });

@@ -2,7 +2,7 @@
 
 import { byId } from "../elements/elements.js";
 
-const CONTROLS = ["span", "x", "band", "smoothing", "normalised"];
+const CONTROLS = ["span", "x", "smoothing", "normalised"];
 const COMPARE = "compare";
 
 function valueOf(control) {

@@ -4,7 +4,7 @@ import { byId, setText } from "../elements/elements.js";
 import { count, reward } from "../elements/figures.js";
 import { addressOf } from "../links/level_choice.js";
 import { LEVEL_MAX } from "../links/level_link.js";
-import { showScores } from "./scores.js";
+import { baselinesOf } from "./baselines.js";
 
 export function factsOf(catalog, game) {
   return catalog.games.find(({ name }) => name === game);
@@ -36,7 +36,8 @@ export function tellLevel(level, catalog, from = null) {
   }
   document.title = `${level.game}, level ${level.level} – Procgen Server`;
   setText(byId("playing"), `${level.game}, ${level.mode}, level ${level.level}`);
-  showScores(level);
+  const baselines = baselinesOf(level.game, level.mode).map(([name, value]) => `${name} ${reward(value)}`);
+  setText(byId("scores"), baselines.length === 0 ? "" : `Mean scores to compare with: ${baselines.join("; ")}.`);
   setText(byId("from"), from ? `Continues ${from}. Restart returns to it.` : "");
   const specials = factsOf(catalog, level.game).specialActions.map(({ action, description }) => [catalog.actions[action].name, description]);
   setText(byId("special_keys"), describeKeys(specials));
@@ -60,10 +61,10 @@ export function isTouched() {
   return matchMedia("(pointer: coarse)").matches;
 }
 
-// What is said at the end of an episode. `leadsOn`: the main button starts the next level; `isBest`: the score is a new best.
-export function describeEnd(view, { leadsOn, isBest }) {
+// What is said at the end of an episode. `leadsOn`: the main button starts the next level.
+export function describeEnd(view, leadsOn) {
   const result = `${view.prevLevelComplete ? "Level complete" : "Episode over"}: score ${reward(view.totalReward)} in `
     + `${count(view.episodeStep)} steps.`;
   const again = `${isTouched() ? "An arrow" : "An arrow key"} plays ${leadsOn ? "this level" : "it"} again`;
-  return `${result}${isBest ? " New best." : ""} ${again}${leadsOn && !isTouched() ? ", Enter the next one" : ""}.`;
+  return `${result} ${again}${leadsOn && !isTouched() ? ", Enter the next one" : ""}.`;
 }

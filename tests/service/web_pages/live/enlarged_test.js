@@ -139,8 +139,8 @@ test("values that the learner sends are drawn as a line and as bars", async () =
     await pool.step([NONE, 7], { annotations });
     await waitForText(line.locator(".number").first(), String(value));
   }
-  await waitForText(line, "0.1 to 0.5 in the last 300 steps");
-  assert.match(await line.locator("path").getAttribute("d"), /^M\d+ [\d.]+L\d+/);
+  await waitForText(line, "0.1 to 0.5");
+  assert.match(await line.locator("path").first().getAttribute("d"), /^M\d+ [\d.]+L\d+/);
   const bars = page.locator(".annotation", { has: page.locator("h3", { hasText: "action_probabilities" }) });
   assert.equal(await bars.locator("li").count(), 15);
   assert.equal(await bars.locator("li").nth(7).textContent(), "RIGHT0.3");

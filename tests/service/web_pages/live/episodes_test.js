@@ -1,4 +1,4 @@
-// The episodes of a pool: table, charts, training levels, replays.
+// The episodes of a pool: table, charts, replays.
 
 import assert from "node:assert/strict";
 import { after, before, test } from "node:test";
@@ -114,21 +114,4 @@ test("charts describe the returns and the levels", async () => {
   assert.equal(await page.locator("#episode-charts canvas").count(), 2);
   await page.locator("#episode-charts .u-over").first().hover({ position: { x: 10, y: 20 } });
   await waitForText(page.locator("#episode-charts .number").first(), / to .*: \d+ episodes?$/);
-});
-
-test("episodes in training levels are compared with those in unseen levels", async () => {
-  const train = await openEpisodes("train", 5);
-  const cell = (page, row, cellNumber) => page.locator(`#level-set-rows tr:nth-child(${row}) td:nth-child(${cellNumber + 1})`);
-  await train.locator("#training-pool option", { hasText: "levels 5 to 7" }).waitFor({ state: "attached" });
-  assert.match(await cell(train, 1, 1).textContent(), /^[1-9]/);
-  assert.equal(await cell(train, 2, 1).textContent(), "0");
-  assert.equal(await cell(train, 2, 2).textContent(), "–");
-  // A pool of all levels is compared with the training levels of the other pool only if the user says so: another agent may play there.
-  const all = await openEpisodes("all", 5);
-  assert.equal(await all.locator("#level-sets-table").isVisible(), false);
-  await all.selectOption("#training-pool", "pools/train");
-  await waitForText(all.locator("#level-sets-about"), "Episodes of pools/all and pools/train.");
-  await waitForText(cell(all, 1, 1), /^[1-9]/);
-  assert.match(await cell(all, 2, 1).textContent(), /^[1-9]/);
-  assert.match(await cell(all, 2, 3).textContent(), /^\d+%$/);
 });

@@ -1,11 +1,9 @@
 // The live view of a running learner.
 
 import assert from "node:assert/strict";
-import { readFile } from "node:fs/promises";
 import { after, before, test } from "node:test";
 import { figure, picture, waitForChange, waitForText, withBrowser } from "../browser.js";
 import { replayLastEpisode } from "../episodes.js";
-import { decode, differenceFromMosaic } from "../saved_images.js";
 import { Learner, Server } from "../server.js";
 
 const FIRST = "#mosaic li:first-child canvas";
@@ -63,28 +61,6 @@ test("views are for agents or people, and environments are shown in pages", asyn
   await page.selectOption("#shown", "4");
   assert.equal(await page.locator("#range").textContent(), "to 19 of 20");
   await waitForChange(page, FIRST);
-});
-
-test("the environments shown are saved as an image and as a video", async () => {
-  const page = await openLive();
-  await waitForChange(page, FIRST);
-  const save = async (button) => {
-    const [download] = await Promise.all([page.waitForEvent("download"), page.click(button)]);
-    return { name: download.suggestedFilename(), content: (await readFile(await download.path())).toString("base64") };
-  };
-  await page.click("#mosaic-video");
-  await waitForText(page.locator("#mosaic-video"), "Stop after 2 seconds");
-  const video = await save("#mosaic-video");
-  assert.match(video.name, /\.mosaic\.webm$/);
-  const decoded = await decode(it, video.content, 1);
-  assert.deepEqual([decoded.width, decoded.height], [4 * 66 - 2, 4 * 66 - 2]);
-  assert(decoded.duration >= 2, `${decoded.duration} s`);
-  await page.click("#later");
-  await waitForChange(page, FIRST);
-  await page.click("#hold");
-  const image = await save("#mosaic-image");
-  assert.match(image.name, /\.mosaic\.png$/);
-  assert.deepEqual(await differenceFromMosaic(page, "#mosaic canvas", 2, image.content), { width: 130, height: 130, difference: 0 });
 });
 
 test("the pool's figures and plots are drawn, and grow", async () => {
@@ -145,7 +121,7 @@ test("one of several pools is opened by its link and by its URL", async () => {
   await second.stop();
 });
 
-test("pools of plays are hidden by default", async () => {
+test("pools of plays are hidden", async () => {
   const player = await it.open(server.page("/play?game=maze&mode=easy&level=1"));
   await waitForText(figure(player, "#figures", "Level seed"), /^1$/);
   const page = await openLive();
@@ -153,6 +129,4 @@ test("pools of plays are hidden by default", async () => {
   for (const [name, value] of [["Pools", "1"], ["Environments", "20"]]) {
     assert.equal(await figure(page, "#server", name).textContent(), value, `${name} without those of pages`);
   }
-  await page.check("#visitors");
-  await page.waitForFunction(() => document.querySelectorAll("#pools tr").length === 2);
 });

@@ -24,16 +24,15 @@ test("compared pools and the settings of plots are in the URL, and there after a
   await page.selectOption("#span", "3600");
   await page.selectOption("#x", { label: "Over steps" });
   await page.selectOption("#smoothing", "0.9");
-  await page.selectOption("#band", "range");
   await page.check("#normalised");
   const query = new URL(page.url()).searchParams;
   assert.deepEqual(Object.fromEntries(query),
-    { pool: "pools/one", compare: "pools/two", span: "3600", x: "steps", smoothing: "0.9", band: "range", normalised: "true" });
+    { pool: "pools/one", compare: "pools/two", span: "3600", x: "steps", smoothing: "0.9", normalised: "true" });
   const again = await it.open(page.url());
   await waitForText(again.locator("#pool-name"), "pools/one");
   await waitForText(again.locator("#plots .number").first(), /pools\/one .*pools\/two /);
   assert(await again.getByLabel("Compare pools/two").isChecked());
-  for (const [id, value] of [["span", "3600"], ["x", "steps"], ["smoothing", "0.9"], ["band", "range"]]) {
+  for (const [id, value] of [["span", "3600"], ["x", "steps"], ["smoothing", "0.9"]]) {
     assert.equal(await again.inputValue(`#${id}`), value);
   }
   assert(await again.isChecked("#normalised"));

@@ -1,0 +1,1 @@
+export const Muxer: any, ArrayBufferTarget: any;

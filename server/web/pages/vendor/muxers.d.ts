@@ -1,1 +1,0 @@
-export const Mp4Muxer: any, Mp4Target: any, WebMMuxer: any, WebMTarget: any;

@@ -1,0 +1,49 @@
+// The mean returns of a random agent and a learner on the play page, and the help of the keys.
+
+import assert from "node:assert/strict";
+import { readFile } from "node:fs/promises";
+import { join } from "node:path";
+import { after, before, test } from "node:test";
+import { waitForText, withBrowser } from "../browser.js";
+import { BASELINES } from "../../../../server/web/pages/play/baselines.js";
+import { Server } from "../server.js";
+
+const ROW = /^\| (\w+) \| (-?[\d.]+) ± [\d.]+ \| [\d.]+ \| (-?[\d.]+) ± /gm;
+
+const it = withBrowser();
+let server;
+before(async () => { server = await Server.start(); });
+after(async () => assert.equal(await server.stop(), 0));
+
+test("the means of a random agent and of a learner are shown beside the score", async () => {
+  const page = await it.open(server.page("/play?game=coinrun&mode=easy&level=1"));
+  await waitForText(page.locator("#scores"), `Mean scores to compare with: random agent 2.62; PPO, 25 million steps ${BASELINES.coinrun.easy[1]}.`);
+  await page.goto(server.page("/play?game=coinrun&mode=hard&level=3"));
+  await waitForText(page.locator("#scores"), /: random agent 2\.44\.$/);
+  await page.goto(server.page("/play?game=maze&mode=memory&level=3"));
+  await waitForText(page.locator("#message"), "to begin.");
+  assert.equal(await page.locator("#scores").textContent(), "");
+});
+
+test("the random agent's means are those of the table of procgen-random-baseline", async () => {
+  const table = await readFile(join(import.meta.dirname, "../../../../envcore/README.md"), "utf8");
+  const rows = [...table.matchAll(ROW)].map(([, game, easy, hard]) => [game, { easy: Number(easy), hard: Number(hard) }]);
+  assert.equal(rows.length, 16);
+  const random = Object.entries(BASELINES).map(([game, { easy, hard }]) => [game, { easy: easy[0], hard: hard[0] }]);
+  assert.deepEqual(random, rows);
+});
+
+test("the learner's means are those that OpenAI published", async () => {
+  const csv = await readFile(join(import.meta.dirname, "../../../../clients/python/learners/results/openai_ppo.csv"), "utf8");
+  const [head, ...rows] = csv.trim().split("\n").map((line) => line.split(","));
+  const mean = head.indexOf("return_mean");
+  const last = rows.filter(([protocol, split, , steps]) => protocol === "easy-200" && split === "test" && steps === "25");
+  const means = last.map((cells) => [cells[2], Number(Number(cells[mean]).toFixed(2))]);
+  assert.equal(means.length, 16);
+  assert.deepEqual(Object.entries(BASELINES).map(([game, { easy }]) => [game, easy[1]]), means);
+});
+
+test("keys with the same effect are explained together", async () => {
+  const page = await it.open(server.page("/play?game=starpilot&mode=easy&level=1"));
+  await waitForText(page.locator("#special_keys"), /^D, W, S, Q, E: Fires a bullet forwards\. A: Fires a bullet backwards\.$/);
+});
