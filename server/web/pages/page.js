@@ -125,21 +125,10 @@ function drawBar(state) {
   const links = PAGES.map(([path, name]) =>
     element("a", { href: path, "aria-current": path === location.pathname ? "page" : null }, name));
   byId("top").replaceChildren(
-    element("a", { class: "mark", href: "/" }, mark(), "Procgen Server"),
+    element("a", { class: "mark", href: "/" }, element("img", { src: "/assets/icon.svg", alt: "" }), "Procgen Server"),
     element("nav", { "aria-label": "Pages" }, ...links),
     element("div", { class: "end" }, state, themeButton()));
   byId("top").after(element("p", { class: "outage", id: "outage", role: "alert", hidden: true }));
-}
-
-// The logo: four cells, one of them raised.
-function mark() {
-  const drawing = document.createElementNS("http://www.w3.org/2000/svg", "svg");
-  drawing.setAttribute("viewBox", "0 0 12 12");
-  drawing.setAttribute("aria-hidden", "true");
-  const cells = document.createElementNS("http://www.w3.org/2000/svg", "path");
-  cells.setAttribute("d", "M0 7h5v5H0zM7 7h5v5H7zM0 0h5v5H0zM8 1h3v3H8z");
-  drawing.append(cells);
-  return drawing;
 }
 
 function isDark() {

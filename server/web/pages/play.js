@@ -1,13 +1,12 @@
 // The play page: starts a level, steps it with the held keys and shows it.
 
-import { requestsInFlight } from "./connection/latency.js";
 import { byId, setText } from "./elements/elements.js";
 import { notify } from "./elements/notices.js";
 import { addressOf, drawGames, drawOptions, optionsOf, readAddress } from "./links/level_choice.js";
 import { showLinkProblems } from "./links/level_link.js";
 import { attempt, openPage } from "./page.js";
 import { followBranch, openBranch } from "./play/branch.js";
-import { actionOf, Keys, takesKeys } from "./play/keys.js";
+import { actionOf, isControl, Keys, takesKeys } from "./play/keys.js";
 import { describeEnd, factsOf, hasNext, isOnlyLevel, isTouched, levelOf, tellLevel } from "./play/level.js";
 import { PlayRun } from "./play/play_run.js";
 import { StepPace } from "./play/step_pace.js";
@@ -33,13 +32,13 @@ let isWaiting = false;  // paused at a level's start, until a key of the game is
 let endTime = null;   // when the shown episode ended, by performance.now(); null: it has not
 let turn = 0;         // steps since a key was pressed
 let asked = 0;        // number of requested views that are not shown yet
-let pace = new StepPace(1);
+let pace = new StepPace();
 
 async function ready(greeting, opened) {
   hello = greeting;
   connection = opened;
   view = null;
-  pace = new StepPace((await attempt(() => requestsInFlight(connection, STEPS_PER_SECOND))) ?? 1);
+  pace = new StepPace();
   if (!catalog) {
     catalog = hello.catalog;
     drawOptions(byId("options"), catalog);
@@ -165,9 +164,7 @@ async function show(next) {
     pause(true);
     say(describeEnd(view, leadsOn()));
   }
-  for (const id of ["pause", "step", "restart", "next", "save", "replay", "copy-python"]) {
-    byId(id).disabled = false;
-  }
+  [...Object.keys(ACTS), "save", "replay", "copy-python"].forEach((id) => { byId(id).disabled = false; });
   await draw(next, endTime !== null);
 }
 
@@ -209,35 +206,42 @@ function pause(value) {
   drawMain();
 }
 
-// The action of a button; none without a level.
+// The actions of buttons.
+const ACTS = {
+  pause: () => {
+    if (endTime !== null) {
+      goOn();
+      return;
+    }
+    keys.take();
+    pause(!isPaused);
+    say("");
+  },
+  step: () => {
+    if (endTime !== null) {
+      leaveEnd();
+      return;
+    }
+    pause(true);
+    step();
+  },
+  restart: () => {
+    pause(true);
+    ask(() => play.restart()).then(waitForKey);
+  },
+  next: () => {
+    pause(true);
+    goToNext();
+  },
+};
+
+// Acts as a button; not without a level.
 function act(name) {
-  if (!view) {
-    return;
-  }
-  if (endTime !== null && (name === "pause" || name === "step")) {
-    (name === "pause" ? goOn : leaveEnd)();
-    return;
-  }
-  switch (name) {
-    case "pause":
-      keys.take();
-      pause(!isPaused);
-      say("");
-      break;
-    case "step":
-      pause(true);
-      step();
-      break;
-    case "restart":
-      pause(true);
-      ask(() => play.restart()).then(waitForKey);
-      break;
-    case "next":
-      pause(true);
-      goToNext();
-      break;
+  if (view) {
+    ACTS[name]();
   }
 }
+
 
 // Starts the level of the next seed, if there is one.
 function goToNext() {
@@ -263,9 +267,7 @@ form.addEventListener("submit", (event) => {
   }
 });
 form.elements.game.addEventListener("change", () => catalog && describe());
-for (const name of ["pause", "step", "restart", "next"]) {
-  byId(name).addEventListener("click", () => act(name));
-}
+Object.keys(ACTS).forEach((name) => byId(name).addEventListener("click", () => act(name)));
 listenToTraceButtons(() => ({ play, level, hello }), () => isWaiting || pause(true));
 
 // The space bar is everybody's first key; buttons and links are pressed with it.
@@ -281,11 +283,6 @@ document.addEventListener("keydown", (event) => {
     goOn();
   }
 });
-// Whether an element is pressed with the space bar and the enter key.
-function isControl(target) {
-  return target.closest("button, a, label") !== null;
-}
-
 keys.listen(document.querySelector(".pad"), (isRepeat) => {
   if (isRepeat && !isWaiting) {
     return;  // A key that is held since before the level was there begins it, too.

@@ -1,6 +1,5 @@
 // The replay page: opens a trace, shows any frame of it, and compares it with the recording.
 
-import { requestsInFlight } from "./connection/latency.js";
 import { byId, setText } from "./elements/elements.js";
 import { clearNotices, notify } from "./elements/notices.js";
 import { copy } from "./export/clipboard.js";
@@ -8,16 +7,15 @@ import { replayProgram } from "./export/python_code.js";
 import { followLink, otherPlaceIn, placeAddress, showWrongLink, subjectOfTrace } from "./links/replay_link.js";
 import { keepTrace, saveTrace } from "./links/traces.js";
 import { attempt, openPage } from "./page.js";
-import { takesKeys } from "./play/keys.js";
-import { AnnotationTracks } from "./replay/annotations.js";
+import { isControl, takesKeys } from "./play/keys.js";
 import { Comparison } from "./replay/compare.js";
 import { ExportDialog } from "./replay/export.js";
 import { Frames } from "./replay/frames.js";
 import { LevelMap } from "./replay/map.js";
-import { FRAMES_PER_SECOND_MAX, Player } from "./replay/player.js";
+import { Player } from "./replay/player.js";
 import { ReplayRun } from "./replay/replay_run.js";
 import { Rows } from "./replay/rows.js";
-import { drawTimeline } from "./replay/timeline.js";
+import { Tracks } from "./replay/tracks.js";
 import { describe, drawFrame, frameText, judge } from "./replay/view.js";
 import { writeTrace } from "./run/trace_file.js";
 
@@ -28,7 +26,6 @@ let hello = null;     // see page.js
 let subject = null;   // see links/replay_link.js
 let replay = null;    // a ReplayRun
 let frames = null;    // of the replay
-let inFlight = 1;     // rows that are requested at once while the replay runs
 let linkTimer = null;
 
 const slider = byId("row");
@@ -42,23 +39,21 @@ const player = new Player({
 });
 const exportDialog = new ExportDialog(() => ({
   replay, frames, index: player.wanted, speed: player.speed, name: subject.name, texts: (frame) => frameText(replay, frame, actionNames),
-  values: (all) => annotations.textsOf(all.map(rowOfStep)),
+  values: tracks.texts,
 }));
 const comparison = new Comparison(() => ({ connection, replay, place: subject?.place, actionNames }), async (row) => {
   if (row !== null) {
     await player.go(frames.ofRow(row));
   }
   comparison.show(frames.at(player.wanted));
-  redraw();
   tellPlace();
 });
 const map = new LevelMap(() => ({ replay }));
-const annotations = new AnnotationTracks(goTo);
+const tracks = new Tracks((frame) => player.go(Math.round(frame)));
 let actionNames = new Map();  // by number
 
 async function ready(greeting, opened) {
-  inFlight = (await attempt(() => requestsInFlight(opened, FRAMES_PER_SECOND_MAX))) ?? 1;
-  connection = opened;  // After the wait: a file that is chosen meanwhile is opened once.
+  connection = opened;
   hello = greeting;
   actionNames = new Map(hello.catalog.actions.map(({ number, name }) => [number, name]));
   if (subject) {
@@ -112,14 +107,13 @@ async function open(step = null) {
   }
   byId("wrong").hidden = true;
   byId("replay").hidden = false;
-  byId("copy-link").hidden = !subject.place;
   setText(byId("name"), subject.name);
   setText(byId("level"), describe(replay, hello.catalog));
   judge(replay.difference);
-  annotations.open(replay, frames, hello.catalog.actions);
+  tracks.open(replay, frames, hello.catalog.actions);
   slider.max = frames.last;
   comparison.reopen();
-  await player.open(new Rows(replay), frames, step === null ? player.wanted : frameOf(step), inFlight);
+  await player.open(new Rows(replay), frames, step === null ? player.wanted : frameOf(step));
 }
 
 // The trace of the subject: the file that was opened, or what was replayed.
@@ -139,27 +133,10 @@ async function show(index, view, rows) {
   const other = comparison.show(frames.at(index), rows);
   map.show(frames.at(index));
   if (await drawFrame(replay, view, frames.at(index), actionNames, () => replay !== null && replay === shown)) {
-    annotations.show(rowOfStep(frames.at(index)), index);
-    redraw();
+    tracks.show(index);
     tellPlace();
   }
   await other;
-}
-
-function redraw() {
-  if (replay) {
-    drawTimeline(byId("rewards"), replay, frames, Math.max(0, player.shown), comparison.row);
-  }
-}
-
-// The row that the action of a frame led to; 0 at the start of an episode.
-function rowOfStep({ row, isStart }) {
-  return isStart ? 0 : row;
-}
-
-// Goes to a frame of the time line.
-function goTo(frame) {
-  player.go(Math.round(frame));
 }
 
 // Shows the place in the URL, except while the replay runs.
@@ -219,23 +196,17 @@ const ACTS = {
   save: () => saveTrace(traceBytes(), subject.name), "open-export": () => exportDialog.show(),
   "copy-python": () => copy(program(), "a program that replays up to this step"),
   "play-here": () => location.assign(address("/play")),
-  "copy-link": () => copy(new URL(address(), location.href).href, "a link to this step"),
 };
 for (const [name, act] of Object.entries(ACTS)) {
   byId(name).addEventListener("click", () => replay && act());
 }
 byId("speed").addEventListener("change", ({ target }) => { player.speed = Number(target.value); });
-byId("loop").addEventListener("change", ({ target }) => { player.isLooping = target.checked; });
 
 const SHORTCUTS = {
   p: "run", " ": "run", ".": "forward", ",": "back", ArrowRight: "forward", ArrowLeft: "back", Home: "first", End: "last",
 };
 // The slider handles arrows, Home and End itself; buttons and links are pressed with the space bar.
 const OWN_KEYS = [[slider, ["ArrowRight", "ArrowLeft", "Home", "End"]]];
-
-function isControl(target) {
-  return target.closest("button, a, label") !== null;
-}
 
 document.addEventListener("keydown", (event) => {
   const { target, key } = event;
@@ -249,8 +220,5 @@ document.addEventListener("keydown", (event) => {
   }
 });
 slider.addEventListener("input", () => player.go(slider.valueAsNumber));
-byId("rewards").addEventListener("pointerdown", ({ offsetX, target }) => goTo(offsetX / target.clientWidth * frames.last));
-document.addEventListener("theme", redraw);
-addEventListener("resize", redraw);
 
 openPage(ready, lost);

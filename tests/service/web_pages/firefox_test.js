@@ -95,7 +95,7 @@ test("an ended episode is a row of the table, whose button replays it", async ()
 test("the slider and the keys of a replay show other frames, forward and backward", async () => {
   const page = await openReplay();
   await waitForDrawing(page, "#human");
-  await waitForDrawing(page, "#rewards");
+  assert.match(await page.locator("#annotation-lines path").first().getAttribute("d"), /^M0 .*L35 /);
   const start = await picture(page, "#human");
   await page.locator("#row").fill("20");
   await waitForText(step(page), `20 of ${COINRUN_1000_STEPS}`);

@@ -27,7 +27,7 @@ export class Connection {
   call(name, request = {}) {
     return new Promise((resolve, reject) => {
       let response = null;
-      const stream = this.#open(name, (message) => { response = message; }, (error) => {
+      const stream = this.open(name, (message) => { response = message; }, (error) => {
         if (error) {
           reject(error);
         } else {
@@ -42,23 +42,18 @@ export class Connection {
   // Calls a method with a stream of responses. `onEnd(error)` is called at the end, with null if it ended with OK. Returns
   // { cancel() }.
   watch(name, request, onMessage, onEnd) {
-    const method = this.#api.method(name);
-    const call = this.#bridge.call(method.path, (bytes) => onMessage(method.decode(bytes)), (status) => onEnd(endOf(status)));
-    call.send(method.encode(request), false);
+    const call = this.open(name, onMessage, onEnd);
+    call.send(request, false);
     call.halfClose();
     return call;
   }
 
-  // Opens a method with a stream of requests, each of which has one response. Returns { send(request), halfClose(), cancel() }.
-  // Throws a UserError without a connection.
+  // Opens a method with a stream of requests. Returns { send(request, isAnswered), halfClose(), cancel() }; an answered request expects
+  // a response. Throws a UserError without a connection.
   open(name, onMessage, onEnd) {
-    return this.#open(name, onMessage, onEnd);
-  }
-
-  #open(name, onMessage, onEnd) {
     const method = this.#api.method(name);
     const call = this.#bridge.call(method.path, (bytes) => onMessage(method.decode(bytes)), (status) => onEnd(endOf(status)));
-    return { ...call, send: (request) => call.send(method.encode(request), true) };
+    return { ...call, send: (request, isAnswered = true) => call.send(method.encode(request), isAnswered) };
   }
 }
 

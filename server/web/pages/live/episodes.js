@@ -1,12 +1,12 @@
 // The last episodes of the open pool: a sorted table from which they are replayed, and charts.
 
 import { byId, element, setText } from "../elements/elements.js";
-import { clock, count, plural, reward } from "../elements/figures.js";
+import { clock, count, plural, rate, reward } from "../elements/figures.js";
 import { SortedHeader } from "../elements/tables.js";
 import { secondsOf } from "../connection/times.js";
 import { attempt } from "../page.js";
 import { fingerprintText } from "../run/environment.js";
-import { LevelReturns, ReturnHistogram } from "./episode_charts.js";
+import { BarChart, levelBins, returnBins } from "./episode_charts.js";
 import { openEpisode } from "./open_episode.js";
 
 const KEPT_MAX = 1000;
@@ -38,8 +38,8 @@ export class Episodes {
   #isBusy = false;
   #shown = SHOWN_COUNT;
   #header = new SortedHeader(byId("episode-columns"), COLUMNS, "Ended", true, () => this.#drawRows());
-  #histogram = new ReturnHistogram(byId("episode-charts"));
-  #levels = new LevelReturns(byId("episode-charts"));
+  #returns = new BarChart(byId("episode-charts"), "Returns", reward, count);
+  #levels = new BarChart(byId("episode-charts"), "Mean return by level seed", rate, reward);
 
   constructor() {
     byId("episodes-more").addEventListener("click", () => {
@@ -91,8 +91,8 @@ export class Episodes {
         + (this.#recordedFrom > this.#episodes[0].number ? " The recordings of the older ones are gone." : ""));
     setText(byId("episodes-problem"), "");
     if (!isEmpty) {
-      this.#histogram.draw(this.#episodes);
-      this.#levels.draw(this.#episodes);
+      this.#returns.draw(returnBins(this.#episodes));
+      this.#levels.draw(levelBins(this.#episodes));
     }
   }
 

@@ -48,7 +48,7 @@ export class PoolPlot {
     this.#key = key;
     if (isOther) {
       const format = this.#format();
-      this.#legend.replaceChildren(...this.#lines.map((_, line) => element("span", { class: colorOf(line) })),
+      this.#legend.replaceChildren(...this.#lines.map((_, line) => coloured(colorOf(line))),
         ...this.#baselines.map(([name, value]) => element("span", { class: "baseline" }, `${name} ${format(value)}`)));
     }
     this.#chart.draw(this.#data, isOther);
@@ -160,6 +160,12 @@ export class PoolPlot {
 
 function colorOf(index) {
   return COLORS[index % LINES_MAX];
+}
+
+function coloured(color) {
+  const span = element("span");
+  span.style.color = `var(--${color})`;
+  return span;
 }
 
 // Grid lines of a logarithmic scale: 1, 10, 100.

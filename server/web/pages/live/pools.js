@@ -11,13 +11,13 @@ const IDLE_S = 5;  // without a step
 const COLUMNS = [
   { title: "Pool", value: (pool) => titleOf(pool) },
   { title: "State", value: ({ state }) => state.rank },
-  { title: "Game", value: (pool) => gamesOf(pool) },
-  { title: "Mode", value: ({ mode }) => mode },
-  { title: "Environments", isNumber: true, value: ({ envCount: number }) => number },
-  { title: "Steps / s", isNumber: true, value: ({ stepsPerSecond: number }) => number },
-  { title: "Return", isNumber: true, value: ({ meanReturn: number }) => number },
-  { title: "Episodes", isNumber: true, value: ({ episodeCount: number }) => number },
-  { title: "Age", isNumber: true, value: ({ ageS: age }) => age },
+  { title: "Game", value: (pool) => gamesOf(pool), write: (names) => names },
+  { title: "Mode", value: ({ mode }) => mode, write: (mode) => mode },
+  { title: "Environments", isNumber: true, value: ({ envCount: number }) => number, write: count },
+  { title: "Steps / s", isNumber: true, value: ({ stepsPerSecond: number }) => number, write: rate },
+  { title: "Return", isNumber: true, value: ({ meanReturn: number }) => number, write: reward },
+  { title: "Episodes", isNumber: true, value: ({ episodeCount: number }) => number, write: rate },
+  { title: "Age", isNumber: true, value: ({ ageS: age }) => age, write: duration },
   { title: "Compare" },
 ];
 
@@ -31,7 +31,7 @@ export function labelsOf({ labels }) {
   return Object.entries(labels).map(([key, value]) => `${key}=${value}`).sort();
 }
 
-export function gamesOf({ games }) {
+function gamesOf({ games }) {
   const names = [...new Set(games)];
   return names.length > 3 ? `${names.length} games` : names.join(", ");
 }
@@ -143,14 +143,8 @@ export class PoolTable {
     const cell = (title) => row.cells[COLUMNS.findIndex((column) => column.title === title)];
     setText(cell("State").firstChild, pool.state.text);
     cell("State").firstChild.className = `badge ${pool.state.kind}`;
-    setText(cell("Game"), gamesOf(pool));
+    COLUMNS.filter(({ write }) => write).forEach(({ title, value, write }) => setText(cell(title), write(value(pool))));
     cell("Game").title = pool.games.join(", ");
-    setText(cell("Mode"), pool.mode);
-    setText(cell("Environments"), count(pool.envCount));
-    setText(cell("Steps / s"), rate(pool.stepsPerSecond));
-    setText(cell("Return"), reward(pool.meanReturn));
-    setText(cell("Episodes"), rate(pool.episodeCount));
-    setText(cell("Age"), duration(pool.ageS));
     const isOpen = pool.name === this.#open;
     row.classList.toggle("open", isOpen);
     const link = cell("Pool").firstChild;

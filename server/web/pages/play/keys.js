@@ -27,6 +27,11 @@ export function takesKeys(target) {
   return target.closest?.("input, select, textarea, dialog, summary") !== null;
 }
 
+// Whether an element is pressed with the space bar and the enter key.
+export function isControl(target) {
+  return target.closest("button, a, label") !== null;
+}
+
 // The keys of a button of the touch pad; none for no button.
 function namesOf(button) {
   return button ? button.dataset.key.split(" ") : [];

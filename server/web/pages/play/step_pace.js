@@ -1,20 +1,14 @@
 // When a play sends its steps, and at which size it asks for the human view.
 
 const SIZES_PX = [512, 256, 128];
-const IN_FLIGHT_MAX = 8;
+const IN_FLIGHT_MAX = 6;  // steps without a view: 15 steps a second on a line with a latency of 0.4 s
 const STEPS_COUNTED = 15;
 const STEPS_LATE_MAX = 3;
 
 export class StepPace {
-  #inFlightMax;
   #size = 0;  // index of SIZES_PX
   #counted = 0;
   #late = 0;
-
-  // `inFlightMax`: the number of steps that are sent before the first of them is answered.
-  constructor(inFlightMax) {
-    this.#inFlightMax = inFlightMax;
-  }
 
   // The size of the human view; smaller if larger ones do not arrive as fast as the game runs.
   get sizePx() {
@@ -24,21 +18,20 @@ export class StepPace {
   // Called when a step is due; returns whether it may be sent. `inFlight`: the number of unanswered ones; `shownPx`: the size of
   // the human view that is shown.
   mayStep(inFlight, shownPx) {
-    const isLate = inFlight >= this.#inFlightMax;
+    const isLate = inFlight >= IN_FLIGHT_MAX;
     if (shownPx === this.sizePx) {  // else views of the previous size are still on their way
       this.#count(isLate);
     }
     return !isLate;
   }
 
-  // After a second with late steps: smaller views for a thin line, and more steps ahead for a slow server.
+  // After a second with late steps, smaller views for a thin line.
   #count(isLate) {
     this.#counted += 1;
     this.#late += isLate ? 1 : 0;
     if (this.#counted === STEPS_COUNTED) {
       if (this.#late > STEPS_LATE_MAX) {
         this.#size = Math.min(this.#size + 1, SIZES_PX.length - 1);
-        this.#inFlightMax = Math.min(this.#inFlightMax + 1, IN_FLIGHT_MAX);
       }
       this.#counted = 0;
       this.#late = 0;

@@ -36,11 +36,6 @@ export class Comparison {
     byId("end-compare").addEventListener("click", () => this.#end());
   }
 
-  // The row of the first difference, or null.
-  get row() {
-    return this.#difference?.row ?? null;
-  }
-
   // The place of the second replay (see links/replay_link.js), or null.
   get place() {
     return this.#subject?.place ?? null;
@@ -100,18 +95,20 @@ export class Comparison {
     this.#rows = new Rows(opened);
     this.#difference = firstDifference(replay, opened, actionNames);
     this.#tell();
-    this.#onChange(null);
   }
 
+  // Describes the comparison, if there is one.
   #tell() {
-    byId("other-figure").hidden = false;
-    byId("end-compare").hidden = false;
+    const isOpen = this.#subject !== null;
+    byId("other-figure").hidden = !isOpen;
+    byId("end-compare").hidden = !isOpen;
     byId("go-difference").hidden = !this.#difference;
     const { row, name, values } = this.#difference ?? {};
     setText(byId("difference"), this.#difference
       ? `First difference at step ${row}: the ${name} is ${values[0]}, in ${this.#subject.name} it is ${values[1]}.`
-      : `No difference from ${this.#subject.name}.`);
+      : isOpen ? `No difference from ${this.#subject.name}.` : "");
     setText(byId("go-difference"), `Go to step ${row}`);
+    this.#onChange(null);
   }
 
   #end() {
@@ -119,10 +116,6 @@ export class Comparison {
     this.#rows = null;
     this.#subject = null;
     this.#difference = null;
-    byId("other-figure").hidden = true;
-    byId("end-compare").hidden = true;
-    byId("go-difference").hidden = true;
-    setText(byId("difference"), "");
-    this.#onChange(null);
+    this.#tell();
   }
 }

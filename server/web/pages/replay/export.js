@@ -20,7 +20,7 @@ export class ExportDialog {
   #isCancelled = false;
   #codec = null;  // that the browser encodes
 
-  // `current()` returns what the page shows: { replay, frames, index, speed, name }, texts(frame), and the values(frames) of the learner.
+  // `current()` returns what the page shows: { replay, frames, index, speed, name }, texts(frame), and the values of the learner.
   constructor(current) {
     this.#current = current;
     byId("export-image").addEventListener("click", () => this.#run(() => this.#saveImage()));
@@ -99,7 +99,7 @@ export class ExportDialog {
       return null;
     }
     const about = byId("level").textContent;
-    return { content: await pageFile({ title: name, about, size: AGENT_SIZE_PX, images, texts: all.map(texts), values: values(all) }), suffix: "html" };
+    return { content: await pageFile({ title: name, about, size: AGENT_SIZE_PX, images, texts: all.map(texts), values }), suffix: "html" };
   }
 
   // Calls `use(image)` with the image of each frame, one after the other. Resolves to whether all were used: false if it was cancelled.

@@ -2,11 +2,11 @@
 
 export const STEPS_PER_SECOND = 15;  // at speed 1
 export const FRAMES_PER_SECOND_MAX = 30;  // above, frames are skipped
+const ROWS_AHEAD = 6;  // requested at once while the player runs, which hides the latency of a long line
 
 export class Player {
   #rows = null;     // null: no replay
   #frames = null;
-  #inFlight = 1;
   #wanted = 0;      // the index of the requested frame
   #shown = -1;      // the index of the shown frame
   #isRunning = false;
@@ -16,8 +16,6 @@ export class Player {
   #onWant;
   #onShow;
   #onRun;
-
-  isLooping = false;
 
   // `onWant(index)` is called when a frame is requested, `onShow(index, view, rows)` draws it and may return a
   // promise (`rows`: its row and those that are requested ahead), `onRun(isRunning)` is called when the player starts or stops.
@@ -29,10 +27,6 @@ export class Player {
 
   get wanted() {
     return this.#wanted;
-  }
-
-  get shown() {
-    return this.#shown;
   }
 
   get isRunning() {
@@ -48,11 +42,10 @@ export class Player {
     this.#setTimer();
   }
 
-  // Shows the frame `index` of a replay. `inFlight`: rows that are requested at once while the replay runs.
-  open(rows, frames, index, inFlight) {
+  // Shows the frame `index` of a replay.
+  open(rows, frames, index) {
     this.#rows = rows;
     this.#frames = frames;
-    this.#inFlight = inFlight;
     this.#shown = -1;
     return this.seek(index);
   }
@@ -115,7 +108,7 @@ export class Player {
 
   // The rows of a frame and, while the player runs, of the next ones.
   #ahead(index) {
-    const count = this.#isRunning ? this.#inFlight : 1;
+    const count = this.#isRunning ? ROWS_AHEAD : 1;
     const indexes = Array.from({ length: count }, (_, i) => Math.min(index + i * this.#stride, this.#frames.last));
     return [...new Set(indexes.map((each) => this.#frames.at(each).row))];
   }
@@ -137,8 +130,6 @@ export class Player {
     }
     if (this.#wanted < this.#frames.last) {
       this.seek(this.#wanted + this.#stride);
-    } else if (this.isLooping) {
-      this.seek(0);
     } else {
       this.run(false);
     }

@@ -23,7 +23,7 @@ after(async () => {
   assert.equal(await server.stop(), 0);
 });
 
-const line = (page) => page.locator("#annotation-lines .annotation");
+const line = (page, name = "value") => page.locator("#annotation-lines .annotation", { hasText: name });
 const step = (page) => figure(page, "#figures", "Step");
 
 test("a value is a line over all steps, several values are bars of the shown step", async () => {
@@ -34,6 +34,7 @@ test("a value is a line over all steps, several values are bars of the shown ste
   await page.locator("#row").fill("5");
   await waitForText(step(page), `5 of ${STEPS}`);
   await waitForText(line(page).locator(".number").first(), /^0\.05$/);
+  assert.match(await line(page, "score").locator("h3").textContent(), /^score 0 0 to 0$/);
   const bars = page.locator("#annotation-bars li");
   assert.equal(await bars.count(), 15);
   assert.equal(await bars.nth(7).textContent(), "RIGHT0.3");
@@ -54,7 +55,7 @@ test("a replay of an episode without values shows none", async () => {
   await plain.step([-1]);
   const page = await it.open(server.page("/replay?pool=pools/plain&environment=0"));
   await waitForText(step(page), "0 of 2");
-  assert.equal(await page.locator("#annotation-lines").isVisible(), false);
+  assert.deepEqual(await page.locator("#annotation-lines h3").allTextContents(), ["score 0 0 to 0"]);
   assert.equal(await page.locator("#annotation-bars").isVisible(), false);
   await plain.close();
 });
