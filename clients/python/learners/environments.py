@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import torch
 
-from procgen_client import Batch, DoubleBufferedSampler, Pool, catalog
+from procgen_client import Batch, DoubleBufferedSampler, Pool, ServerProcess, catalog
 from procgen_client._place import SERVER_VARIABLE
 from procgen_client.errors import InvalidArgumentError
 from procgen_client.tools.evaluation import return_range
@@ -37,6 +37,7 @@ class Environments:
         *,
         server: str | None = None,
         server_timeout: float = 600.0,
+        watch: str | None = None,
         **options: Any,  # noqa: ANN401
     ) -> None:
         """Makes the pool.
@@ -46,15 +47,26 @@ class Environments:
             env_count: Number of environments, at least 2.
             server: Address. None: the variable PROCGEN_SERVER, else this process.
             server_timeout: Time to wait for a server that stopped, in seconds.
+            watch: HOST:PORT of pages for browsers: starts a server that has them, and steps there.
             **options: As for Pool.
 
         Raises:
-            ProcgenError: As Pool.
+            ProcgenError: As Pool, and as ServerProcess; InvalidArgumentError: `watch` with a
+                server.
         """
         self.env_count = env_count
         self._game = game
         server = server or os.environ.get(SERVER_VARIABLE)
-        self._client = None
+        self._server = self._client = None
+        if watch:
+            if server:
+                raise InvalidArgumentError(
+                    f"watch is {watch} with a server at {server}, which has pages of its own: "
+                    "allowed with environments in this process"
+                )
+            self._server = ServerProcess(web_address=watch, tied=True)
+            server = self._server.address
+            print(f"Pages: http://{watch}", flush=True)
         if server:
             from procgen_client import Client  # Needs Protocol Buffers.
 
@@ -94,6 +106,8 @@ class Environments:
         self.pool.close()
         if self._client is not None:
             self._client.close()
+        if self._server is not None:
+            self._server.stop()
 
 
 def environment_options(
@@ -111,6 +125,7 @@ def environment_options(
         **({"num_threads": threads} if ranks_here > 1 else {}),
         "server": options.server,
         "server_timeout": options.server_timeout,
+        "watch": options.watch if rank == 0 else None,
         "distribution_mode": options.mode,
         "num_levels": options.levels,
         "start_level": options.start_level,

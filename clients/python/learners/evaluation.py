@@ -25,7 +25,7 @@ class PeriodicEvaluation:
         """Makes as many environments as the run has, on all levels."""
         self._policy = policy
         self._step_count: int = options.num_steps
-        its_options = environment_options(options, 0, 1) | {"num_levels": 0}
+        its_options = environment_options(options, 0, 1) | {"num_levels": 0, "watch": None}
         its_options.pop("frame_stack", None)  # The policy stacks frames itself.
         self._environments = Environments(options.game, options.num_envs, **its_options)
         self._recent: deque[tuple[float, int]] = deque(maxlen=EPISODE_WINDOW)

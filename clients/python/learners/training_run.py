@@ -26,7 +26,7 @@ EPISODE_COLUMNS = ("step", "environment", "level_seed", "return", "length")
 # Options that do not affect results; they may differ when a run is continued.
 FREE_OPTIONS = {
     *("total_steps", "output", "server", "server_timeout", "resume", "time_limit"),
-    *("checkpoint_interval", "threads", "config", "wandb"),
+    *("checkpoint_interval", "threads", "config", "wandb", "watch"),
 }
 
 

@@ -49,13 +49,14 @@ class UpstreamEnvironments:
         package: str,
         server: str | None,
         server_timeout: float,
+        watch: str | None,
         first_env: int,
         total_env_count: int,
         **options: Any,  # noqa: ANN401
     ) -> None:
         """Creates the environments; addresses and ranks are not supported."""
-        if server or total_env_count != env_count:
-            raise SystemExit("upstream's package supports neither --server nor several ranks")
+        if server or watch or total_env_count != env_count:
+            raise SystemExit("upstream's package supports no --server, --watch or several ranks")
         middle = env_count // 2
         self.halves = (slice(0, middle), slice(middle, env_count))
         make = importlib.import_module(package).ProcgenGym3Env

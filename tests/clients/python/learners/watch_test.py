@@ -2,17 +2,21 @@
 
 from __future__ import annotations
 
+import concurrent.futures
 import shutil
 import signal
+import socket
 import subprocess
 import sys
 import time
+import urllib.error
+import urllib.request
 from pathlib import Path
 
 import pytest
-from small_runs import STEPS_OF_UPDATE, train, train_rainbow
+from small_runs import STEPS_OF_UPDATE, options, train, train_rainbow
 
-from learners import watch
+from learners import ppo, watch
 from procgen_client import Client, ServerProcess
 from procgen_client._proto import render_pb2
 
@@ -48,6 +52,38 @@ def test_viewers_see_steps_values_and_probabilities(
             while any(pool.name == name for pool in client.list_pools()):
                 assert time.monotonic() < deadline
                 time.sleep(0.05)
+
+
+def test_a_run_is_watched_on_the_pages_of_its_own_server(
+    tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    with socket.socket() as free:
+        free.bind(("127.0.0.1", 0))
+        address = f"127.0.0.1:{free.getsockname()[1]}"
+
+    def page() -> str:
+        while True:
+            try:
+                with urllib.request.urlopen(f"http://{address}/") as response:
+                    return str(response.read(), "utf-8")
+            except urllib.error.URLError:
+                time.sleep(0.01)  # The server has not started yet.
+
+    with concurrent.futures.ThreadPoolExecutor() as executor:
+        shown = executor.submit(page)
+        results = train(tmp_path / "watched", watch=address)
+        assert "<title>Live" in shown.result()
+    assert f"Pages: http://{address}" in capfd.readouterr().out
+    assert results == train(tmp_path / "plain")
+    with pytest.raises(urllib.error.URLError):
+        urllib.request.urlopen(f"http://{address}/")
+
+
+def test_watch_with_a_server_is_rejected(
+    server: ServerProcess, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert ppo.main(options(tmp_path, server.address, watch="127.0.0.1:0")) == 1
+    assert "allowed with environments in this process" in capsys.readouterr().err
 
 
 @pytest.mark.skipif(shutil.which("ffmpeg") is None, reason="ffmpeg is not installed")
