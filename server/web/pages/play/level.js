@@ -1,6 +1,6 @@
 // The level of the play page: its facts, and what the page says about it.
 
-import { byId, setText } from "../elements/elements.js";
+import { byId, element, setText } from "../elements/elements.js";
 import { count, reward } from "../elements/figures.js";
 import { addressOf } from "../links/level_choice.js";
 import { LEVEL_MAX } from "../links/level_link.js";
@@ -39,22 +39,19 @@ export function tellLevel(level, catalog, from = null) {
   const baselines = baselinesOf(level.game, level.mode).map(([name, value]) => `${name} ${reward(value)}`);
   setText(byId("scores"), baselines.length === 0 ? "" : `Mean scores to compare with: ${baselines.join("; ")}.`);
   setText(byId("from"), from ? `Continues ${from}. Restart returns to it.` : "");
-  const specials = factsOf(catalog, level.game).specialActions.map(({ action, description }) => [catalog.actions[action].name, description]);
-  setText(byId("special_keys"), describeKeys(specials));
-  for (const button of byId("letters").children) {
-    const special = specials.find(([key]) => key === button.dataset.key);
-    button.hidden = !special;
-    button.title = special?.[1] ?? "";
-  }
+  const effects = effectsOf(catalog, level.game);
+  setText(byId("special_keys"), effects.map(([description, keys]) => `${keys.join(", ")}: ${description}`).join(" "));
+  byId("letters").replaceChildren(...effects.map(([description, [key]]) =>
+    element("button", { type: "button", "data-key": key }, element("b", {}, key), ` ${description.split(/[,.]/)[0]}`)));
 }
 
-// [["D", "Fires."], ["W", "Fires."], ["A", "Jumps."]] -> "D, W: Fires. A: Jumps."
-function describeKeys(specials) {
-  const descriptions = [...new Set(specials.map(([, description]) => description))];
-  return descriptions.map((description) => {
-    const keys = specials.filter(([, other]) => other === description).map(([key]) => key);
-    return `${keys.join(", ")}: ${description}`;
-  }).join(" ");
+// What the special actions of a game do, with their keys: [["Fires.", ["D", "W"]], ["Jumps.", ["A"]]].
+function effectsOf(catalog, game) {
+  const effects = new Map();
+  for (const { action, description } of factsOf(catalog, game).specialActions) {
+    effects.set(description, [...effects.get(description) ?? [], catalog.actions[action].name]);
+  }
+  return [...effects];
 }
 
 export function isTouched() {
