@@ -8,7 +8,7 @@ function(run)
 endfunction()
 
 file(REMOVE_RECURSE "${WORK}")
-set(entries "${PAGES}/live.js" "${PAGES}/play.js" "${PAGES}/replay.js" "${PAGES}/gallery.js" "${PAGES}/theme.js"
+set(entries "${PAGES}/live.js" "${PAGES}/play.js" "${PAGES}/replay.js" "${PAGES}/gallery.js"
   "${PAGES}/standalone/player.js")
 file(GLOB styles "${PAGES}/style/*.css" "${PAGES}/standalone/*.css")
 # Modules that several pages use are in files of their own, with the hash of their contents in their names.

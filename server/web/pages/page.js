@@ -1,4 +1,4 @@
-// Shared by all pages: the top bar, the connection and its state, the theme and the token prompt.
+// Shared by all pages: the top bar, the connection and its state, and the token prompt.
 
 import { catalogOf } from "./connection/catalog.js";
 import { Connection } from "./connection/connection.js";
@@ -127,30 +127,8 @@ function drawBar(state) {
   byId("top").replaceChildren(
     element("a", { class: "mark", href: "/" }, element("img", { src: "/assets/icon.svg", alt: "" }), "Procgen Server"),
     element("nav", { "aria-label": "Pages" }, ...links),
-    element("div", { class: "end" }, state, themeButton()));
+    element("div", { class: "end" }, state));
   byId("top").after(element("p", { class: "outage", id: "outage", role: "alert", hidden: true }));
-}
-
-function isDark() {
-  const chosen = document.documentElement.dataset.theme;
-  return chosen ? chosen === "dark" : matchMedia("(prefers-color-scheme: dark)").matches;
-}
-
-function themeButton() {
-  const button = element("button", { type: "button", onclick: () => {
-    const theme = isDark() ? "light" : "dark";
-    document.documentElement.dataset.theme = theme;
-    localStorage.setItem("theme", theme);
-    show();
-    document.dispatchEvent(new Event("theme"));
-  } });
-  const show = () => setText(button, isDark() ? "Light theme" : "Dark theme");
-  matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => {
-    show();
-    document.dispatchEvent(new Event("theme"));
-  });
-  show();
-  return button;
 }
 
 // Runs an action of the user and shows its error with `say`. Returns its result, or null.

@@ -9,7 +9,8 @@ export default [
     languageOptions: {
       globals: Object.fromEntries([
         "AbortController", "AbortSignal", "Blob", "CompressionStream", "CustomEvent", "DataView", "DecompressionStream", "Event", "EventTarget", "Image", "ImageData",
-        "Intl", "KeyboardEvent", "MutationObserver", "NodeFilter", "OffscreenCanvas", "Response", "ResizeObserver", "TextDecoder", "TextEncoder", "URL",
+        "Intl", "KeyboardEvent", "MutationObserver", "NodeFilter", "OffscreenCanvas", "PerformanceObserver",
+        "Response", "ResizeObserver", "TextDecoder", "TextEncoder", "URL",
         "URLSearchParams", "VideoEncoder", "VideoFrame", "WebSocket", "Buffer", "addEventListener", "atob", "btoa", "clearInterval", "clearTimeout",
         "console", "createImageBitmap", "crypto", "devicePixelRatio", "dispatchEvent", "document", "fetch", "getComputedStyle", "history",
         "innerHeight", "innerWidth", "isSecureContext", "localStorage", "location", "matchMedia", "navigator", "performance", "process",

@@ -179,7 +179,7 @@ for (const [name, open] of Object.entries(PAGES)) {
     const page = await open();
     const grounds = new Set();
     for (const theme of ["dark", "light"]) {
-      await page.evaluate((chosen) => { document.documentElement.dataset.theme = chosen; }, theme);
+      await page.evaluate((chosen) => { document.documentElement.style.colorScheme = chosen; }, theme);
       grounds.add(await page.evaluate(() => getComputedStyle(document.documentElement).backgroundColor));
       for (const size of SIZES) {
         await page.setViewportSize(size);

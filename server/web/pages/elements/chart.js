@@ -15,7 +15,7 @@ export class Chart {
     this.#place = place;
     this.#heightPx = heightPx;
     this.#describe = describe;
-    document.addEventListener("theme", () => this.#data && this.draw(this.#data, true));
+    matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => this.#data && this.draw(this.#data, true));
     new ResizeObserver(() => this.#fit()).observe(place);
   }
 

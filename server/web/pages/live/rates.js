@@ -16,10 +16,4 @@ export class Rates {
     const [[since, old]] = kept;
     return { perSecond: kept.length < 2 ? null : (count - old) / (timeS - since), changeTimeS: changed };
   }
-
-  // Forgets counters that are gone; "" stays.
-  forgetAllBut(names) {
-    const kept = new Set(["", ...names]);
-    [...this.#reads.keys()].filter((name) => !kept.has(name)).forEach((name) => this.#reads.delete(name));
-  }
 }

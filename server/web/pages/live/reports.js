@@ -65,7 +65,6 @@ export class Reports {
 
   #report(pools, load) {
     const timeS = Date.now() / 1000;
-    this.#rates.forgetAllBut(pools.map(({ name }) => name));
     this.#onReport({
       timeS, isFirst: this.#isFirst,
       load: { ...load, stepsPerSecond: this.#rates.add("", Number(load.stepCount), timeS).perSecond, stepCount: Number(load.stepCount) },

@@ -148,3 +148,46 @@ test("values that the learner sends are drawn as a line and as bars", async () =
   await waitForText(page.locator("#large-step"), "RIGHT");
   await pool.close();
 });
+
+test("a saliency map is drawn over the agent's view of its step", async () => {
+  const { pool, page } = await openPool("salient", 1);
+  await page.click("#mosaic button");
+  await waitForDrawing(page, "#large-agent");
+  const overlay = page.locator("#large-saliency");
+  assert(await overlay.isHidden());
+  const map = Array(64 * 64).fill(0);
+  map[10 * 64 + 20] = 2;
+  map[11 * 64 + 21] = -1;
+  await pool.step([7], { annotations: { saliency: [map] } });
+  await overlay.waitFor();
+  const alphas = await overlay.evaluate((canvas) => {
+    const { data } = canvas.getContext("2d").getImageData(0, 0, 64, 64);
+    return [...data].flatMap((value, i) => (i % 4 === 3 && value > 0 ? [[(i - 3) / 4, value]] : []));
+  });
+  assert.deepEqual(alphas, [[10 * 64 + 20, 200], [11 * 64 + 21, 100]]);
+  const [over, under] = await Promise.all(["#large-saliency", "#large-agent"].map((name) => page.locator(name).boundingBox()));
+  assert.deepEqual(over, under);
+  assert(await page.locator("#large-annotations").isHidden());
+  await overlay.hover();
+  assert.equal(await overlay.evaluate((canvas) => getComputedStyle(canvas).opacity), "0");
+  await pool.step([7]);
+  await overlay.waitFor({ state: "hidden" });
+  await pool.close();
+});
+
+test("at 1440 x 900 the views, the keys, the reward, the value and the probabilities need no scrolling", async () => {
+  const { pool, page } = await openPool("whole", 1);
+  await page.setViewportSize({ width: 1440, height: 900 });
+  await page.click("#mosaic button");
+  await pool.step([7], { annotations: { value: [5], action_probabilities: [Array(15).fill(1 / 15)] } });
+  await page.locator("#large-annotations li").nth(14).waitFor();
+  const [needed, shown] = await page.locator("#large").evaluate(({ scrollHeight, clientHeight }) => [scrollHeight, clientHeight]);
+  assert(needed <= shown, `the dialog needs ${needed} pixels and has ${shown}`);
+  for (const name of ["#large-picture", "#large-agent", "#large-keys", "#large-step", "#large-annotations", "#large-pause"]) {
+    const { x, y, width, height } = await page.locator(name).boundingBox();
+    assert(x >= 0 && y >= 0 && x + width <= 1440 && y + height <= 900, `${name} ends at ${x + width}, ${y + height}`);
+  }
+  const { width: side } = await page.locator("#large-picture").boundingBox();
+  assert(side >= 512, `the picture has ${side} pixels`);
+  await pool.close();
+});

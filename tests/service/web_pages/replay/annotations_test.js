@@ -40,6 +40,23 @@ test("a value is a line over all steps, several values are bars of the shown ste
   assert.equal(await bars.nth(7).textContent(), "RIGHT0.3");
 });
 
+test("a saliency map is drawn over the agent's view, in blocks of 4 x 4 pixels", async () => {
+  const salient = await Pool.open(server, ["coinrun"], 1, { pool_id: "salient" });
+  const map = Array(64 * 64).fill(0);
+  map[10 * 64 + 20] = 1;
+  await salient.step([7], { annotations: { saliency: [map] } });
+  await salient.step([-1]);
+  const page = await it.open(server.page("/replay?pool=pools/salient&environment=0&step=1"));
+  await waitForText(step(page), "1 of 2");
+  const drawn = await page.locator("#saliency").evaluate((canvas) => {
+    const { data } = canvas.getContext("2d").getImageData(0, 0, canvas.width, canvas.height);
+    return [canvas.width, [...data].flatMap((value, i) => (i % 4 === 3 && value > 0 ? [(i - 3) / 4] : []))];
+  });
+  assert.deepEqual(drawn, [16, [2 * 16 + 5]]);
+  assert.equal(await page.locator("#annotation-bars").isVisible(), false);
+  await salient.close();
+});
+
 test("a press on the line goes to its step", async () => {
   const page = await it.open(server.page("/replay?pool=pools/annotated&environment=0"));
   await waitForText(step(page), `0 of ${STEPS}`);

@@ -79,6 +79,10 @@ test("the program of a step in Python has the same observation, and that of an e
   assert.match(program, /12 of 35 steps/);
   const middle = await runPython(program);
   assert.equal(middle.digest, await observation(page));
+  const argument = `server="${server.address}"`;
+  assert(program.includes(argument), "the program names this server");
+  const remote = await runPython(program.replace("\n)\nwith pool:", `\n    ${argument},\n)\nwith pool:`));
+  assert.deepEqual(remote, middle);
   assert.deepEqual(middle.fingerprints, []);
   await seek(page, COINRUN_1000_STEPS);
   const end = await runPython(await copied(page));
