@@ -3,6 +3,8 @@
 #include <limits>
 #include <utility>
 
+#include "envcore/games/kind_names.h"
+
 namespace procgen {
 namespace {
 
@@ -57,6 +59,11 @@ void Environment::BeginEpisode() {
   episode_return_ = 0;
   episode_length_ = 0;
   ended_ = false;
+  edited_ = false;
+}
+
+int32_t Environment::ReadObjects(absl::Span<ObjectRow> rows) const {
+  return procgen::ReadObjects(game_->world(), KindNamesOf(spec_.name), rows);
 }
 
 void Environment::Reset(std::optional<int32_t> level_seed, std::optional<int64_t> rand_seed) {

@@ -9,11 +9,13 @@
 
 #include "absl/functional/function_ref.h"
 #include "absl/strings/string_view.h"
+#include "absl/types/span.h"
 #include "envcore/environment/environment_options.h"
 #include "envcore/environment/fingerprint.h"
 #include "envcore/environment/level_sampler.h"
 #include "envcore/games/game.h"
 #include "envcore/games/game_catalog.h"
+#include "envcore/games/objects.h"
 #include "envcore/random/random_stream.h"
 #include "envcore/scene/scene.h"
 #include "envcore/state/state_archive.h"
@@ -57,7 +59,8 @@ struct SavedEpisode {
 
 // Reads these fields without making an environment. Errors: as Environment::Restore, for the fields
 // that it reads.
-StatusOr<SavedEpisode> ReadSavedMoment(absl::string_view snapshot);
+StatusOr<SavedEpisode> ReadSavedMoment(absl::string_view snapshot,
+                                       StateArchive::Floats floats = StateArchive::Floats::kExact);
 
 // One environment: a sequence of levels, with steps and episode ends.
 // Threads: compatible (one thread at a time).
@@ -85,6 +88,17 @@ class Environment {
   static StatusOr<std::unique_ptr<Environment>> Restore(const GameSpec& spec,
                                                         absl::string_view snapshot,
                                                         AutoresetMode autoreset_mode);
+  // The same of the game that the snapshot names, with AutoresetMode::kSameStep. Errors: as
+  // Restore; INVALID_ARGUMENT: there is no such game.
+  static StatusOr<std::unique_ptr<Environment>> RestoreAny(
+      absl::string_view snapshot, StateArchive::Floats floats = StateArchive::Floats::kExact);
+
+  // Whether the state of this episode was changed by hand (readable_state.h). Snapshots contain it.
+  bool edited() const { return edited_; }
+  // Marks the state as changed by hand, until the next episode. `checksum`: of the changed state;
+  // it becomes part of the episode's fingerprint. Errors: INVALID_ARGUMENT: the agent is where it
+  // cannot be.
+  Status MarkEdited(uint32_t checksum);
 
   // Sets the next level. It is used instead of a draw, so the level-seed stream does not advance.
   void SetNextLevel(int32_t level_seed) { next_level_ = level_seed; }
@@ -114,6 +128,8 @@ class Environment {
 
   const StepResult& result() const { return result_; }
   const Game& game() const { return *game_; }
+  // As procgen::ReadObjects, of the current level.
+  int32_t ReadObjects(absl::Span<ObjectRow> rows) const;
   // Fills `scene` with what is visible now. Valid until the environment changes.
   void FillScene(Scene* scene) const { game_->FillScene(scene); }
   // As FillScene, with the whole level.
@@ -124,6 +140,12 @@ class Environment {
   Environment(const GameSpec& spec, const EnvironmentOptions& options,
               AutoresetMode autoreset_mode);
 
+  // Restores what follows the game, options and level of a snapshot.
+  static StatusOr<std::unique_ptr<Environment>> RestoreRest(const GameSpec& spec,
+                                                            const EnvironmentOptions& options,
+                                                            int32_t level_seed,
+                                                            AutoresetMode autoreset_mode,
+                                                            StateArchive& archive);
   // Visits all state except the options and the level seed.
   void VisitState(StateArchive& archive);
   void StepOnce(int32_t action, absl::FunctionRef<void()> before_new_level);
@@ -149,6 +171,7 @@ class Environment {
   Fingerprint fingerprint_;  // of the running episode
   bool ended_ = false;       // the episode has ended and the next has not begun
   bool is_restored_ = false;
+  bool edited_ = false;  // the state of this episode was changed by hand
 };
 
 }  // namespace procgen

@@ -1,11 +1,13 @@
 #include "envcore/environment/environment_options.h"
 
 #include <string>
+#include <vector>
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_join.h"
 #include "absl/strings/string_view.h"
 #include "envcore/games/game_catalog.h"
+#include "envcore/games/variants.h"
 #include "envcore/status/status.h"
 
 namespace procgen {
@@ -37,21 +39,50 @@ Status CheckNotNegative(absl::string_view option, int32_t value) {
   return OkStatus();
 }
 
+// Whether the variant, if any, is of the game.
+Status CheckVariant(absl::string_view game, Variant variant) {
+  std::vector<absl::string_view> names;
+  for (const VariantSpec& spec : VariantCatalog()) {
+    if (spec.game == game) {
+      names.push_back(spec.name);
+      if (spec.variant == variant) {
+        return OkStatus();
+      }
+    }
+  }
+  if (variant == Variant::kNone) {
+    return OkStatus();
+  }
+  return InvalidArgumentError(
+      absl::StrCat("variant is ", VariantName(variant), ", ", game, " has ",
+                   names.empty() ? "no variants" : absl::StrJoin(names, ", ")));
+}
+
 }  // namespace
+
+StatusOr<const GameSpec*> RequireGame(absl::string_view name) {
+  const GameSpec* spec = FindGame(name);
+  if (spec == nullptr) {
+    return NotFoundError(absl::StrCat("no game is named \"", name, "\"; there are ", GameNames()));
+  }
+  return spec;
+}
 
 StatusOr<EnvironmentOptions> ResolveOptions(absl::string_view game,
                                             const EnvironmentOptions& options) {
-  const GameSpec* spec = FindGame(game);
-  if (spec == nullptr) {
-    return NotFoundError(absl::StrCat("no game is named \"", game, "\"; there are ", GameNames()));
+  const StatusOr<const GameSpec*> found = RequireGame(game);
+  if (!found.ok()) {
+    return found.status();
   }
+  const GameSpec* const spec = *found;
   if (!spec->HasMode(options.distribution_mode)) {
     return InvalidArgumentError(absl::StrCat(
         "distribution_mode is ", DistributionModeName(options.distribution_mode), " (",
         static_cast<int32_t>(options.distribution_mode), "), ", game, " has ", ModesOf(*spec)));
   }
   for (const Status& status : {CheckNotNegative("num_levels", options.num_levels),
-                               CheckNotNegative("start_level", options.start_level)}) {
+                               CheckNotNegative("start_level", options.start_level),
+                               CheckVariant(game, options.variant)}) {
     if (!status.ok()) {
       return status;
     }

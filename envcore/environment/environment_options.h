@@ -4,6 +4,7 @@
 #include <cstdint>
 
 #include "absl/strings/string_view.h"
+#include "envcore/games/game_catalog.h"
 #include "envcore/games/game_options.h"
 #include "envcore/status/status.h"
 
@@ -16,6 +17,9 @@ struct EnvironmentOptions : GameOptions {
   int64_t rand_seed = 0;               // seeds the level-seed stream, modulo 2^32
   bool use_sequential_levels = false;  // a completed level is followed by level seed + 997
 };
+
+// Returns the game with this name. Errors: NOT_FOUND (the message names all games).
+StatusOr<const GameSpec*> RequireGame(absl::string_view name);
 
 // Checks `options` for `game` and returns them with kExploration resolved: hard mode with one
 // level, whose seed depends on the game. Errors: NOT_FOUND: no such game. INVALID_ARGUMENT: an

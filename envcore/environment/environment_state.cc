@@ -38,6 +38,9 @@ void VisitOptions(StateArchive& archive, EnvironmentOptions& options) {
   archive.Bool("restrict_themes", options.restrict_themes);
   archive.Bool("paint_vel_info", options.paint_vel_info);
   archive.Int("debug_mode", options.debug_mode, kIntMin, kIntMax);
+  auto variant = static_cast<int32_t>(options.variant);
+  archive.Int("variant", variant, 0, kVariantMax, 0);
+  options.variant = static_cast<Variant>(variant);
 }
 
 void VisitBeginning(StateArchive& archive, Beginning& beginning) {
@@ -83,8 +86,8 @@ void VisitProgress(StateArchive& archive, const Progress& progress) {
 
 }  // namespace
 
-StatusOr<SavedEpisode> ReadSavedMoment(absl::string_view snapshot) {
-  StatusOr<StateArchive> archive = StateArchive::Open(snapshot);
+StatusOr<SavedEpisode> ReadSavedMoment(absl::string_view snapshot, StateArchive::Floats floats) {
+  StatusOr<StateArchive> archive = StateArchive::Open(snapshot, floats);
   if (!archive.ok()) {
     return archive.status();
   }
@@ -124,30 +127,69 @@ StatusOr<std::unique_ptr<Environment>> Environment::Restore(const GameSpec& spec
   }
   Beginning beginning;
   VisitBeginning(*archive, beginning);
-  if (!archive->ok()) {
-    return archive->status();
-  }
-  if (beginning.game != spec.name) {
+  if (archive->ok() && beginning.game != spec.name) {
     return FailedPreconditionError(
         absl::StrCat("game is ", beginning.game, ", the environment plays ", spec.name));
   }
-  const auto options = ResolveOptions(spec.name, beginning.options);
-  if (!options.ok()) {
-    return InvalidArgumentError(absl::StrCat("options: ", options.status().message()));
+  return RestoreRest(spec, beginning.options, beginning.level_seed, autoreset_mode, *archive);
+}
+
+StatusOr<std::unique_ptr<Environment>> Environment::RestoreAny(absl::string_view snapshot,
+                                                               StateArchive::Floats floats) {
+  StatusOr<StateArchive> archive = StateArchive::Open(snapshot, floats);
+  if (!archive.ok()) {
+    return archive.status();
   }
-  std::unique_ptr<Environment> environment(new Environment(spec, *options, autoreset_mode));
+  Beginning beginning;
+  VisitBeginning(*archive, beginning);
+  if (!archive->ok()) {
+    return archive->status();
+  }
+  const StatusOr<const GameSpec*> spec = RequireGame(beginning.game);
+  if (!spec.ok()) {
+    return InvalidArgumentError(absl::StrCat("game: ", spec.status().message()));
+  }
+  return RestoreRest(**spec, beginning.options, beginning.level_seed, AutoresetMode::kSameStep,
+                     *archive);
+}
+
+StatusOr<std::unique_ptr<Environment>> Environment::RestoreRest(const GameSpec& spec,
+                                                                const EnvironmentOptions& options,
+                                                                int32_t level_seed,
+                                                                AutoresetMode autoreset_mode,
+                                                                StateArchive& archive) {
+  if (!archive.ok()) {
+    return archive.status();
+  }
+  const auto resolved = ResolveOptions(spec.name, options);
+  if (!resolved.ok()) {
+    return InvalidArgumentError(absl::StrCat("options: ", resolved.status().message()));
+  }
+  std::unique_ptr<Environment> environment(new Environment(spec, *resolved, autoreset_mode));
   environment->is_restored_ = true;
   // Generates the level again: what its seed determines is not in the snapshot.
-  environment->result_.level_seed = beginning.level_seed;
-  environment->game_->StartLevel(beginning.level_seed);
-  environment->VisitState(*archive);
-  if (Status status = archive->Close(); !status.ok()) {
+  environment->result_.level_seed = level_seed;
+  environment->game_->StartLevel(level_seed);
+  environment->VisitState(archive);
+  if (Status status = archive.Close(); !status.ok()) {
     return status;
   }
   return environment;
 }
 
+Status Environment::MarkEdited(uint32_t checksum) {
+  const Entity& agent = game_->world().agent();
+  if (game_->AgentIsInBlock()) {
+    return InvalidArgumentError(absl::StrCat("agent is at (", agent.x, ", ", agent.y,
+                                             "), must be in a cell that does not block it"));
+  }
+  edited_ = true;
+  fingerprint_.AddEdit(checksum);
+  return OkStatus();
+}
+
 void Environment::VisitState(StateArchive& archive) {
+  archive.Bool("edited", edited_, false);
   VisitProgress(archive, {level_stream_, next_level_, ended_, episode_return_, episode_length_});
   uint64_t fingerprint = fingerprint_.value();
   archive.Bits("fingerprint", fingerprint);

@@ -18,6 +18,15 @@ void Fingerprint::Begin(absl::string_view game, const EnvironmentOptions& option
         options.use_sequential_levels}) {
     AddByte(option ? 1 : 0);
   }
+  if (options.variant != Variant::kNone) {
+    AddByte('V');
+    AddNumber(static_cast<uint32_t>(options.variant));
+  }
+}
+
+void Fingerprint::AddEdit(uint32_t checksum) {
+  AddByte('E');
+  AddNumber(checksum);
 }
 
 void Fingerprint::AddLevel(int32_t level_seed) {

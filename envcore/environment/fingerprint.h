@@ -15,10 +15,11 @@ namespace procgen {
 //
 //   begin  name of the game, byte 0, distribution_mode, debug_mode, then one byte each:
 //          center_agent, use_backgrounds, use_generated_assets, use_monochrome_assets,
-//          restrict_themes, paint_vel_info, use_sequential_levels
+//          restrict_themes, paint_vel_info, use_sequential_levels; with a variant: 'V', variant
 //   level  'L', level seed                                        at the beginning of each level
 //   step   'S', action (-1 included), bits of the reward (f32), flags            after each step
 //          flags: 1 the level was completed + 2 terminated + 4 truncated
+//   edit   'E', CRC-32 of the state                       when the state was changed by hand
 //
 // FNV-1a: h = 14695981039346656037; for each byte b: h = (h xor b) * 1099511628211 modulo 2^64.
 // Each repetition of an action counts as a step. The autoreset mode is not hashed.
@@ -28,6 +29,7 @@ class Fingerprint {
 
   void Begin(absl::string_view game, const EnvironmentOptions& options);
   void AddLevel(int32_t level_seed);
+  void AddEdit(uint32_t checksum);
   void AddStep(int32_t action, float reward, bool level_complete, bool terminated, bool truncated);
 
   uint64_t value() const { return value_; }

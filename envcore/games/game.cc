@@ -5,6 +5,7 @@
 #include <cstdlib>
 #include <utility>
 
+#include "envcore/games/variants.h"
 #include "envcore/world/contacts.h"
 #include "envcore/world/motion.h"
 
@@ -26,6 +27,7 @@ Game::Game(const GameArtSpec& art, const GameOptions& options)
 void Game::StartLevel(int32_t level_seed) {
   random_.Seed(level_seed);
   MakeLevel();
+  ApplyVariant(options_.variant, level_seed, &world_);
   step_number_ = 0;
 }
 

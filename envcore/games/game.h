@@ -61,6 +61,8 @@ class Game : public Rules {
   const GameOptions& options() const { return options_; }
   const World& world() const { return world_; }
   const RandomStream& random() const { return random_; }
+  // Whether the agent's center is in a cell that blocks the agent, or outside the grid.
+  bool AgentIsInBlock();
 
   // Fills `scene` with what is visible now. The scene refers to this game and is valid until the
   // game changes.

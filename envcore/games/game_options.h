@@ -21,6 +21,16 @@ inline constexpr int32_t kActionCount = 15;
 inline constexpr int32_t kNoAction = 4;
 inline constexpr int32_t kEndEpisodeAction = -1;
 
+// How a level differs from upstream's, after it was generated (variants.h). Snapshots contain the
+// numbers: never renumber them.
+enum class Variant : int32_t {
+  kNone = 0,
+  kCoinRandom = 1,
+  kCheeseCorner = 2,
+  kTwoObjects = 3,
+};
+inline constexpr auto kVariantMax = static_cast<int32_t>(Variant::kTwoObjects);
+
 // The options that a game reads, with upstream's names and Python defaults.
 struct GameOptions {
   DistributionMode distribution_mode = DistributionMode::kHard;
@@ -31,6 +41,7 @@ struct GameOptions {
   bool restrict_themes = false;        // one theme per kind; changes no draw
   bool paint_vel_info = false;         // draw two squares that show the agent's velocity
   int32_t debug_mode = 0;              // bit flags; only coinrun reads them
+  Variant variant = Variant::kNone;    // not of upstream
 };
 
 }  // namespace procgen

@@ -30,6 +30,13 @@ void Game::VisitState(StateArchive& archive, int32_t step_number_max) {
   archive.Group("own", [&] { VisitOwnState(archive); });
 }
 
+bool Game::AgentIsInBlock() {
+  const Entity& agent = world_.agent();
+  const int kind = world_.CellAtPoint(agent.x, agent.y);
+  return kind == world_.out_of_bounds_kind || Blocks(agent, kind, Axis::kHorizontal) ||
+         Blocks(agent, kind, Axis::kVertical);
+}
+
 size_t Game::EntityCountMax() const { return kEntityCountMax; }
 
 void Game::CheckNoneBlocks(StateArchive& archive) {

@@ -44,6 +44,8 @@ inline constexpr int32_t kHumanViewSizePxMax = 2048;
 // Largest PoolOptions::total_env_count. Create takes one random draw for each environment before
 // first_env.
 inline constexpr int32_t kTotalEnvCountMax = 1 << 24;
+// Largest number of objects of an environment that ReadObjects writes.
+inline constexpr int32_t kObjectsMax = 4096;
 // Largest StepInput::repeat.
 inline constexpr int32_t kRepeatMax = 1000;
 
@@ -211,6 +213,13 @@ class Pool {
   // the environments play different games. ABORTED as in Step.
   Status CloneStates(absl::Span<const StateToClone> pairs);
 
+  // Writes the objects of the environments [first, first + count), in the order of ReadObjects.
+  // `rows`: [count, objects_max], environment first; unused ones have kind -1. `counts`: [count],
+  // the number of objects, which can exceed objects_max. Runs on the calling thread. Errors:
+  // INVALID_ARGUMENT: the slice, objects_max or a length is out of range. ABORTED as in Step.
+  Status ReadObjects(int32_t first, int32_t count, int32_t objects_max, absl::Span<ObjectRow> rows,
+                     absl::Span<int32_t> counts);
+
   // Draws the antialiased human view of one environment, or its whole level. Runs on the calling
   // thread. `frame`: uint8 [size_px, size_px, 3], RGB. Errors: INVALID_ARGUMENT: the index or
   // size_px is out of range
@@ -259,6 +268,11 @@ class Pool {
   std::unique_ptr<StepJob> job_;
   std::atomic<bool> busy_ = false;
 };
+
+// As Pool::ReadObjects, of snapshots. Errors: as Environment::RestoreAny; INVALID_ARGUMENT: a
+// length is out of range.
+Status ReadObjectsOf(absl::Span<const std::string> snapshots, int32_t objects_max,
+                     absl::Span<ObjectRow> rows, absl::Span<int32_t> counts);
 
 }  // namespace procgen
 

@@ -42,6 +42,10 @@ std::string FrameSnapshot(absl::string_view body) {
   return bytes;
 }
 
+uint32_t SnapshotChecksum(absl::string_view snapshot) {
+  return NumberAt(snapshot, kChecksumOffset);
+}
+
 StatusOr<absl::string_view> UnframeSnapshot(absl::string_view snapshot) {
   if (snapshot.size() < kSnapshotHeaderBytes) {
     return DataLossError(absl::StrCat("the snapshot has ", snapshot.size(),

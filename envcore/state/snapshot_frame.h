@@ -33,6 +33,9 @@ std::string FrameSnapshot(absl::string_view body);
 // too long, not a snapshot, of another version or corrupted.
 StatusOr<absl::string_view> UnframeSnapshot(absl::string_view snapshot);
 
+// Returns the CRC-32 of the body of `snapshot`, as its header has it. REQUIRES: a valid snapshot.
+uint32_t SnapshotChecksum(absl::string_view snapshot);
+
 }  // namespace procgen
 
 #endif  // ENVCORE_STATE_SNAPSHOT_FRAME_H_

@@ -3,102 +3,18 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
-#include <exception>
 #include <limits>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "absl/strings/str_join.h"
 #include "envcore/state/snapshot_frame.h"
-#include "nlohmann/json.hpp"
+#include "envcore/state/snapshot_tree.h"
 
 namespace procgen {
 namespace {
 
-using Json = nlohmann::ordered_json;
-
-constexpr size_t kDepthMax = 8;            // nested groups and lists
-constexpr size_t kValueCountMax = 250000;  // values in a snapshot
-// Fields in a group. The largest group, an entity without omitted fields, has 31. Fields are found
-// by linear search, so the time to build a group is quadratic in this.
-constexpr size_t kGroupFieldCountMax = 64;
-constexpr size_t kSizeUnknown = std::numeric_limits<size_t>::max();  // reported by the parser as -1
-
-// Checks depth and size of a body before it is built.
-class BoundsCheck : public nlohmann::json_sax<Json> {
- public:
-  // The exceeded limit; empty if there is none.
-  const std::string& excess() const { return excess_; }
-
-  bool null() override { return false; }
-  bool boolean(bool /*value*/) override { return Count(); }
-  bool number_integer(number_integer_t /*value*/) override { return Count(); }
-  bool number_unsigned(number_unsigned_t /*value*/) override { return Count(); }
-  bool number_float(number_float_t /*value*/, const string_t& /*text*/) override { return Count(); }
-  bool string(string_t& /*value*/) override { return Count(); }
-  bool binary(binary_t& /*value*/) override { return false; }
-  bool start_object(size_t size) override {
-    if (size > kGroupFieldCountMax) {
-      const std::string count = size == kSizeUnknown ? "an unknown number of" : absl::StrCat(size);
-      return Exceeds(absl::StrCat("a group has ", count, " fields, at most ", kGroupFieldCountMax,
-                                  " are allowed"));
-    }
-    return Enter();
-  }
-  bool key(string_t& /*name*/) override { return true; }
-  bool end_object() override { return Leave(); }
-  // A list of unknown size exceeds the limit.
-  bool start_array(size_t size) override { return size <= kValueCountMax ? Enter() : Count(size); }
-  bool end_array() override { return Leave(); }
-  bool parse_error(size_t /*position*/, const std::string& /*token*/,
-                   const Json::exception& /*error*/) override {
-    return false;
-  }
-
- private:
-  bool Exceeds(std::string bound) {
-    excess_ = std::move(bound);
-    return false;
-  }
-  bool Count(size_t values = 1) {
-    value_count_ += std::min(values, kValueCountMax + 1);
-    return value_count_ <= kValueCountMax ||
-           Exceeds(absl::StrCat("it has more than ", kValueCountMax, " values"));
-  }
-  bool Enter() {
-    if (++depth_ > kDepthMax) {
-      return Exceeds(absl::StrCat("it is nested more than ", kDepthMax, " deep"));
-    }
-    return Count();
-  }
-  bool Leave() {
-    --depth_;
-    return true;
-  }
-
-  size_t depth_ = 0;
-  size_t value_count_ = 0;
-  std::string excess_;
-};
-
-StatusOr<Json> Parsed(absl::string_view snapshot) {
-  const StatusOr<absl::string_view> body = UnframeSnapshot(snapshot);
-  if (!body.ok()) {
-    return body.status();
-  }
-  BoundsCheck bounds;
-  try {
-    if (Json::sax_parse(body->begin(), body->end(), &bounds, Json::input_format_t::cbor)) {
-      Json root = Json::from_cbor(body->begin(), body->end(), true, /*allow_exceptions=*/false);
-      if (root.is_object()) {
-        return root;
-      }
-    }
-  } catch (const std::exception&) {
-    // Reported below.
-  }
-  return DataLossError(absl::StrCat("the snapshot's body is not a group of fields in CBOR",
-                                    bounds.excess().empty() ? "" : ": ", bounds.excess()));
-}
+using Json = SnapshotTree;
 
 // The integer in `node`. Values beyond 63 bits become INT64_MAX, which is out of every range.
 int64_t IntegerIn(const Json& node) {
@@ -121,6 +37,7 @@ struct StateArchive::Tree {
   struct Level {
     Json* node;
     std::string name;
+    std::vector<absl::string_view> known = {};  // names of the fields that were visited
     size_t fields_read = 0;
   };
 
@@ -129,6 +46,7 @@ struct StateArchive::Tree {
   // Returns the value of a field and marks it as read; null if there is none.
   const Json* Read(absl::string_view name) {
     Level& level = way.back();
+    level.known.push_back(name);
     const auto found = level.node->find(std::string(name));
     if (found == level.node->end()) {
       return nullptr;
@@ -151,13 +69,14 @@ StateArchive::StateArchive(OutOfRange out_of_range)
     : saturates_(out_of_range == OutOfRange::kSaturates),
       tree_(std::make_unique<Tree>(Json::object())) {}
 
-StatusOr<StateArchive> StateArchive::Open(absl::string_view snapshot) {
-  StatusOr<Json> root = Parsed(snapshot);
+StatusOr<StateArchive> StateArchive::Open(absl::string_view snapshot, Floats floats) {
+  StatusOr<Json> root = ParseSnapshot(snapshot);
   if (!root.ok()) {
     return root.status();
   }
   StateArchive archive;
   archive.restores_ = true;
+  archive.rounds_floats_ = floats == Floats::kRounded;
   archive.tree_ = std::make_unique<Tree>(*std::move(root));
   return archive;
 }
@@ -170,13 +89,12 @@ StatusOr<std::string> StateArchive::Finish() const {
   if (!ok()) {
     return status_;
   }
-  std::string body;
-  Json::to_cbor(tree_->root, body);
-  if (kSnapshotHeaderBytes + body.size() > kSnapshotBytesMax) {
-    return InternalError(absl::StrCat("the snapshot would have a body of ", body.size(),
+  std::string snapshot = SerializeSnapshot(tree_->root);
+  if (snapshot.size() > kSnapshotBytesMax) {
+    return InternalError(absl::StrCat("the snapshot would have ", snapshot.size(),
                                       " bytes, a snapshot has at most ", kSnapshotBytesMax));
   }
-  return FrameSnapshot(body);
+  return snapshot;
 }
 
 Status StateArchive::Close() {
@@ -247,10 +165,15 @@ void StateArchive::Float(absl::string_view name, float& value, float low, float 
       value = *absent;
       return;
     }
-    if (node == nullptr || !node->is_number_float()) {
+    const bool is_number =
+        node != nullptr && (node->is_number_float() || (rounds_floats_ && node->is_number()));
+    if (!is_number) {
       return Fail(name, node == nullptr ? "is missing" : "is not a float");
     }
     number = node->get<double>();
+    if (rounds_floats_) {
+      number = static_cast<double>(static_cast<float>(number));
+    }
   }
   // NaN is out of every range.
   if (!(number >= static_cast<double>(low) && number <= static_cast<double>(high))) {
@@ -404,10 +327,16 @@ void StateArchive::EndItem() {
 
 void StateArchive::CheckAllRead() {
   const Tree::Level& level = tree_->way.back();
-  if (restores_ && level.fields_read != level.node->size()) {
-    Check(false, absl::StrCat("has ", level.node->size(), " fields, this engine reads ",
-                              level.fields_read, " of them"));
+  if (!restores_ || level.fields_read == level.node->size()) {
+    return;
   }
+  for (const auto& field : level.node->items()) {
+    if (std::find(level.known.begin(), level.known.end(), field.key()) == level.known.end()) {
+      return Fail("", absl::StrCat("has the unknown field ", field.key(), "; its fields are ",
+                                   absl::StrJoin(level.known, ", ")));
+    }
+  }
+  Fail("", "has a field twice");
 }
 
 void StateArchive::Check(bool holds, absl::string_view reason) {
@@ -432,14 +361,6 @@ std::string StateArchive::PathOf(absl::string_view name) const {
   }
   append(name);
   return path.empty() ? "the snapshot" : path;
-}
-
-StatusOr<std::string> SnapshotAsJson(absl::string_view snapshot) {
-  const StatusOr<Json> root = Parsed(snapshot);
-  if (!root.ok()) {
-    return root.status();
-  }
-  return root->dump(2, ' ', /*ensure_ascii=*/true, Json::error_handler_t::replace);
 }
 
 }  // namespace procgen

@@ -22,7 +22,8 @@ namespace procgen {
 //     archive.Int("bounces", ball.bounces, 0, 100, /*absent=*/0);
 //   }
 //
-// Every field has a name, unique in its group, and an inclusive range. A field with `absent` is
+// Every field has a name, unique in its group and valid as long as the archive, and an inclusive
+// range. A field with `absent` is
 // omitted from the snapshot when it has exactly that value.
 //
 // Errors: the first error is kept, and nothing is visited after it. While restoring,
@@ -41,9 +42,15 @@ class StateArchive {
   // Makes an archive that saves. One that saturates changes the visited objects too, so that they
   // continue like an object restored from the snapshot.
   explicit StateArchive(OutOfRange out_of_range = OutOfRange::kFails);
+  // How numbers of a snapshot become 32-bit floats.
+  enum class Floats {
+    kExact,    // a number that is no 32-bit float is an error
+    kRounded,  // integers and 64-bit floats are rounded to the nearest: people wrote them
+  };
+
   // Makes an archive that restores from `snapshot`, which may be freed afterwards. Memory is
   // bounded by a small multiple of kSnapshotBytesMax. Errors: DATA_LOSS: not a complete snapshot.
-  static StatusOr<StateArchive> Open(absl::string_view snapshot);
+  static StatusOr<StateArchive> Open(absl::string_view snapshot, Floats floats = Floats::kExact);
   ~StateArchive();
   StateArchive(StateArchive&& other) noexcept;
   StateArchive& operator=(StateArchive&& other) noexcept;
@@ -117,13 +124,10 @@ class StateArchive {
 
   bool restores_ = false;
   bool saturates_ = false;
+  bool rounds_floats_ = false;
   Status status_;
   std::unique_ptr<Tree> tree_;
 };
-
-// Returns the content of a snapshot as indented JSON. Floats are written with enough digits to
-// restore them exactly. Errors: as StateArchive::Open.
-StatusOr<std::string> SnapshotAsJson(absl::string_view snapshot);
 
 }  // namespace procgen
 

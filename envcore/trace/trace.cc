@@ -12,6 +12,7 @@
 #include "absl/strings/str_join.h"
 #include "absl/strings/str_split.h"
 #include "envcore/games/game_catalog.h"
+#include "envcore/games/variants.h"
 #include "envcore/status/status.h"
 #include "nlohmann/json.hpp"
 
@@ -54,6 +55,12 @@ EnvironmentOptions OptionsOf(const Json& header) {
   options.restrict_themes = json.at("restrict_themes").get<bool>();
   options.paint_vel_info = json.at("paint_vel_info").get<bool>();
   options.debug_mode = json.at("debug_mode").get<int32_t>();
+  const auto variant_name = json.value("variant", std::string());
+  const auto variant = FindVariant(variant_name);
+  if (!variant.has_value()) {
+    throw std::invalid_argument(absl::StrCat("no variant is named \"", variant_name, "\""));
+  }
+  options.variant = *variant;
   return options;
 }
 
@@ -184,19 +191,23 @@ void AddArray(const char* name, const char* type, const Trace& trace, const std:
 
 Json OptionsJsonOf(const Trace& trace) {
   const EnvironmentOptions& options = trace.options;
-  return {{"env_name", absl::StrJoin(trace.games, ",")},
-          {"distribution_mode", std::string(DistributionModeName(options.distribution_mode))},
-          {"num_levels", options.num_levels},
-          {"start_level", options.start_level},
-          {"rand_seed", options.rand_seed},
-          {"use_sequential_levels", options.use_sequential_levels},
-          {"center_agent", options.center_agent},
-          {"use_backgrounds", options.use_backgrounds},
-          {"restrict_themes", options.restrict_themes},
-          {"use_monochrome_assets", options.use_monochrome_assets},
-          {"use_generated_assets", options.use_generated_assets},
-          {"paint_vel_info", options.paint_vel_info},
-          {"debug_mode", options.debug_mode}};
+  Json json = {{"env_name", absl::StrJoin(trace.games, ",")},
+               {"distribution_mode", std::string(DistributionModeName(options.distribution_mode))},
+               {"num_levels", options.num_levels},
+               {"start_level", options.start_level},
+               {"rand_seed", options.rand_seed},
+               {"use_sequential_levels", options.use_sequential_levels},
+               {"center_agent", options.center_agent},
+               {"use_backgrounds", options.use_backgrounds},
+               {"restrict_themes", options.restrict_themes},
+               {"use_monochrome_assets", options.use_monochrome_assets},
+               {"use_generated_assets", options.use_generated_assets},
+               {"paint_vel_info", options.paint_vel_info},
+               {"debug_mode", options.debug_mode}};
+  if (options.variant != Variant::kNone) {
+    json["variant"] = std::string(VariantName(options.variant));
+  }
+  return json;
 }
 
 Json FingerprintsJsonOf(const Trace& trace) {

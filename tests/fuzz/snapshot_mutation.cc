@@ -8,7 +8,7 @@
 #include "absl/status/statusor.h"
 #include "envcore/random/random_stream.h"
 #include "envcore/state/snapshot_frame.h"
-#include "envcore/state/state_archive.h"
+#include "envcore/state/snapshot_tree.h"
 #include "nlohmann/json.hpp"
 
 namespace procgen {
@@ -168,7 +168,7 @@ void ChangeSomething(Json& root, RandomStream& random) {
 
 std::string MutatedSnapshot(absl::string_view snapshot, uint32_t seed, size_t length_max) {
   // Rejects bytes that are not a tree within the limits.
-  if (!SnapshotAsJson(snapshot).ok()) {
+  if (!ParseSnapshot(snapshot).ok()) {
     return "";
   }
   const absl::string_view body = snapshot.substr(kSnapshotHeaderBytes);

@@ -5,7 +5,7 @@
 
 #include "envcore/environment/environment.h"
 #include "envcore/state/snapshot_frame.h"
-#include "envcore/state/state_archive.h"
+#include "envcore/state/snapshot_tree.h"
 #include "gmock/gmock.h"
 #include "gtest/gtest.h"
 #include "tests/status_matchers.h"
@@ -26,7 +26,7 @@ TEST(SnapshotMutationTest, MutantsAreValidSnapshotsAndMostlyDistinct) {
   std::set<std::string> mutants;
   for (uint32_t seed = 0; seed < kSeedCount; ++seed) {
     const std::string mutant = MutatedSnapshot(snapshot, seed, kSnapshotBytesMax);
-    ASSERT_THAT(SnapshotAsJson(mutant), IsOk());
+    ASSERT_THAT(ParseSnapshot(mutant), IsOk());
     mutants.insert(mutant);
   }
   EXPECT_GT(mutants.size(), kSeedCount * 9 / 10);

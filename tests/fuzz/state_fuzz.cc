@@ -1,7 +1,7 @@
 // Fuzz target: restores bytes as a snapshot; if that succeeds, saves, draws and steps the
-// environment. Aborts if a restored state cannot be saved or changes when it is restored again, if
-// it cannot be saved and restored after some steps, or if equal steps from one snapshot give
-// different observations or states.
+// environment. Aborts if a restored state cannot be saved, or changes when it is restored again or
+// converted to JSON and back, if it cannot be saved and restored after some steps, or if equal
+// steps from one snapshot give different observations or states.
 
 #include <cstddef>
 #include <cstdint>
@@ -17,6 +17,7 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/string_view.h"
 #include "absl/types/span.h"
+#include "envcore/environment/readable_state.h"
 #include "envcore/pool/pool.h"
 #include "envcore/random/random_stream.h"
 
@@ -130,6 +131,11 @@ void TryToRestore(absl::string_view snapshot) {
   const std::string saved = Saved(pool, "what was restored cannot be saved");
   Restore(pool, saved, "what was restored and saved cannot be restored");
   Require(Saved(pool, "cannot save again") == saved, "the snapshot of a restored one differs");
+  const auto json = SnapshotToJson(saved);
+  Require(json.ok(), "what was restored and saved has no JSON", json.status());
+  const auto from_json = SnapshotFromJson(*json);
+  Require(from_json.ok(), "the JSON of a snapshot is rejected", from_json.status());
+  Require(*from_json == saved, "the JSON of a snapshot gives another one");
 
   const auto seed = static_cast<int64_t>(snapshot.size());
   const Played played = PlayOn(pool, seed);

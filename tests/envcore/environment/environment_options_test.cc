@@ -55,6 +55,14 @@ TEST(ResolveOptionsTest, EveryGameAcceptsTheDefaults) {
   }
 }
 
+TEST(ResolveOptionsTest, AVariantOfAnotherGameIsRejectedAndTheErrorListsTheVariants) {
+  EnvironmentOptions options;
+  options.variant = Variant::kCoinRandom;
+  EXPECT_TRUE(ResolveOptions("coinrun", options).ok());
+  ExpectInvalid("maze", options, "variant is coin_random, maze has cheese_corner, two_objects");
+  ExpectInvalid("bigfish", options, "variant is coin_random, bigfish has no variants");
+}
+
 TEST(ResolveOptionsTest, AnUnsupportedModeIsRejectedAndTheErrorListsTheModes) {
   ExpectInvalid("coinrun", OptionsWith(DistributionMode::kMemory),
                 "distribution_mode is memory (10), coinrun has easy, hard, exploration");

@@ -34,6 +34,19 @@ TEST(FingerprintTest, IsTheHashOfTheBytesThatTheHeaderDescribes) {
   fingerprint.AddStep(-1, 10, /*level_complete=*/true, /*terminated=*/true, /*truncated=*/false);
   bytes += std::string("S\xff\xff\xff\xff\x00\x00\x20\x41\x03", 10);
   EXPECT_EQ(fingerprint.value(), HashOf(bytes));
+
+  fingerprint.AddEdit(0x01020304);
+  bytes += "E\x04\x03\x02\x01";
+  EXPECT_EQ(fingerprint.value(), HashOf(bytes));
+}
+
+TEST(FingerprintTest, ContainsAVariantOnlyIfThereIsOne) {
+  EnvironmentOptions options;
+  options.variant = Variant::kCheeseCorner;
+  Fingerprint fingerprint;
+  fingerprint.Begin("maze", options);
+  EXPECT_EQ(fingerprint.value(),
+            HashOf(std::string("maze\0\x01\0\0\0\0\0\0\0\x01\x01\0\0\0\0\0V\x02\0\0\0", 25)));
 }
 
 TEST(FingerprintTest, DoesNotDependOnEarlierEpisodes) {

@@ -151,6 +151,16 @@ TEST(TraceTest, AnUnknownModeIsNamed) {
                  R"(no distribution mode is named "medium")");
 }
 
+TEST(TraceTest, AVariantIsKeptAndAnUnknownOneIsNamed) {
+  absl::StatusOr<Trace> trace = ReadTrace(kGolden);
+  ASSERT_TRUE(trace.ok()) << trace.status();
+  EXPECT_EQ(trace->options.variant, Variant::kNone);
+  trace->options.variant = Variant::kCheeseCorner;
+  EXPECT_EQ(ParseTrace(TraceFileOf(*trace)).value().options.variant, Variant::kCheeseCorner);
+  ExpectDataLoss(Changed(R"("debug_mode":0)", R"("debug_mode":0,"variant":"blue")"),
+                 R"(no variant is named "blue")");
+}
+
 TEST(TraceTest, EveryRowNeedsObservationDigests) {
   const std::string contents = Contents(kGolden);
   const size_t header_size = contents.find('\n');

@@ -43,8 +43,23 @@ TEST(ProcgenStateTest, ASnapshotIsPrintedWithItsFields) {
   EXPECT_EQ(tree["game"], "miner");
   EXPECT_EQ(tree["next_level"], 77);
   EXPECT_EQ(tree["level"]["step_number"], 1);
-  EXPECT_EQ(tree["level"]["world"]["entities"][0]["kind"], 0);
-  EXPECT_THAT(outcome.output, HasSubstr("\n  \"options\": {\n    \"distribution_mode\": 1,\n"));
+  EXPECT_EQ(tree["entities"][0]["kind"], "exit");
+  EXPECT_EQ(tree["edited"], false);
+  EXPECT_THAT(outcome.output, HasSubstr("\n\"options\": {\"distribution_mode\":1,"));
+}
+
+TEST(ProcgenStateTest, ThePrintedJsonIsEncodedToTheSameSnapshot) {
+  const std::string snapshot = MinerSnapshot();
+  const std::string path = Written(snapshot);
+  const ProgramRun outcome =
+      RunState(absl::StrCat("dump ", path, " | ", PROCGEN_STATE, " encode - | cmp - ", path));
+  EXPECT_EQ(outcome.exit_status, 0) << outcome.output;
+}
+
+TEST(ProcgenStateTest, AStateThatNoLevelCanHaveIsRejected) {
+  const ProgramRun outcome = RunState(absl::StrCat("encode ", Written("{\"game\": \"pong\"}")));
+  EXPECT_EQ(outcome.exit_status, 1);
+  EXPECT_THAT(outcome.output, HasSubstr("procgen-state: game: no game is named \"pong\""));
 }
 
 TEST(ProcgenStateTest, TheStandardInputCanBeRead) {

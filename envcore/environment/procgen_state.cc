@@ -1,10 +1,11 @@
-// procgen-state: prints a snapshot.
+// procgen-state: prints a snapshot as JSON (readable_state.h), and the reverse.
 //
 //   procgen-state dump FILE     prints the snapshot in FILE as JSON; -: standard input
+//   procgen-state encode FILE   writes the snapshot of the JSON in FILE to the standard output
 //   procgen-state --help        prints the usage
 //
-// Exit status: 0; 1 if the file is not a snapshot; 2 if the usage is wrong or the file cannot be
-// read.
+// Exit status: 0; 1 if the file is not a snapshot, or not the JSON of one; 2 if the usage is wrong
+// or the file cannot be read.
 
 #include <fstream>
 #include <iostream>
@@ -12,7 +13,7 @@
 #include <string>
 
 #include "absl/strings/string_view.h"
-#include "envcore/state/state_archive.h"
+#include "envcore/environment/readable_state.h"
 #include "envcore/status/status.h"
 
 namespace {
@@ -22,9 +23,14 @@ constexpr int kBadUse = 2;
 
 constexpr absl::string_view kUsage =
     "usage: procgen-state dump FILE\n"
-    "Prints the snapshot in FILE (- is the standard input) as JSON.\n";
+    "       procgen-state encode FILE\n"
+    "dump prints the snapshot in FILE (- is the standard input) as JSON. encode writes the "
+    "snapshot "
+    "of such JSON to the standard output.\n";
 
-int Dump(const std::string& path) {
+using Conversion = procgen::StatusOr<std::string> (*)(absl::string_view content);
+
+int Convert(const std::string& path, Conversion conversion, absl::string_view end) {
   std::ifstream file;
   if (path != "-") {
     file.open(path, std::ios::binary);
@@ -39,12 +45,12 @@ int Dump(const std::string& path) {
     std::cerr << "procgen-state: cannot read " << path << "\n";
     return kBadUse;
   }
-  const procgen::StatusOr<std::string> json = procgen::SnapshotAsJson(bytes.str());
-  if (!json.ok()) {
-    std::cerr << "procgen-state: " << json.status().message() << "\n";
+  const procgen::StatusOr<std::string> converted = conversion(bytes.str());
+  if (!converted.ok()) {
+    std::cerr << "procgen-state: " << converted.status().message() << "\n";
     return kNoSnapshot;
   }
-  std::cout << *json << "\n";
+  std::cout << *converted << end;
   return 0;
 }
 
@@ -52,7 +58,10 @@ int Dump(const std::string& path) {
 
 int main(int argument_count, char** arguments) {
   if (argument_count == 3 && absl::string_view(arguments[1]) == "dump") {
-    return Dump(arguments[2]);
+    return Convert(arguments[2], procgen::SnapshotToJson, "\n");
+  }
+  if (argument_count == 3 && absl::string_view(arguments[1]) == "encode") {
+    return Convert(arguments[2], procgen::SnapshotFromJson, "");
   }
   if (argument_count == 2 && absl::string_view(arguments[1]) == "--help") {
     std::cout << kUsage;

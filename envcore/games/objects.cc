@@ -1,0 +1,83 @@
+#include "envcore/games/objects.h"
+
+#include <algorithm>
+#include <array>
+
+namespace procgen {
+namespace {
+
+// Writes objects to rows while there are some, and counts all.
+class RowWriter {
+ public:
+  explicit RowWriter(absl::Span<ObjectRow> rows) : rows_(rows) {}
+
+  void Add(const Entity& entity) {
+    AddRow({.kind = static_cast<float>(entity.kind),
+            .theme = static_cast<float>(entity.theme),
+            .x = entity.x,
+            .y = entity.y,
+            .vx = entity.vx,
+            .vy = entity.vy,
+            .rx = entity.rx,
+            .ry = entity.ry,
+            .rotation = entity.rotation,
+            .health = entity.health});
+  }
+  void AddCell(int kind, int x, int y) {
+    AddRow({.kind = static_cast<float>(kind),
+            .x = static_cast<float>(x) + 0.5F,
+            .y = static_cast<float>(y) + 0.5F,
+            .rx = 0.5F,
+            .ry = 0.5F,
+            .health = 1});
+  }
+  int32_t count() const { return count_; }
+
+ private:
+  void AddRow(const ObjectRow& row) {
+    if (static_cast<size_t>(count_) < rows_.size()) {
+      rows_[static_cast<size_t>(count_)] = row;
+    }
+    ++count_;
+  }
+
+  absl::Span<ObjectRow> rows_;
+  int32_t count_ = 0;
+};
+
+}  // namespace
+
+int32_t ReadObjects(const World& world, absl::Span<const KindName> kinds,
+                    absl::Span<ObjectRow> rows) {
+  std::array<bool, kKindCount> is_goal = {};
+  bool has_goal = false;
+  for (const KindName& kind : kinds) {
+    if (kind.is_goal) {
+      is_goal[static_cast<size_t>(kind.kind)] = true;
+      has_goal = true;
+    }
+  }
+  RowWriter writer(rows);
+  writer.Add(world.agent());
+  const absl::Span<const Entity> others = absl::MakeConstSpan(world.entities).subspan(1);
+  for (const bool goals : {true, false}) {
+    for (const Entity& entity : others) {
+      if (is_goal[static_cast<size_t>(entity.kind)] == goals && !entity.screen_coordinates) {
+        writer.Add(entity);
+      }
+    }
+    for (int y = 0; goals && has_goal && y < world.grid.height(); ++y) {
+      for (int x = 0; x < world.grid.width(); ++x) {
+        const int kind = world.grid.At(x, y);
+        if (kind >= 0 && kind < kKindCount && is_goal[static_cast<size_t>(kind)]) {
+          writer.AddCell(kind, x, y);
+        }
+      }
+    }
+  }
+  const size_t used = std::min(rows.size(), static_cast<size_t>(writer.count()));
+  std::fill(rows.begin() + static_cast<std::ptrdiff_t>(used), rows.end(), ObjectRow());
+  return writer.count();
+}
+
+}  // namespace procgen

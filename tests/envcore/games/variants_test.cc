@@ -1,0 +1,126 @@
+#include "envcore/games/variants.h"
+
+#include <memory>
+#include <set>
+#include <utility>
+
+#include "envcore/games/game_catalog.h"
+#include "envcore/games/kind_names.h"
+#include "gmock/gmock.h"
+#include "gtest/gtest.h"
+
+namespace procgen {
+namespace {
+
+constexpr int32_t kLevelCount = 200;
+
+std::unique_ptr<Game> Level(absl::string_view name, Variant variant, int32_t level_seed) {
+  std::unique_ptr<Game> game =
+      FindGame(name)->make({.distribution_mode = DistributionMode::kHard, .variant = variant});
+  game->StartLevel(level_seed);
+  return game;
+}
+
+// The cell of the only goal.
+std::pair<int, int> GoalIn(const Grid& grid, int kind) {
+  std::pair<int, int> place = {-1, -1};
+  int count = 0;
+  for (int y = 0; y < grid.height(); ++y) {
+    for (int x = 0; x < grid.width(); ++x) {
+      if (grid.At(x, y) == kind) {
+        place = {x, y};
+        ++count;
+      }
+    }
+  }
+  EXPECT_EQ(count, 1);
+  return place;
+}
+
+TEST(VariantsTest, NamesAreFound) {
+  for (const VariantSpec& spec : VariantCatalog()) {
+    EXPECT_EQ(FindVariant(spec.name), spec.variant);
+    EXPECT_EQ(VariantName(spec.variant), spec.name);
+    EXPECT_NE(FindGame(spec.game), nullptr);
+  }
+  EXPECT_EQ(FindVariant(""), Variant::kNone);
+  EXPECT_EQ(FindVariant("coin_nowhere"), std::nullopt);
+}
+
+TEST(VariantsTest, OnlyTheGoalMovesAndNoDrawOfTheLevelChanges) {
+  for (const VariantSpec& spec : VariantCatalog()) {
+    const int goal = KindNamesOf(spec.game)[0].kind;
+    for (int32_t seed = 0; seed < kLevelCount; ++seed) {
+      const auto exact = Level(spec.game, Variant::kNone, seed);
+      const auto varied = Level(spec.game, spec.variant, seed);
+      Grid grid = exact->world().grid;
+      const Grid& changed = varied->world().grid;
+      const auto [x, y] = GoalIn(grid, goal);
+      const auto [to_x, to_y] = GoalIn(changed, goal);
+      ASSERT_TRUE(grid.At(to_x, to_y) == kEmptyKind || grid.At(to_x, to_y) == goal);
+      grid.Set(x, y, kEmptyKind);
+      grid.Set(to_x, to_y, goal);
+      for (int cell = 0; cell < grid.size(); ++cell) {
+        ASSERT_EQ(grid.At(cell), changed.At(cell)) << spec.name << " level " << seed;
+      }
+      EXPECT_EQ(exact->random().draws(), varied->random().draws());
+      const size_t added_count = spec.variant == Variant::kTwoObjects ? 1 : 0;
+      EXPECT_EQ(exact->world().entities.size() + added_count, varied->world().entities.size());
+    }
+  }
+}
+
+TEST(VariantsTest, CoinsAreOnTheGroundAtDifferentPlaces) {
+  std::set<int> columns;
+  int at_end_count = 0;
+  for (int32_t seed = 0; seed < kLevelCount; ++seed) {
+    const auto exact = Level("coinrun", Variant::kNone, seed);
+    const auto varied = Level("coinrun", Variant::kCoinRandom, seed);
+    const Grid& grid = varied->world().grid;
+    const auto [x, y] = GoalIn(grid, 1);
+    EXPECT_EQ(grid.At(x, y - 1), 16) << seed;
+    columns.insert(x);
+    at_end_count += GoalIn(exact->world().grid, 1) == std::pair(x, y) ? 1 : 0;
+    for (const Entity& entity : varied->world().entities) {
+      EXPECT_FALSE(static_cast<int>(entity.x) == x && static_cast<int>(entity.y) == y) << seed;
+    }
+  }
+  EXPECT_GT(columns.size(), 25);
+  EXPECT_LT(at_end_count, kLevelCount / 4);
+}
+
+TEST(VariantsTest, CheeseIsInTheCornerOppositeToTheStart) {
+  for (int32_t seed = 0; seed < kLevelCount; ++seed) {
+    const auto level = Level("maze", Variant::kCheeseCorner, seed);
+    const Grid& grid = level->world().grid;
+    const auto [x, y] = GoalIn(grid, 2);
+    EXPECT_EQ(x, grid.width() - 1 - static_cast<int>(level->world().agent().x)) << seed;
+    EXPECT_EQ(y, grid.height() - 1 - static_cast<int>(level->world().agent().y)) << seed;
+  }
+}
+
+TEST(VariantsTest, TheDecoyIsInAnEmptyCellAndDoesNothing) {
+  std::set<std::pair<float, float>> places;
+  for (int32_t seed = 0; seed < kLevelCount; ++seed) {
+    const auto level = Level("maze", Variant::kTwoObjects, seed);
+    const World& world = level->world();
+    ASSERT_EQ(world.entities.size(), 2);
+    const Entity& decoy = world.entities[1];
+    EXPECT_EQ(world.CellAtPoint(decoy.x, decoy.y), kEmptyKind) << seed;
+    EXPECT_FALSE(Overlap(decoy, world.agent(), 0)) << seed;
+    places.insert({decoy.x, decoy.y});
+    const auto exact = Level("maze", Variant::kNone, seed);
+    RandomStream random(seed);
+    for (int step = 0; step < 50 && !exact->outcome().done; ++step) {
+      const int32_t action = random.Int(kActionCount);
+      exact->Play(action);
+      level->Play(action);
+      ASSERT_EQ(exact->world().agent().x, level->world().agent().x) << seed;
+      ASSERT_EQ(exact->outcome().reward, level->outcome().reward) << seed;
+    }
+  }
+  EXPECT_GT(places.size(), 50);
+}
+
+}  // namespace
+}  // namespace procgen
