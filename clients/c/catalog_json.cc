@@ -5,6 +5,8 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_split.h"
 #include "envcore/games/game_catalog.h"
+#include "envcore/games/kind_names.h"
+#include "envcore/games/variants.h"
 #include "nlohmann/json.hpp"
 
 namespace procgen_client {
@@ -36,10 +38,25 @@ ordered_json GameOf(const procgen::GameSpec& game) {
   for (const procgen::SpecialAction& special : game.special_actions) {
     special_actions[absl::StrCat(special.action)] = std::string(special.description);
   }
+  ordered_json kinds = ordered_json::array();
+  for (const auto named : {procgen::CommonKindNames(), procgen::KindNamesOf(game.name)}) {
+    for (const procgen::KindName& kind : named) {
+      kinds.push_back(
+          {{"kind", kind.kind}, {"name", std::string(kind.name)}, {"is_goal", kind.is_goal}});
+    }
+  }
+  ordered_json variants = ordered_json::object();
+  for (const procgen::VariantSpec& variant : procgen::VariantCatalog()) {
+    if (variant.game == game.name) {
+      variants[std::string(variant.name)] = std::string(variant.description);
+    }
+  }
   return {{"name", std::string(game.name)},
           {"description", std::string(game.description)},
           {"modes", modes},
-          {"special_actions", special_actions}};
+          {"special_actions", special_actions},
+          {"kinds", kinds},
+          {"variants", variants}};
 }
 
 }  // namespace

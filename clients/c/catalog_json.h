@@ -10,7 +10,9 @@ namespace procgen_client {
 //    "games": [{"name", "description",
 //               "modes": {"easy": {"time_limit_steps", "return_range": [min, max] or null,
 //                                  "level_seed": only of exploration}, ...},
-//               "special_actions": {"9": description, ...}}, ...]}
+//               "special_actions": {"9": description, ...},
+//               "kinds": [{"kind": number, "name", "is_goal"}, ...],
+//               "variants": {name: description, ...}}, ...]}
 std::string CatalogJson();
 
 }  // namespace procgen_client

@@ -9,6 +9,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_join.h"
+#include "envcore/games/variants.h"
 
 namespace procgen_client {
 namespace {
@@ -65,6 +66,20 @@ procgen::EnvironmentOptions EnvironmentOptionsOf(const ProcgenPoolOptions& optio
   return result;
 }
 
+// Errors: INVALID_ARGUMENT there is no such variant.
+procgen::StatusOr<procgen::Variant> VariantOf(const char* name) {
+  const auto variant = procgen::FindVariant(name == nullptr ? "" : name);
+  if (!variant.has_value()) {
+    return procgen::InvalidArgumentError(
+        absl::StrCat("variant is ", name, ", must be one of ",
+                     absl::StrJoin(procgen::VariantCatalog(), ", ",
+                                   [](std::string* text, const procgen::VariantSpec& spec) {
+                                     absl::StrAppend(text, spec.name, " (", spec.game, ")");
+                                   })));
+  }
+  return *variant;
+}
+
 }  // namespace
 
 ProcgenPoolOptions DefaultPoolOptions() {
@@ -109,6 +124,11 @@ procgen::StatusOr<procgen::PoolOptions> PoolOptionsOf(const ProcgenPoolOptions& 
   result.first_env = options.first_env;
   result.total_env_count = options.total_env_count;
   result.environment = EnvironmentOptionsOf(options);
+  const auto variant = VariantOf(options.variant);
+  if (!variant.ok()) {
+    return variant.status();
+  }
+  result.environment.variant = *variant;
   result.autoreset_mode = static_cast<procgen::AutoresetMode>(options.autoreset_mode);
   result.observation_format.frame = {
       .size_px = options.screen_size,

@@ -126,6 +126,9 @@ typedef struct ProcgenPoolOptions {
   const ProcgenLevelSampler* level_sampler;  // chooses the levels; null: num_levels, start_level do
   const char* art;                           // folder of upstream's images; null: the built-in art
   int32_t num_threads;  // threads that step beside the caller, in [0, 1024]; -1: one a further core
+  // Name of a variant of the games, which procgen_catalog_json lists: levels differ from upstream's
+  // by one change, such as the place of the coin. Null: upstream's. Only in this process.
+  const char* variant;
 } ProcgenPoolOptions;
 
 typedef struct ProcgenPoolInfo {
@@ -137,6 +140,20 @@ typedef struct ProcgenPoolInfo {
   int32_t observation_shape[4];  // F, e.g. 64, 64, 3; frame_stack k > 1 before these
   int64_t observation_bytes;     // product of the shape
 } ProcgenPoolInfo;
+
+// An object of an environment, as ten numbers. Unused rows have kind -1 and else zeros.
+typedef struct ProcgenObject {
+  float kind;   // number of a kind of the game; procgen_catalog_json has the names
+  float theme;  // index of its image, such as the color of a key
+  float x;      // center, in cells from the bottom left of the level
+  float y;
+  float vx;  // cells per step
+  float vy;
+  float rx;  // half-sizes, in cells
+  float ry;
+  float rotation;  // radians, clockwise on the screen
+  float health;    // as the game defines it; 1: unused
+} ProcgenObject;
 
 // An environment that starts a new episode in place of a step.
 typedef struct ProcgenReset {
@@ -275,6 +292,28 @@ PROCGEN_API ProcgenCode procgen_restore_states(ProcgenPool* pool, const int32_t*
 // Errors: INVALID_ARGUMENT; FAILED_PRECONDITION the games differ.
 PROCGEN_API ProcgenCode procgen_clone_states(ProcgenPool* pool, const int32_t* sources,
                                              const int32_t* targets, int32_t count);
+
+// Converts a snapshot to JSON that people and programs read and edit: the agent, the entities and
+// the cells, with names of kinds, and all other fields of a snapshot
+// (envcore/environment/readable_state.h). `*json_size`: bytes of the text, without an end mark; is
+// set also if `capacity` is less. Errors: RESOURCE_EXHAUSTED `capacity` is too small;
+// INVALID_ARGUMENT; DATA_LOSS.
+PROCGEN_API ProcgenCode procgen_state_to_json(const uint8_t* snapshot, size_t snapshot_size,
+                                              char* json, size_t capacity, size_t* json_size);
+// The inverse. The JSON of a snapshot gives the same bytes. If it was changed, the snapshot is
+// marked as edited, and the fingerprint of its episode differs from that of every other one.
+// Errors: RESOURCE_EXHAUSTED as above; INVALID_ARGUMENT a field is missing, unknown or has a value
+// that no level can have.
+PROCGEN_API ProcgenCode procgen_state_from_json(const char* json, size_t json_size,
+                                                uint8_t* snapshot, size_t capacity,
+                                                size_t* snapshot_size);
+// Writes the objects of a slice: the agent first, then the goals, then all other entities, in a
+// fixed order. `objects`: [env_count, object_max], environment first. `counts`: [env_count], which
+// can exceed `object_max`, in [1, 4096]. In this process nothing is copied but these numbers; a
+// server sends snapshots. Errors: INVALID_ARGUMENT.
+PROCGEN_API ProcgenCode procgen_read_objects(ProcgenPool* pool, int32_t first_env,
+                                             int32_t env_count, int32_t object_max,
+                                             ProcgenObject* objects, int32_t* counts);
 
 // Draws what a person would see: uint8 [size_px, size_px, 3], antialiased. `size_px`: in [16,
 // 2048]. `whole_level`: 1: all of the level. Errors: INVALID_ARGUMENT.

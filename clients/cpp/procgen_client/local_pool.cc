@@ -191,4 +191,13 @@ procgen::Status LocalPool::Render(int32_t environment, int32_t size_px, bool who
   return pool_->Render(environment, size_px, frame, whole_level);
 }
 
+procgen::Status LocalPool::ReadObjects(int32_t first, int32_t count, int32_t objects_max,
+                                       absl::Span<procgen::ObjectRow> rows,
+                                       absl::Span<int32_t> counts) {
+  if (procgen::Status status = CheckIdle(); !status.ok()) {
+    return status;
+  }
+  return pool_->ReadObjects(first, count, objects_max, rows, counts);
+}
+
 }  // namespace procgen_client

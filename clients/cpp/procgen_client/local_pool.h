@@ -45,6 +45,9 @@ class LocalPool final : public Pool {
   procgen::Status CloneStates(absl::Span<const procgen::StateToClone> pairs) override;
   procgen::Status Render(int32_t environment, int32_t size_px, bool whole_level,
                          absl::Span<uint8_t> frame) override;
+  procgen::Status ReadObjects(int32_t first, int32_t count, int32_t objects_max,
+                              absl::Span<procgen::ObjectRow> rows,
+                              absl::Span<int32_t> counts) override;
 
  private:
   // A request with the arrays that it refers to.

@@ -1,9 +1,11 @@
 #ifndef PROCGEN_CLIENT_POOL_H_
 #define PROCGEN_CLIENT_POOL_H_
 
+#include <algorithm>
 #include <chrono>
 #include <cstdint>
 #include <memory>
+#include <numeric>
 #include <string>
 #include <vector>
 
@@ -66,6 +68,17 @@ class Pool {
   // `frame`: uint8 [size_px, size_px, 3]. `whole_level`: not only what a person sees of it.
   virtual procgen::Status Render(int32_t environment, int32_t size_px, bool whole_level,
                                  absl::Span<uint8_t> frame) = 0;
+
+  // As procgen::Pool::ReadObjects. A pool on a server sends snapshots for it.
+  virtual procgen::Status ReadObjects(int32_t first, int32_t count, int32_t objects_max,
+                                      absl::Span<procgen::ObjectRow> rows,
+                                      absl::Span<int32_t> counts) {
+    std::vector<int32_t> environments(static_cast<size_t>(std::max(count, 0)));
+    std::iota(environments.begin(), environments.end(), first);
+    const auto snapshots = SaveStates(environments);
+    return snapshots.ok() ? procgen::ReadObjectsOf(*snapshots, objects_max, rows, counts)
+                          : snapshots.status();
+  }
 
  protected:
   Pool() = default;
