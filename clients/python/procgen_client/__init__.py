@@ -30,7 +30,10 @@ Pools, which these are made of::
 - :class:`Pool`, :class:`Batch`: requests sent ahead, slices, states.
 - :class:`DoubleBufferedSampler`: rollouts in which neither environments nor policy wait.
 - :class:`LevelSampler`, :class:`Reset`: weighted levels; episodes that start at once.
-- :func:`catalog`: the games, their modes and their actions.
+- :func:`catalog`: the games, their modes, actions, kinds of objects and variants.
+- :func:`decode_state`, :func:`encode_state`: a snapshot as a :class:`State`, a dict, and back;
+  :func:`goal_positions`, :func:`move_goal`, :func:`remove_goals` edit it. :class:`Objects`:
+  positions and velocities of a batch, from ``pool.objects()``.
 - :mod:`procgen_client.aio`: pools for asyncio.
 
 Servers:
@@ -66,9 +69,18 @@ from procgen_client.envs.gym_env import ProcgenGymEnv
 from procgen_client.envs.procgen_compat import ENV_NAMES, ProcgenGym3Env
 from procgen_client.envs.vector_env import ProcgenVectorEnv
 from procgen_client.errors import ProcgenError
+from procgen_client.objects import Objects
 from procgen_client.options import LevelSampler
 from procgen_client.pool import Pool
 from procgen_client.sampler import DoubleBufferedSampler
+from procgen_client.states import (
+    State,
+    decode_state,
+    encode_state,
+    goal_positions,
+    move_goal,
+    remove_goals,
+)
 from procgen_client.tools.episode_statistics import Episode, EpisodeStatistics
 from procgen_client.tools.normalize_reward import NormalizeReward
 from procgen_client.tools.server_process import ServerProcess
@@ -92,6 +104,7 @@ __all__ = [
     "EpisodeStatistics",
     "LevelSampler",
     "NormalizeReward",
+    "Objects",
     "Pool",
     "ProcgenEnv",
     "ProcgenError",
@@ -100,10 +113,16 @@ __all__ = [
     "ProcgenVectorEnv",
     "Reset",
     "ServerProcess",
+    "State",
     "ToBaselinesVecEnv",
     "VideoRecorder",
     "catalog",
     "connect",
+    "decode_state",
+    "encode_state",
+    "goal_positions",
+    "move_goal",
+    "remove_goals",
 ]
 
 

@@ -64,6 +64,7 @@ class PoolOptions(ctypes.Structure):
         ("level_sampler", ctypes.POINTER(LevelSampler)),
         ("art", ctypes.c_char_p),
         ("num_threads", ctypes.c_int32),
+        ("variant", ctypes.c_char_p),
     )
 
 
@@ -79,6 +80,16 @@ class PoolInfo(ctypes.Structure):
         ("observation_shape", ctypes.c_int32 * 4),
         ("observation_bytes", ctypes.c_int64),
     )
+
+
+# The fields of ProcgenObject, in order.
+OBJECT_FIELDS = ("kind", "theme", "x", "y", "vx", "vy", "rx", "ry", "rotation", "health")
+
+
+class Object(ctypes.Structure):
+    """ProcgenObject."""
+
+    _fields_ = tuple((name, ctypes.c_float) for name in OBJECT_FIELDS)
 
 
 class Reset(ctypes.Structure):
@@ -184,6 +195,8 @@ class ServerPoolOptions(ctypes.Structure):
 _Bytes = (ctypes.POINTER(ctypes.c_void_p), ctypes.POINTER(ctypes.c_size_t))
 _Connection = ctypes.c_void_p
 _Watch = ctypes.c_void_p
+# The size of an input, and an output: its memory, size of that, number of bytes written.
+_Written = (ctypes.c_size_t, _Array, ctypes.c_size_t, ctypes.POINTER(ctypes.c_size_t))
 # Arguments of the functions that return a code, by name.
 _FUNCTIONS: dict[str, tuple[Any, ...]] = {
     "pool_create": (ctypes.POINTER(PoolOptions), ctypes.POINTER(_Pool)),
@@ -199,6 +212,9 @@ _FUNCTIONS: dict[str, tuple[Any, ...]] = {
     "save_states": (_Pool, _Array, ctypes.c_int32, _Array, ctypes.c_size_t, _Array),
     "restore_states": (_Pool, _Array, ctypes.c_int32, _Array, _Array),
     "clone_states": (_Pool, _Array, _Array, ctypes.c_int32),
+    "read_objects": (_Pool, ctypes.c_int32, ctypes.c_int32, ctypes.c_int32, _Array, _Array),
+    "state_to_json": (ctypes.c_char_p, *_Written),
+    "state_from_json": (ctypes.c_char_p, *_Written),
     "render": (_Pool, ctypes.c_int32, ctypes.c_int32, ctypes.c_uint8, _Array),
 }
 _REMOTE_FUNCTIONS: dict[str, tuple[Any, ...]] = {

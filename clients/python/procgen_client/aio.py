@@ -24,6 +24,7 @@ import numpy.typing as npt
 from procgen_client._requests import Reset
 from procgen_client.batch import Batch
 from procgen_client.errors import CancelledError
+from procgen_client.objects import Objects
 from procgen_client.pool import Pool
 
 if TYPE_CHECKING:
@@ -172,6 +173,10 @@ class AsyncPool:
     async def clone_states(self, pairs: Iterable[tuple[int, int]]) -> None:
         """Copies states between environments of the pool; errors as Pool.clone_states."""
         await self._run(lambda: self.pool.clone_states(pairs))
+
+    async def objects(self, objects_max: int = 64, **arguments: Any) -> Objects:
+        """Returns the objects of environments as arrays; arguments and errors as Pool.objects."""
+        return await self._run(lambda: self.pool.objects(objects_max, **arguments))
 
     async def close(self) -> None:
         """Closes the pool, after what is in flight. May be called again."""

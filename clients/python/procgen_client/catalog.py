@@ -17,6 +17,14 @@ class Mode(TypedDict, total=False):
     level_seed: int  # With "exploration" only: the seed of its one level.
 
 
+class Kind(TypedDict):
+    """A kind of a game's entities or cells."""
+
+    kind: int  # Number, as in Objects.
+    name: str
+    is_goal: bool  # To reach it, or all of it, completes the level.
+
+
 class Game(TypedDict):
     """A game."""
 
@@ -24,6 +32,8 @@ class Game(TypedDict):
     description: str
     modes: dict[str, Mode]  # By name.
     special_actions: dict[str, str]  # What actions 9 to 14 do, where they do something.
+    kinds: list[Kind]
+    variants: dict[str, str]  # Descriptions by name: see the option `variant`.
 
 
 class Action(TypedDict):

@@ -77,6 +77,9 @@ class EnvironmentOptions(TypedDict, total=False):
 class PoolOptions(EnvironmentOptions, total=False):
     """Options of any pool. The last word of each comment is the default."""
 
+    # In this process: a variant of the game, by its name in the catalog: its levels differ from
+    # upstream's by one change, such as the place of the coin. None: upstream's. None
+    variant: str | None
     screen_size: int  # Side of the square frame in pixels, in [16, 512]. 64
     grayscale_obs: bool  # One channel: (77 red + 150 green + 29 blue + 128) // 256. False
     layout: str  # Order of a frame's axes: "hwc" (height, width, channels) or "chw". "hwc"
@@ -119,7 +122,7 @@ _BOOLEANS = frozenset(
     if "bool" in str(getattr(of, "__forward_arg__", of))
 )
 # None means the default.
-_OPTIONAL = frozenset({"rand_seed", "num_threads", "level_sampler"})
+_OPTIONAL = frozenset({"rand_seed", "num_threads", "level_sampler", "variant"})
 
 
 def checked_options(options: Mapping[str, Any]) -> dict[str, Any]:
@@ -145,6 +148,8 @@ def checked_options(options: Mapping[str, Any]) -> dict[str, Any]:
             checked[name] = int(value)
         elif name == "name":
             checked[name] = _text("name", value)
+        elif name == "variant":
+            checked[name] = _text("variant", value).encode()
         elif name == "labels":
             checked[name] = _labels(value)
         else:

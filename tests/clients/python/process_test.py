@@ -51,6 +51,7 @@ def _in_threads(*calls: Callable[[], object]) -> None:
         _library.LevelSampler,
         _library.PoolOptions,
         _library.PoolInfo,
+        _library.Object,
         _library.Reset,
         _library.NextLevel,
         _library.Annotation,

@@ -15,6 +15,7 @@ from procgen_client.envs._pools import time_limit_steps
 from procgen_client.envs._reset_arguments import reset_options_of
 from procgen_client.envs.vector_env import ProcgenVectorEnv, option_names
 from procgen_client.errors import FailedPreconditionError, InvalidArgumentError
+from procgen_client.objects import Objects
 from procgen_client.options import PoolOptions, check_names
 from procgen_client.tools.art import Art
 
@@ -160,6 +161,10 @@ class ProcgenGymEnv(Env):
         observations, infos = self.vector_env.restore_states([state])
         self._is_over = bool(self.vector_env.episodes_over[0])
         return observations[0], _of_one(infos)
+
+    def objects(self, objects_max: int = 64) -> Objects:
+        """Returns the objects of the environment as arrays of N = 1; see Pool.objects."""
+        return self.vector_env.objects(objects_max)
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Writes a checkpoint; as ProcgenVectorEnv.save."""

@@ -30,6 +30,7 @@ from procgen_client.envs._infos import (
 from procgen_client.envs._pools import autoreset_mode_of, check_render_mode, make_pool
 from procgen_client.envs._reset_arguments import reset_options_of, seeds_of
 from procgen_client.errors import FailedPreconditionError
+from procgen_client.objects import Objects
 from procgen_client.options import PoolOptions, check_names, keywords_of
 from procgen_client.pool import option_names as pool_option_names
 from procgen_client.tools.art import Art
@@ -337,6 +338,11 @@ class ProcgenVectorEnv(VectorEnv):
         """
         self.pool.clone_states(pairs)
         return self._observe()
+
+    def objects(self, objects_max: int = 64) -> Objects:
+        """Returns the objects of all environments as arrays; see Pool.objects."""
+        self._require_open()
+        return self.pool.objects(objects_max)
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Writes a checkpoint of all environments, from which :meth:`load` continues bit for bit.

@@ -1,0 +1,70 @@
+"""Variants: upstream's levels with one change."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from procgen_client import Client, Pool, ProcgenVectorEnv, catalog, errors
+
+_OPTIONS = {"distribution_mode": "easy", "rand_seed": 5}
+_VARIANTS = [(game["name"], name) for game in catalog()["games"] for name in game["variants"]]
+
+
+@pytest.mark.parametrize(("game", "variant"), _VARIANTS)
+def test_variant_changes_objects_of_the_same_levels(game: str, variant: str) -> None:
+    with Pool(game, 16, **_OPTIONS) as exact, Pool(game, 16, variant=variant, **_OPTIONS) as varied:
+        for _ in range(3):
+            before, after = exact.objects(), varied.objects()
+            assert np.array_equal(exact.observe().level_seeds, varied.observe().level_seeds)
+            assert np.array_equal(before.values[:, 0], after.values[:, 0])
+            assert not np.array_equal(before.values, after.values)
+            ended, other = exact.step([-1] * 16), varied.step([-1] * 16)
+            assert not np.any(ended.fingerprints == other.fingerprints)
+
+
+def test_coin_and_cheese_move_and_a_decoy_is_added() -> None:
+    for game, variant, goal in (
+        ("coinrun", "coin_random", "coin"),
+        ("maze", "cheese_corner", "cheese"),
+        ("maze", "two_objects", "cheese"),
+    ):
+        with Pool(game, 8, **_OPTIONS) as exact, Pool(game, 8, variant=variant, **_OPTIONS) as pool:
+            before, after = exact.objects(), pool.objects()
+            moved = before.positions_of(goal) != after.positions_of(goal)
+            assert moved.any() == (variant != "two_objects")
+            pixels = exact.observe().observations != pool.observe().observations
+            assert pixels.any()
+    assert not np.isnan(after.positions_of("decoy")).any()
+
+
+def test_snapshot_of_a_variant_continues_in_any_pool() -> None:
+    with Pool("coinrun", 4, variant="coin_random", **_OPTIONS) as pool, Pool("coinrun", 4) as other:
+        other.restore_states(pool.save_states())
+        for _ in range(3):
+            assert np.array_equal(pool.objects().values, other.objects().values)
+            pool.step([-1] * 4)
+            other.step([-1] * 4)
+
+
+def test_unknown_variants_are_rejected() -> None:
+    with pytest.raises(
+        errors.InvalidArgumentError,
+        match=r"variant is coins, must be one of coin_random \(coinrun\), "
+        r"cheese_corner \(maze\), two_objects \(maze\)",
+    ):
+        Pool("coinrun", 1, variant="coins")
+    with pytest.raises(
+        errors.InvalidArgumentError,
+        match="variant is coin_random, maze has cheese_corner, two_objects",
+    ):
+        ProcgenVectorEnv("maze", 1, variant="coin_random")
+    with pytest.raises(errors.InvalidArgumentError, match="bigfish has no variants"):
+        Pool("bigfish", 1, variant="coin_random")
+    with pytest.raises(errors.InvalidArgumentError, match="variant is 3; it is text"):
+        Pool("coinrun", 1, variant=3)
+
+
+def test_servers_have_none(client: Client) -> None:
+    with pytest.raises(errors.InvalidArgumentError, match="pools on servers have no variants"):
+        client.create_pool("coinrun", 1, variant="coin_random")
