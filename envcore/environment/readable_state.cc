@@ -27,7 +27,8 @@ using Json = SnapshotTree;
 using Floats = StateArchive::Floats;
 
 constexpr size_t kJsonBytesMax = size_t{1} << 24;
-constexpr int kJsonDepthMax = 8;  // as that of a snapshot
+constexpr int64_t kKindMax = 1100;  // as in snapshots
+constexpr int kJsonDepthMax = 8;    // as that of a snapshot
 
 // --- To JSON.
 
@@ -148,7 +149,12 @@ StatusOr<Json> Taken(Json* json, const char* name, Json::value_t type,
 
 StatusOr<int> KindOf(absl::string_view game, const Json& named, const std::string& path) {
   if (named.is_number_integer()) {
-    return named.get<int>();
+    const auto number = named.get<int64_t>();  // negative if it is beyond 63 bits
+    if (number < 0 || number > kKindMax) {
+      return InvalidArgumentError(
+          absl::StrCat(path, " is ", named.dump(), ", must be a name or in [0, ", kKindMax, "]"));
+    }
+    return static_cast<int>(number);
   }
   const std::optional<int> kind =
       named.is_string() ? FindKind(game, named.get_ref<const std::string&>()) : std::nullopt;

@@ -1,7 +1,6 @@
 #include "envcore/games/objects.h"
 
 #include <algorithm>
-#include <array>
 
 namespace procgen {
 namespace {
@@ -45,33 +44,35 @@ class RowWriter {
   int32_t count_ = 0;
 };
 
+void AddCells(const Grid& grid, int kind, RowWriter* writer) {
+  for (int y = 0; y < grid.height(); ++y) {
+    const absl::Span<const int16_t> row = grid.Row(y);
+    for (auto cell = row.begin(); (cell = std::find(cell, row.end(), kind)) != row.end(); ++cell) {
+      writer->AddCell(kind, static_cast<int>(cell - row.begin()), y);
+    }
+  }
+}
+
 }  // namespace
 
 int32_t ReadObjects(const World& world, absl::Span<const KindName> kinds,
                     absl::Span<ObjectRow> rows) {
-  std::array<bool, kKindCount> is_goal = {};
-  bool has_goal = false;
-  for (const KindName& kind : kinds) {
-    if (kind.is_goal) {
-      is_goal[static_cast<size_t>(kind.kind)] = true;
-      has_goal = true;
-    }
-  }
+  const auto is_goal = [kinds](int kind) {
+    return std::any_of(kinds.begin(), kinds.end(),
+                       [kind](const KindName& each) { return each.is_goal && each.kind == kind; });
+  };
   RowWriter writer(rows);
   writer.Add(world.agent());
   const absl::Span<const Entity> others = absl::MakeConstSpan(world.entities).subspan(1);
   for (const bool goals : {true, false}) {
     for (const Entity& entity : others) {
-      if (is_goal[static_cast<size_t>(entity.kind)] == goals && !entity.screen_coordinates) {
+      if (is_goal(entity.kind) == goals && !entity.screen_coordinates) {
         writer.Add(entity);
       }
     }
-    for (int y = 0; goals && has_goal && y < world.grid.height(); ++y) {
-      for (int x = 0; x < world.grid.width(); ++x) {
-        const int kind = world.grid.At(x, y);
-        if (kind >= 0 && kind < kKindCount && is_goal[static_cast<size_t>(kind)]) {
-          writer.AddCell(kind, x, y);
-        }
+    for (size_t i = 0; goals && i < kinds.size(); ++i) {
+      if (kinds[i].is_goal) {
+        AddCells(world.grid, kinds[i].kind, &writer);
       }
     }
   }

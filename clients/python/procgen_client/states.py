@@ -31,8 +31,9 @@ Kind = Union[str, int]
 class Entity(TypedDict, total=False):
     """The agent or another object that is not a cell.
 
-    Numbers are in cells from the bottom left of the level, y upwards. Fields that have their
-    default value are missing, except those listed here; envcore/world/entity.h has all of them.
+    Numbers are in cells from the bottom left of the level, y upwards. Other fields than kind, x, y,
+    vx, vy, rx and ry are missing where they have their default value; envcore/world/entity.h has
+    all of them.
     """
 
     kind: Kind  # Not of the agent.
@@ -42,8 +43,8 @@ class Entity(TypedDict, total=False):
     vy: float
     rx: float  # Half-sizes.
     ry: float
-    image_kind: int  # If it differs from the number of the kind.
-    theme: int  # Index of its image, such as the color of a key.
+    image_kind: int  # Missing: the number of the kind.
+    theme: int  # Index of its image, such as the color of a key. Missing: 0.
 
 
 class State(TypedDict, total=False):
