@@ -11,4 +11,6 @@ EXCEPTIONS = (
     ("check_readmes", "proto/*", "proto/README.md is the guide to the contract, for all versions"),
     ("check_readmes", "clients/cpp/procgen_client/README.md",
      "the library's guide is clients/cpp/README.md, one folder up"),
+    ("check_readmes", "clients/python/procgen_package/procgen/README.md",
+     "the package's README.md is one folder up, where pip reads it"),
 )

@@ -107,6 +107,23 @@ def level_dicts(batch: Batch) -> list[dict[str, Any]]:
     ]
 
 
+def terminal_infos(batch: Batch) -> dict[int, dict[str, Any]]:
+    """Returns, by environment, what Stable-Baselines3 reads where an episode ended in this step.
+
+    ``terminal_observation``: the episode's last, {"rgb": uint8 [64, 64, 3]};
+    ``TimeLimit.truncated``: whether the time limit ended it.
+    """
+    if batch.final_observations is None:  # Of a reset, or restored.
+        return {}
+    return {
+        int(row): {
+            "terminal_observation": {"rgb": batch.final_observations[row].copy()},
+            "TimeLimit.truncated": bool(batch.truncated[row]),
+        }
+        for row in np.flatnonzero(batch.ended)
+    }
+
+
 def _previous_level(batch: Batch) -> dict[str, np.ndarray]:
     return {
         "prev_level_seed": batch.prev_level_seeds,

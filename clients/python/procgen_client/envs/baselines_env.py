@@ -79,7 +79,9 @@ class BaselinesVecEnv:
 
         Returns:
             Observations {"rgb": uint8 [N, 64, 64, 3]}, of the next episode where one ended;
-            rewards, float32 [N]; whether an episode ended, bool [N]; a list of infos.
+            rewards, float32 [N]; whether an episode ended, bool [N]; a list of infos. Beside
+            upstream's infos, those of an environment whose episode ended have its last observation,
+            ``terminal_observation``, and ``TimeLimit.truncated``, as of Stable-Baselines3.
 
         Raises:
             InvalidArgumentError: `actions` has a wrong length or a value out of range.
@@ -96,7 +98,10 @@ class BaselinesVecEnv:
     ) -> tuple[dict[str, np.ndarray], np.ndarray, np.ndarray, list[dict[str, Any]]]:
         """Waits for the step that step_async began, and returns the values of step."""
         rewards, observations, first = self.env.observe()
-        return observations, rewards, first, self.env.get_info()
+        infos = self.env.get_info()
+        for environment, terminal in self.env.terminal_infos().items():
+            infos[environment] |= terminal
+        return observations, rewards, first, infos
 
     def render(self, mode: str = "human") -> np.ndarray | None:
         """Returns a frame of environment 0, as upstream does; get_images returns all.

@@ -19,7 +19,7 @@ from procgen_client._requests import ACTION_COUNT, ENV_COUNT_MAX, LEVEL_SEEDS, R
 from procgen_client.batch import Batch
 from procgen_client.catalog import catalog
 from procgen_client.envs._gym3 import Gym3Env, action_type, observation_type
-from procgen_client.envs._infos import level_dicts
+from procgen_client.envs._infos import level_dicts, terminal_infos
 from procgen_client.envs._pools import check_render_mode
 from procgen_client.errors import (
     FailedPreconditionError,
@@ -145,7 +145,7 @@ class ProcgenGym3Env(Gym3Env):
         )
         self._receive()
         self._batch = None
-        self.pool.send_step(actions)
+        self.pool.send_step(actions, final_observations=True)
 
     def observe(self) -> tuple[np.ndarray, dict[str, np.ndarray], np.ndarray]:
         """Returns rewards, observations and first; also before the first act, and repeatedly.
@@ -173,6 +173,15 @@ class ProcgenGym3Env(Gym3Env):
             for info, picture in zip(infos, pictures):
                 info["rgb"] = picture
         return infos
+
+    def terminal_infos(self) -> dict[int, dict[str, Any]]:
+        """Returns infos of the episodes that the last act ended, by environment.
+
+        ``terminal_observation`` is the last observation, {"rgb": uint8 [64, 64, 3]}, and
+        ``TimeLimit.truncated`` whether the time limit ended the episode. Upstream has no such
+        method.
+        """
+        return terminal_infos(self._now())
 
     def callmethod(self, method: str, *args: Sequence[Any], **kwargs: Sequence[Any]) -> list[Any]:
         """Calls a method of each environment: "get_state", or "set_state" with a list of states.

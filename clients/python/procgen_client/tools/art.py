@@ -44,13 +44,18 @@ def art_dir(art: Art) -> str:
     if art == INSTALLED:
         where = f"has no folder {folders[0]}" if folders else "is not installed"
         raise NotFoundError(
-            f"art is 'procgen', but the package procgen {where}: pip install procgen, or give a "
-            "folder with its data/assets"
+            f"art is 'procgen', but the package procgen {where}: pip install procgen==0.10.7, or "
+            "give a folder with its data/assets"
         )
     raise NotFoundError(
         f"art is {os.fspath(art)}, which is no folder; it is a folder with the data/assets of the "
         "package procgen, or 'procgen' where that is installed"
     )
+
+
+def upstream_is_installed() -> bool:
+    """Whether the package `procgen` is upstream's: other packages of that name have no art."""
+    return any(folder.is_dir() for folder in _installed())
 
 
 def _installed() -> list[Path]:

@@ -12,7 +12,13 @@ import numpy as np
 import pytest
 
 import procgen_client.env
-from procgen_client import ProcgenEnv, ProcgenGym3Env, ToBaselinesVecEnv, errors
+from procgen_client import (
+    ProcgenEnv,
+    ProcgenGym3Env,
+    ProcgenVectorEnv,
+    ToBaselinesVecEnv,
+    errors,
+)
 
 _N = 4
 _OPTIONS = {"distribution_mode": "easy", "rand_seed": 7}
@@ -78,6 +84,28 @@ def test_wrong_levels_are_rejected(
         env.set_levels(levels)
 
 
+def test_infos_have_the_last_observation_of_an_episode() -> None:
+    # Stable-Baselines3 2.4, common/vec_env/dummy_vec_env.py: info["terminal_observation"], of the
+    # kind of an observation, and info["TimeLimit.truncated"], where an episode ended.
+    options = {"distribution_mode": "easy", "rand_seed": 7, "num_levels": 1}
+    venv = ProcgenEnv(2, "maze", **options)
+    with ProcgenVectorEnv("maze", 2, **options) as vector:  # Its ends show the last observation.
+        venv.reset()
+        for actions in ([7, 4], [-1, 4]):
+            observations, _, dones, infos = venv.step(actions)
+            expected, *_ = vector.step(actions)
+    assert dones.tolist() == [True, False]
+    assert infos[0]["TimeLimit.truncated"] is False
+    np.testing.assert_array_equal(infos[0]["terminal_observation"]["rgb"], expected[0])
+    assert (observations["rgb"][0] != expected[0]).any()
+    assert not {"terminal_observation", "TimeLimit.truncated"} & infos[1].keys()
+    while not dones[1]:
+        *_, dones, infos = venv.step([4, 4])
+    assert infos[1]["TimeLimit.truncated"] is True
+    assert infos[1]["terminal_observation"]["rgb"].shape == (64, 64, 3)
+    venv.close()
+
+
 def test_swapped_arguments_are_explained() -> None:
     for env_class in (ProcgenEnv, ProcgenGym3Env):
         expected = rf"comes first: {env_class.__name__}\(4, 'coinrun'\)"
@@ -121,8 +149,9 @@ def test_to_baselines_vec_env_wraps_a_gym3_environment() -> None:
     for action in (7, -1, 4):
         left, right = wrapped.step(np.full(_N, action)), venv.step(np.full(_N, action))
         np.testing.assert_array_equal(left[0]["rgb"], right[0]["rgb"])
-        for one, other in zip(left[1:], right[1:], strict=True):
-            np.testing.assert_array_equal(one, other)
+        np.testing.assert_array_equal(left[1], right[1])
+        np.testing.assert_array_equal(left[2], right[2])
+        assert [info["level_seed"] for info in left[3]] == [info["level_seed"] for info in right[3]]
     venv.close()
     wrapped.close()
 

@@ -7,123 +7,15 @@ Gym 0.23; its wrappers are gym/wrappers/ in brief.
 
 from __future__ import annotations
 
-import os
+import importlib.util
 import subprocess
 import sys
 from pathlib import Path
 
+import pytest
+from stub_gym import write_gym
+
 from procgen_client import ServerProcess
-
-_GYM = {
-    "__init__.py": """
-import importlib
-from gym import envs, spaces
-from gym.envs import registration
-
-class Env:
-    metadata = {}
-    spec = None
-
-class Wrapper(Env):
-    def __init__(self, env):
-        self.env = env
-        self.action_space, self.observation_space = env.action_space, env.observation_space
-        self.metadata, self.reward_range, self.spec = env.metadata, env.reward_range, env.spec
-
-    def __getattr__(self, name):
-        return getattr(self.env, name)
-
-    def reset(self, **kwargs):
-        return self.env.reset(**kwargs)
-
-    def step(self, action):
-        return self.env.step(action)
-
-    def render(self, mode="human", **kwargs):
-        return self.env.render(mode, **kwargs)
-
-def make(id, **kwargs):
-    module, _, name = id.rpartition(":")
-    if module:
-        importlib.import_module(module)
-    entry_point, defaults = registration.registry[name]
-    module, attribute = entry_point.split(":")
-    return getattr(importlib.import_module(module), attribute)(**(defaults | kwargs))
-""",
-    "envs/__init__.py": "from gym.envs import registration",
-    "envs/registration.py": """
-registry = {}
-
-def register(id, entry_point=None, kwargs=None):
-    assert id not in registry, "Cannot re-register id"
-    registry[id] = (entry_point, kwargs or {})
-""",
-    "spaces.py": """
-class Space:
-    pass
-
-class Box(Space):
-    def __init__(self, low, high, shape, dtype):
-        self.low, self.high, self.shape, self.dtype = low, high, shape, dtype
-
-class Discrete(Space):
-    def __init__(self, n):
-        self.n = n
-
-class Dict(Space):
-    def __init__(self, spaces):
-        self.spaces = spaces
-
-    def __getitem__(self, name):
-        return self.spaces[name]
-""",
-    # transform_observation.py, record_episode_statistics.py, record_video.py with
-    # monitoring/video_recorder.py, of Gym 0.21 to 0.23.
-    "wrappers.py": """
-import numpy as np
-import gym
-
-class TransformObservation(gym.Wrapper):
-    def __init__(self, env, f):
-        super().__init__(env)
-        self.f = f
-
-    def reset(self):
-        return self.f(self.env.reset())
-
-    def step(self, action):
-        observation, *others = self.env.step(action)
-        return (self.f(observation), *others)
-
-class RecordEpisodeStatistics(gym.Wrapper):
-    def __init__(self, env):
-        super().__init__(env)
-        self.num_envs = getattr(env, "num_envs", 1)
-        self.returns = np.zeros(self.num_envs)
-
-    def step(self, action):
-        observation, rewards, dones, infos = self.env.step(action)
-        self.returns += rewards
-        for i in range(len(dones)):
-            if dones[i]:
-                infos[i] = infos[i] | {"episode": {"r": self.returns[i]}}
-                self.returns[i] = 0
-        return observation, rewards, dones, infos
-
-class RecordVideo(gym.Wrapper):
-    def __init__(self, env, folder):
-        super().__init__(env)
-        assert "rgb_array" in env.metadata.get("render.modes", [])
-        self.frames_per_second = env.metadata["video.frames_per_second"]
-        self.frames = []
-
-    def step(self, action):
-        frame = self.env.render(mode="rgb_array")
-        assert frame.shape[0] < 4096 and frame.shape[1] < 4096, "no encoder takes more"
-        self.frames.append(frame)
-        return self.env.step(action)
-""",
-}
 
 _CLEANRL = """
 import sys
@@ -172,6 +64,7 @@ observation, reward, done, info = env.step(4)
 assert (type(reward), done) == (float, False)
 last, _, done, info = env.step(-1)
 assert done
+assert set(info) == {"prev_level_seed", "prev_level_complete", "level_seed"}
 np.testing.assert_array_equal(last, observation)
 after = env.reset()
 assert (after != last).any()
@@ -195,13 +88,29 @@ else:
 def test_cleanrl_style_program_runs_with_gym(
     server: ServerProcess, tmp_path: Path
 ) -> None:
-    for name, text in _GYM.items():
-        file = tmp_path / "gym" / name
-        file.parent.mkdir(parents=True, exist_ok=True)
-        file.write_text(text)
     result = subprocess.run(
         [sys.executable, "-c", _CLEANRL, server.address],
-        env=os.environ | {"PYTHONPATH": os.pathsep.join([str(tmp_path), *sys.path])},
+        env=write_gym(tmp_path),
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert result.returncode == 0, result.stderr
+
+
+def test_spaces_are_those_of_gym_if_the_program_imports_it_later(tmp_path: Path) -> None:
+    program = """
+import procgen_client
+env = procgen_client.ProcgenEnv(1, "maze")
+import gym
+assert isinstance(env.action_space, gym.spaces.Discrete), type(env.action_space)
+assert isinstance(env.observation_space, gym.spaces.Dict), type(env.observation_space)
+"""
+    if importlib.util.find_spec("gymnasium") is not None:
+        pytest.skip("where Gymnasium is installed, spaces are Gymnasium's")
+    result = subprocess.run(
+        [sys.executable, "-c", program],
+        env=write_gym(tmp_path),
         capture_output=True,
         text=True,
         check=False,

@@ -280,6 +280,11 @@ def test_baselines_reset_and_step(venv: ProcgenEnv, env: ProcgenGym3Env) -> None
         np.testing.assert_array_equal(ob["rgb"], expected["rgb"])
         np.testing.assert_array_equal(rewards, reward)
         np.testing.assert_array_equal(done, first)
+        for row, terminal in env.terminal_infos().items():
+            assert done[row]
+            assert terminal.items() >= {"TimeLimit.truncated": False}.items()
+            assert infos[row].keys() - terminal.keys() == env.get_info()[row].keys()
+            infos[row] = {name: infos[row][name] for name in infos[row].keys() - terminal.keys()}
         assert infos == env.get_info()
 
 

@@ -98,4 +98,4 @@ def test_art_with_a_server_is_rejected(env_type: type, server: ServerProcess) ->
 
 def test_missing_package_is_an_error() -> None:
     run = _run("from procgen_client.tools.art import art_dir; art_dir('procgen')")
-    assert "the package procgen is not installed: pip install procgen, or give" in run.stderr
+    assert "the package procgen is not installed: pip install procgen==0.10.7, or" in run.stderr
