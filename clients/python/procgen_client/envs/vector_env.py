@@ -80,6 +80,7 @@ class ProcgenVectorEnv(VectorEnv):
 
     Attributes:
         num_envs: Number of environments, N.
+        autoreset_mode: The AutoresetMode, as of Gymnasium's own vector environments.
         pool: The Pool, for calls that the vector environment does not have.
     """
 
@@ -145,9 +146,10 @@ class ProcgenVectorEnv(VectorEnv):
         )
         self.pool = self._open_pool()
         self.num_envs, self.render_mode = num_envs, render_mode
+        self.autoreset_mode = mode
         self.metadata = self.metadata | {"autoreset_mode": mode}
         self.__dict__ |= vector_spaces(self.pool.observation_shape, ACTION_COUNT, num_envs)
-        self._mode, self._render_size_px = mode, render_size_px
+        self._render_size_px = render_size_px
         self._returns_final = mode is AutoresetMode.SAME_STEP
         self._everywhere, self._nowhere = np.ones(num_envs, np.bool_), np.zeros(num_envs, np.bool_)
         self._begin()
@@ -435,7 +437,7 @@ class ProcgenVectorEnv(VectorEnv):
         self._require_open()
         if self.pool.in_flight:
             raise FailedPreconditionError("step_async was called before; call step_wait first")
-        if self._mode is AutoresetMode.DISABLED and self._ended.any():
+        if self.autoreset_mode is AutoresetMode.DISABLED and self._ended.any():
             raise FailedPreconditionError(
                 f"the episodes of environments {np.flatnonzero(self._ended).tolist()} are over: "
                 'reset them with options={"reset_mask": ...}'

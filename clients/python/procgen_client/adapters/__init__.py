@@ -1,0 +1,1 @@
+"""Environments with the interfaces of other libraries; each module imports its library."""
