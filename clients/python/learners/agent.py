@@ -89,10 +89,10 @@ class AgentPolicy:
     Equal calls return equal actions.
     """
 
-    def __init__(self, agent: Agent) -> None:
-        """Takes the agent, whose weights may change between calls."""
+    def __init__(self, agent: Agent, seed: int = 0) -> None:
+        """Takes the agent, whose weights may change between calls, and the seed of its samples."""
         self._agent = agent
-        self._random = torch.Generator().manual_seed(0)
+        self._random = torch.Generator().manual_seed(seed)
         self._frames: np.ndarray | None = None  # uint8 [n, k, 64, 64, 3]; only if k > 1.
         self._memory: torch.Tensor | None = None  # [2, n, H]; only with an LSTM.
 

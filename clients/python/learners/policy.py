@@ -25,8 +25,12 @@ RUN_VARIABLE = "PROCGEN_RUN"
 Policy = Callable[..., np.ndarray]
 
 
-def load(game: str) -> Policy:
+def load(game: str, seed: int = 0) -> Policy:
     """Returns the policy of the run that PROCGEN_RUN names.
+
+    Args:
+        game: Name of the game.
+        seed: Of sampled actions. procgen-dataset gives one for each part of a recording.
 
     Raises:
         InvalidArgumentError: There is no such run, or it was trained on another game.
@@ -39,10 +43,10 @@ def load(game: str) -> Policy:
             f"{RUN_VARIABLE} is {os.environ.get(RUN_VARIABLE)!r}; it is a folder with a "
             f"{CHECKPOINT}, or one that has such a folder for each game"
         )
-    return load_run(folder, game)
+    return load_run(folder, game, seed)
 
 
-def load_run(folder: Path, game: str | None = None) -> Policy:
+def load_run(folder: Path, game: str | None = None, seed: int = 0) -> Policy:
     """Returns the policy of a run; errors as :func:`load`.
 
     PPO samples actions, as in training and in the paper; Rainbow takes the best ones. Equal calls
@@ -55,7 +59,7 @@ def load_run(folder: Path, game: str | None = None) -> Policy:
     cpu.use_one_thread()
     if _is_rainbow(options):
         return rainbow.load_policy(options, checkpoint["learner"])
-    return AgentPolicy(_agent_of(checkpoint))
+    return AgentPolicy(_agent_of(checkpoint), seed)
 
 
 def load_agent(folder: Path) -> tuple[Agent, dict[str, Any]]:

@@ -46,6 +46,7 @@ Beside them:
 - :class:`EpisodeStatistics`, :class:`NormalizeReward`, :class:`VideoRecorder`: returns and lengths
   of episodes; rewards divided by the deviation of returns; mp4 files.
 - ``procgen-evaluate`` (:mod:`procgen_client.tools.evaluate`): scores of a policy.
+- ``procgen-dataset`` (:mod:`procgen_client.dataset`): data sets of frames, as seeds and actions.
 
 Every error is a :class:`ProcgenError`, whose message has the value given and the values allowed;
 :mod:`procgen_client.errors` has a class per status code. An object belongs to one thread at a time;

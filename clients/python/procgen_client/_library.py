@@ -257,6 +257,7 @@ class Library:
             FailedPreconditionError: It has another version of the interface.
         """
         loaded = ctypes.CDLL(os.fspath(path))
+        self.path = Path(path)
         version = loaded.procgen_abi_version()
         if version != _ABI_VERSION:
             raise FailedPreconditionError(

@@ -91,7 +91,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     try:
         protocol = Protocol(
             *(given.mode, given.train_levels, given.episodes, given.environments, given.seed),
-            dict(map(_parse_option, given.option)),
+            dict(map(parse_option, given.option)),
         )
         make_policy = load_policy(given.policy) if given.policy else random_policy
         progress = ProgressLine(sys.stderr, len(games))
@@ -109,7 +109,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     return 0
 
 
-def _parse_option(text: str) -> tuple[str, Any]:
+def parse_option(text: str) -> tuple[str, Any]:
+    """Returns name and value of "NAME=VALUE"; a value that is not JSON is text."""
     name, _, value = text.partition("=")
     try:
         return name, json.loads(value.lower() if value in ("True", "False") else value)

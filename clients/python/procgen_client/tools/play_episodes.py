@@ -44,7 +44,7 @@ def play_episodes(
     played: list[list[Episode]] = [[] for _ in range(env_count)]
     total = env_count * episodes_per_env
     ended_count = 0
-    is_recurrent = _has_parameter(policy, "first")
+    is_recurrent = has_parameter(policy, "first")
     statistics = EpisodeStatistics(window=1)
     with Pool(game, env_count, **options) as pool:
         batch = pool.observe()
@@ -63,7 +63,8 @@ def play_episodes(
     return played
 
 
-def _has_parameter(function: Callable[..., Any], name: str) -> bool:
+def has_parameter(function: Callable[..., Any], name: str) -> bool:
+    """Returns whether a function has a parameter of this name; False: also if that is unknown."""
     try:
         return name in inspect.signature(function).parameters
     except (TypeError, ValueError):  # Written in C.
