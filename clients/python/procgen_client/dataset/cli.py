@@ -80,7 +80,8 @@ def _record(given: argparse.Namespace) -> None:
 def _replay(given: argparse.Namespace) -> None:
     if (given.format is None) != given.verify:
         raise InvalidArgumentError("give either --verify or --format")
-    _expand(find(given.paths), _expansion(given, given.output), given.workers)
+    expansion = _expansion(given, given.output)
+    _expand(find(given.paths), expansion, given.workers)
 
 
 def _expansion(given: argparse.Namespace, folder: Path | None) -> Expansion:
