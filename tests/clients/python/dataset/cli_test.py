@@ -18,11 +18,11 @@ from procgen_client.dataset.cli import main
 _SMALL = ("--mode", "easy", "--levels", "20", "--workers", "2")
 
 
-def _program(*arguments: str | Path) -> list[str]:
+def _program(*arguments: str | Path | int) -> list[str]:
     return [sys.executable, "-m", "procgen_client.dataset", *map(str, arguments)]
 
 
-def _run(*arguments: str | Path) -> subprocess.CompletedProcess[str]:
+def _run(*arguments: str | Path | int) -> subprocess.CompletedProcess[str]:
     return subprocess.run(_program(*arguments), capture_output=True, text=True, check=False)
 
 
@@ -33,8 +33,10 @@ def _contents(folder: Path) -> dict[str, bytes]:
 
 def test_recording_is_expanded_and_described(tmp_path: Path) -> None:
     data, frames = tmp_path / "data", tmp_path / "frames"
-    run = _run("record", "bigfish", "maze", "--steps", 5000, "--output", data, *_SMALL,
-               "--option", "use_backgrounds=false", "--policy", "sticky:0.5", "--seed", 3)  # fmt: skip
+    run = _run(
+        *("record", "bigfish", "maze", "--steps", 5000, "--output", data, *_SMALL),
+        *("--option", "use_backgrounds=false", "--policy", "sticky:0.5", "--seed", 3),
+    )
     assert run.returncode == 0, run.stderr
     assert run.stderr.startswith("recorded 16,384 of 16,384 steps, ")
     assert run.stderr.count("\n") == 1

@@ -132,7 +132,7 @@ def test_wrong_arguments_are_errors(folder: Path) -> None:
     for name in ("segment_length", "stride", "snapshot_interval"):
         with pytest.raises(errors.InvalidArgumentError, match=f"{name} is 0; it is in"):
             TrajectoryDataset(folder, **{name: 0})
-    with pytest.raises(errors.InvalidArgumentError, match="is 193; the environments have 192 steps"):
+    with pytest.raises(errors.InvalidArgumentError, match="is 193; the environments have 192"):
         TrajectoryDataset(folder, 193)
     with pytest.raises(errors.NotFoundError):
         TrajectoryDataset(folder / "none")

@@ -1,4 +1,4 @@
-"""Minari and WebDataset read expansions; Procgen 0.10.7 records a data set that is expanded equal."""
+"""Minari and WebDataset read expansions; a data set of Procgen 0.10.7 is expanded equal."""
 
 from __future__ import annotations
 
