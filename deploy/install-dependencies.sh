@@ -112,6 +112,13 @@ plot_packages=(
   python3-matplotlib
 )
 
+# What docs/build.sh needs beside a build and the learners' packages. The slow tests need it as well.
+docs_packages=(
+  python3-sphinx          # generates the site
+  python3-myst-parser     # reads its Markdown
+  furo                    # its theme
+)
+
 # Packages for tests with the label slow: building and running images, checking Prometheus rules, a second browser.
 slow_packages=(
   mmdebstrap              # creates a Debian root without an image registry
@@ -121,11 +128,12 @@ slow_packages=(
   prometheus              # promtool
   nginx                   # the front of deploy/front
   firefox-esr             # another browser for tests of the web pages
+  "${docs_packages[@]}"
 )
 
 usage() {
   cat <<TEXT
-Usage: deploy/install-dependencies.sh [--library] [--aarch64] [--tests] [--clang] [--plot] [--slow] [--list] [--help]
+Usage: deploy/install-dependencies.sh [--library] [--aarch64] [--tests] [--clang] [--plot] [--docs] [--slow] [--list] [--help]
 
 Installs, with apt, the missing packages for building Procgen Server and its Python client. If none is missing, apt is
 not called. Otherwise needs root or sudo.
@@ -137,6 +145,7 @@ not called. Otherwise needs root or sudo.
   --wheel  also packages that build the Python wheel (with the tests' packages, too)
   --clang  also packages for the presets lint and fuzz
   --plot   also packages that draw plots of returns and scores
+  --docs   also packages that build the documentation site (with the slow tests' packages, too)
   --slow   also packages for tests with the label slow
   --list   print the names of the packages and stop
   --help   print this and stop
@@ -154,6 +163,7 @@ while [[ $# -gt 0 ]]; do
     --wheel) packages+=("${wheel_packages[@]}"); shift ;;
     --clang) packages+=("${clang_packages[@]}"); shift ;;
     --plot) packages+=("${plot_packages[@]}"); shift ;;
+    --docs) packages+=("${docs_packages[@]}"); shift ;;
     --slow) packages+=("${slow_packages[@]}"); shift ;;
     --list) list=yes; shift ;;
     -h | --help) usage; exit 0 ;;

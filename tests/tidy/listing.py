@@ -76,7 +76,7 @@ def check_python_is_used(tree):
 _SOURCES = (".h", ".cc", ".py", ".sh", ".proto", ".js", ".yaml", ".yml",
             "CMakeLists.txt", "Dockerfile")
 # Test folders that mirror the tree need none.
-_MIRROR = re.compile(r"tests/(envcore|server|clients|proto|deploy|tools)(/|$)")
+_MIRROR = re.compile(r"tests/(envcore|server|clients|proto|deploy|docs|tools)(/|$)")
 
 
 def check_readmes(tree):
