@@ -145,8 +145,8 @@ def _index(games: Any) -> str:
         "Each page has pictures, rules, rewards, what the 15 actions do, and known oddities. All "
         "behaviour is that of Procgen 0.10.7, oddities included.",
         table(head, rows),
-        "Easy mode. Won or lost at once: of 2,000 levels, those that the first step decides, "
-        "whatever the action. Overlap: the share of unseen levels that equal one of 200 training "
+        "Easy mode, of 2,000 levels. Won at once: a first step without a move completes the level. "
+        "Lost at once: every first action ends the episode without completing it. Overlap: the share of unseen levels that equal one of 200 training "
         "levels; – where a first picture does not show the level. `docs/measure_games.py` measures "
         "all figures of these pages.",
         f"```{{toctree}}\n:hidden:\n\n{names}\n```",

@@ -88,6 +88,11 @@ def test_build_dependencies_exclude_test_dependencies() -> None:
     assert {"g++", "libgrpc++-dev", "python3-protobuf", "python3-numpy"} <= for_building
 
 
+def test_slow_tests_build_the_documentation_site() -> None:
+    for_site = listed("--docs") - listed()
+    assert {"python3-sphinx", "python3-myst-parser"} <= for_site <= listed("--slow")
+
+
 def test_the_library_needs_no_package_of_the_server() -> None:
     assert listed("--library") < listed("--wheel")
     assert not {"libgrpc++-dev", "libssl-dev"} & listed("--library")
