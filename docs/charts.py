@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import html
 import re
-from pathlib import Path
 
-ROOT = Path(__file__).resolve().parents[1]
+from markdown import rows_of_table
+
 _BAR, _GAP, _LEFT, _WIDTH = 16, 6, 250, 700
 # Readable on light and on dark pages.
 _TEXT, _COLORS = "#808080", ("#2f7fd8", "#e07b39", "#4fa35a", "#9a6fd0")
@@ -14,7 +14,7 @@ _TEXT, _COLORS = "#808080", ("#2f7fd8", "#e07b39", "#4fa35a", "#9a6fd0")
 
 def charts() -> dict[str, str]:
     """Returns each chart by the name of its file."""
-    throughput = _table("README.md", "| game and levels | cores |")
+    throughput = rows_of_table("README.md", "| game and levels | cores |")
     bars = []
     game = ""
     for row in throughput:
@@ -22,7 +22,7 @@ def charts() -> dict[str, str]:
         for i, place in enumerate(("in the process", "TCP")):
             label = f"{game}, {row[1]} core{'s' * (row[1] != '1')}, {place}"
             bars.append((label, _number(row[3 + i]), i))
-    others = _table("tests/benchmark/README.md", "| game | libprocgen, own art |")
+    others = rows_of_table("tests/benchmark/README.md", "| game | libprocgen, own art |")
     compared = [
         (f"{row[0]}, {name}", _number(row[1 + i]), i)
         for row in others
@@ -32,20 +32,6 @@ def charts() -> dict[str, str]:
         "throughput.svg": _chart("Python: environment steps per second", bars),
         "comparison.svg": _chart("Environment steps per second of CPU time, one core", compared),
     }
-
-
-def _table(path: str, head: str) -> list[list[str]]:
-    """Returns the cells of the rows of the table that begins with `head`."""
-    lines = (ROOT / path).read_text().split("\n")
-    first = next((i for i, line in enumerate(lines) if line.startswith(head)), None)
-    if first is None:
-        raise ValueError(f"{path} has no table that begins with {head!r}")
-    rows = []
-    for line in lines[first + 2 :]:
-        if not line.startswith("|"):
-            break
-        rows.append([cell.strip() for cell in line.strip("|").split("|")])
-    return rows
 
 
 def _number(text: str) -> float:

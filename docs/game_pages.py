@@ -7,7 +7,7 @@ import tomllib
 from pathlib import Path
 from typing import Any
 
-from markdown import table
+from markdown import rows_of_table, table
 
 import procgen_client
 
@@ -50,8 +50,8 @@ def _page(game: Any) -> str:
         table(["event", "reward"], words["rewards"]),
         f"Return of an episode: {words['returns']}.",
         _modes(game, facts),
-        f"Random agent: lowest, mean and highest return of {_episodes(facts)} episodes. Normalised "
-        "scores map the range of the paper to 0 and 1.",
+        f"Random agent: lowest and highest return of {_episodes(facts)} episodes, and in "
+        "parentheses the mean of 2,000. Normalised scores map the range of the paper to 0 and 1.",
         "## Actions",
         _actions(game, facts["actions"]),
         f"The last column is measured: from {facts['actions']['states']:,} states of random play "
@@ -67,6 +67,8 @@ def _page(game: Any) -> str:
 
 def _modes(game: Any, facts: Any) -> str:
     rows = []
+    means = {row[0]: row[1::2] for row in rows_of_table("envcore/README.md", "| game | easy: mean")}
+    mean = dict(zip(("easy", "hard"), (cell.split()[0] for cell in means[game["name"]])))
     for mode, values in game["modes"].items():
         paper = values["return_range"]
         random = facts["random_returns"].get(mode)
@@ -75,7 +77,7 @@ def _modes(game: Any, facts: Any) -> str:
             mode + note,
             f"{values['time_limit_steps']:,}",
             f"{paper[0]:g} to {paper[1]:g}" if paper else "–",
-            f"{random['min']:g} / {random['mean']:g} / {random['max']:g}" if random else "–",
+            f"{random['min']:g} to {random['max']:g} ({mean[mode]})" if random else "–",
         ])  # fmt: skip
     return table(["mode", "time limit (steps)", "range of the paper", "random agent"], rows)
 
@@ -146,9 +148,9 @@ def _index(games: Any) -> str:
         "behaviour is that of Procgen 0.10.7, oddities included.",
         table(head, rows),
         "Easy mode, of 2,000 levels. Won at once: a first step without a move completes the level. "
-        "Lost at once: every first action ends the episode without completing it. Overlap: the share of unseen levels that equal one of 200 training "
-        "levels; – where a first picture does not show the level. `docs/measure_games.py` measures "
-        "all figures of these pages.",
+        "Lost at once: every first action ends the episode without completing it. Overlap: the "
+        "share of unseen levels that equal one of 200 training levels; – where a first picture "
+        "does not show the level. `docs/measure_games.py` measures all figures of these pages.",
         f"```{{toctree}}\n:hidden:\n\n{names}\n```",
     ]) + "\n"  # fmt: skip
 

@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import re
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[1]
 
 _SPECIAL = re.compile(r"([\\*_\[\]<>|$])")
 _CODE = re.compile(r"(`[^`]+`)")
@@ -35,3 +38,21 @@ def table(head: list[str], rows: list[list[str]]) -> str:
     """Returns a table; the first row's cells are the titles of columns."""
     lines = [head, ["---"] * len(head), *rows]
     return "\n".join("| " + " | ".join(cells) + " |" for cells in lines)
+
+
+def rows_of_table(path: str, head: str) -> list[list[str]]:
+    """Returns the cells of the rows of the table of a file that begins with `head`.
+
+    Raises:
+        ValueError: The file, relative to the root, has no such table.
+    """
+    lines = (ROOT / path).read_text().split("\n")
+    first = next((i for i, line in enumerate(lines) if line.startswith(head)), None)
+    if first is None:
+        raise ValueError(f"{path} has no table that begins with {head!r}")
+    rows = []
+    for line in lines[first + 2 :]:
+        if not line.startswith("|"):
+            break
+        rows.append([cell.strip() for cell in line.strip("|").split("|")])
+    return rows

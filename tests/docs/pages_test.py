@@ -58,7 +58,7 @@ def test_charts_have_the_numbers_of_the_tables() -> None:
     for number in re.findall(r"\d+,\d{3}", row)[1:]:
         assert f">{number}</text>" in drawn["throughput.svg"]
     with pytest.raises(ValueError, match="no table"):
-        charts._table("README.md", "| no such |")
+        markdown.rows_of_table("README.md", "| no such |")
 
 
 def test_comments_keep_code_and_layout() -> None:

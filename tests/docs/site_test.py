@@ -91,4 +91,4 @@ def test_pages_of_guides_apis_and_notebooks_are_there(site: Path) -> None:
 def test_the_search_finds_words_of_pages(site: Path) -> None:
     index = (site / "searchindex.js").read_text()
     assert '"games/jumper"' in index
-    assert re.search(r'"?carrot"?: ?\d', index)
+    assert re.search(r'"?carrot"?: ?\[?\d', index)
