@@ -47,7 +47,7 @@ def run_parser(program: str, description: str) -> argparse.ArgumentParser:
     run("--checkpoint-interval", type=float, default=300, help="in seconds; default: %(default)s")
     run("--time-limit", type=float, default=float("inf"), help="in seconds; then save and stop")
     run("--server", help="its address, or several; default: in this process")
-    run("--watch", metavar="HOST:PORT", help="step on a server beside this process, with pages there")
+    run("--watch", metavar="HOST:PORT", help="step on a server of its own, with pages there")
     run("--server-timeout", type=float, default=600, help="wait for a stopped server; in seconds")
     speed = parser.add_argument_group("speed").add_argument
     speed("--device", default="cuda" if torch.cuda.is_available() else "cpu")
