@@ -1,6 +1,5 @@
 #include "server/metrics/metrics.h"
 
-#include <map>
 #include <utility>
 #include <vector>
 
@@ -9,66 +8,44 @@
 #include "prometheus/collectable.h"
 #include "prometheus/counter.h"
 #include "prometheus/gauge.h"
+#include "prometheus/histogram.h"
 #include "prometheus/registry.h"
 #include "prometheus/text_serializer.h"
 
 namespace procgen {
 namespace {
 
-using prometheus::ClientMetric;
 using prometheus::Counter;
 using prometheus::Family;
 using prometheus::Gauge;
+using prometheus::Histogram;
 using prometheus::Labels;
 using prometheus::MetricFamily;
 using prometheus::Registry;
+using Bounds = Histogram::BucketBoundaries;
 
 // Bounds of request times in seconds: from a step of one environment without pictures (a few us) to
 // unacceptable waits.
-constexpr double kSecondsBounds[] = {1e-5, 2e-5, 5e-5, 1e-4, 2e-4, 5e-4, 1e-3, 2e-3, 5e-3, 1e-2,
-                                     2e-2, 5e-2, 0.1,  0.2,  0.5,  1,    2,    5,    10};
+const Bounds kSecondsBounds = {1e-5, 2e-5, 5e-5, 1e-4, 2e-4, 5e-4, 1e-3, 2e-3, 5e-3, 1e-2,
+                               2e-2, 5e-2, 0.1,  0.2,  0.5,  1,    2,    5,    10};
 // Returns range from -60 (fruitbot) to over 60 (starpilot); in many games they are 0 or 10.
-constexpr double kReturnBounds[] = {-20, -10, -5, -1, 0, 1, 2, 5, 8, 10, 15, 20, 40, 80};
-constexpr double kLengthBounds[] = {1, 10, 50, 100, 200, 500, 1000, 2000, 4000, 8000};
+const Bounds kReturnBounds = {-20, -10, -5, -1, 0, 1, 2, 5, 8, 10, 15, 20, 40, 80};
+const Bounds kLengthBounds = {1, 10, 50, 100, 200, 500, 1000, 2000, 4000, 8000};
 
 std::string Owned(absl::string_view text) { return std::string(text); }
 
-class CountedGame final : public GameMetrics {
- public:
-  explicit CountedGame(Counter& steps) : steps_(steps) {}
-
-  void AddSteps(int64_t count) override { steps_.Increment(static_cast<double>(count)); }
-  void AddEpisode(float episode_return, int32_t steps) override {
-    returns_.Add(static_cast<double>(episode_return));
-    lengths_.Add(steps);
+HistogramCounts CountsOf(const Histogram& histogram) {
+  const auto collected = histogram.Collect().histogram;
+  HistogramCounts counted;
+  counted.sum = collected.sample_sum;
+  uint64_t below = 0;
+  for (const auto& bucket : collected.bucket) {
+    counted.bounds.push_back(bucket.upper_bound);
+    counted.counts.push_back(static_cast<int64_t>(bucket.cumulative_count - below));
+    below = bucket.cumulative_count;
   }
-
-  const AtomicHistogram& returns() const { return returns_; }
-  const AtomicHistogram& lengths() const { return lengths_; }
-
- private:
-  Counter& steps_;
-  AtomicHistogram returns_{kReturnBounds};
-  AtomicHistogram lengths_{kLengthBounds};
-};
-
-ClientMetric MetricOf(const AtomicHistogram& histogram, std::vector<ClientMetric::Label> labels) {
-  const HistogramCounts counted = histogram.Counts();
-  ClientMetric metric;
-  metric.label = std::move(labels);
-  metric.histogram.sample_sum = counted.sum;
-  for (size_t i = 0; i < counted.counts.size(); ++i) {
-    metric.histogram.sample_count += static_cast<uint64_t>(counted.counts[i]);
-    if (i < counted.bounds.size()) {
-      metric.histogram.bucket.push_back({metric.histogram.sample_count, counted.bounds[i]});
-    }
-  }
-  return metric;
-}
-
-MetricFamily HistogramFamily(const char* name, const char* help,
-                             std::vector<ClientMetric> metrics) {
-  return {name, help, prometheus::MetricType::Histogram, std::move(metrics)};
+  counted.bounds.pop_back();  // infinity
+  return counted;
 }
 
 }  // namespace
@@ -83,8 +60,17 @@ class Metrics::Families final : public prometheus::Collectable {
                         "Bytes of the messages that streams sent.")),
         errors(CounterFamily("procgen_errors_total",
                              "Calls and streams that ended with an error, by method and code.")),
-        steps_(CounterFamily("procgen_steps_total",
-                             "Environment steps; one that repeats its action counts once.")),
+        steps(CounterFamily("procgen_steps_total",
+                            "Environment steps; one that repeats its action counts once.")),
+        returns(HistogramFamily("procgen_episode_return",
+                                "Sum of the rewards of episodes that ended.")),
+        lengths(HistogramFamily("procgen_episode_length_steps", "Steps of episodes that ended.")),
+        queued(HistogramFamily("procgen_request_queue_seconds",
+                               "From a stream request's arrival to its turn at the pool.")
+                   .Add({}, kSecondsBounds)),
+        ran(HistogramFamily("procgen_request_run_seconds",
+                            "From a stream request's turn to its response being ready.")
+                .Add({}, kSecondsBounds)),
         pools_(AddGauge("procgen_pools", "Current pools.")),
         environments_(AddGauge("procgen_environments", "Environments of all pools.")),
         workers_(AddGauge("procgen_workers", "Threads that step environments.")),
@@ -102,32 +88,17 @@ class Metrics::Families final : public prometheus::Collectable {
     read_gauges_ = std::move(gauges);
   }
 
-  GameMetrics& OfGame(absl::string_view game, absl::string_view mode) {
-    absl::MutexLock lock(&mutex_);
-    std::unique_ptr<CountedGame>& counted = games_[{Owned(game), Owned(mode)}];
-    if (counted == nullptr) {
-      const Labels labels = {{"game", Owned(game)}, {"mode", Owned(mode)}};
-      counted = std::make_unique<CountedGame>(steps_.Add(labels));
-    }
-    return *counted;
-  }
-
   std::vector<MetricFamily> Collect() const override {
     SetGauges();
-    std::vector<MetricFamily> families = registry_.Collect();
-    AddGames(&families);
-    families.push_back(HistogramFamily("procgen_request_queue_seconds",
-                                       "From a stream request's arrival to its turn at the pool.",
-                                       {MetricOf(queued, {})}));
-    families.push_back(HistogramFamily("procgen_request_run_seconds",
-                                       "From a stream request's turn to its response being ready.",
-                                       {MetricOf(ran, {})}));
-    return families;
+    return registry_.Collect();
   }
 
  private:
   Family<Counter>& CounterFamily(const char* name, const char* help) {
     return prometheus::BuildCounter().Name(name).Help(help).Register(registry_);
+  }
+  Family<Histogram>& HistogramFamily(const char* name, const char* help) {
+    return prometheus::BuildHistogram().Name(name).Help(help).Register(registry_);
   }
   Counter& AddCounter(const char* name, const char* help) {
     return CounterFamily(name, help).Add({});
@@ -152,35 +123,19 @@ class Metrics::Families final : public prometheus::Collectable {
     draining_.Set(now.draining ? 1 : 0);
   }
 
-  void AddGames(std::vector<MetricFamily>* families) const {
-    std::vector<ClientMetric> returns;
-    std::vector<ClientMetric> lengths;
-    {
-      absl::MutexLock lock(&mutex_);
-      for (const auto& [key, game] : games_) {
-        const std::vector<ClientMetric::Label> labels = {{"game", key.first}, {"mode", key.second}};
-        returns.push_back(MetricOf(game->returns(), labels));
-        lengths.push_back(MetricOf(game->lengths(), labels));
-      }
-    }
-    families->push_back(HistogramFamily("procgen_episode_return",
-                                        "Sum of the rewards of episodes that ended.",
-                                        std::move(returns)));
-    families->push_back(HistogramFamily("procgen_episode_length_steps",
-                                        "Steps of episodes that ended.", std::move(lengths)));
-  }
-
   Registry registry_;
 
  public:
   Counter& received;
   Counter& sent;
   Family<Counter>& errors;
-  AtomicHistogram queued{kSecondsBounds};
-  AtomicHistogram ran{kSecondsBounds};
+  Family<Counter>& steps;
+  Family<Histogram>& returns;
+  Family<Histogram>& lengths;
+  Histogram& queued;
+  Histogram& ran;
 
  private:
-  Family<Counter>& steps_;
   Gauge& pools_;
   Gauge& environments_;
   Gauge& workers_;
@@ -188,9 +143,14 @@ class Metrics::Families final : public prometheus::Collectable {
 
   mutable absl::Mutex mutex_;
   std::function<ServerGauges()> read_gauges_ ABSL_GUARDED_BY(mutex_);
-  std::map<std::pair<std::string, std::string>, std::unique_ptr<CountedGame>> games_
-      ABSL_GUARDED_BY(mutex_);  // by game and mode
 };
+
+void GameMetrics::AddSteps(int64_t count) { steps_->Increment(static_cast<double>(count)); }
+
+void GameMetrics::AddEpisode(float episode_return, int32_t steps) {
+  returns_->Observe(static_cast<double>(episode_return));
+  lengths_->Observe(steps);
+}
 
 Metrics::Metrics(absl::string_view version) : families_(std::make_shared<Families>(version)) {}
 
@@ -200,13 +160,15 @@ void Metrics::ReadGaugesFrom(std::function<ServerGauges()> gauges) {
   families_->ReadGaugesFrom(std::move(gauges));
 }
 
-GameMetrics& Metrics::OfGame(absl::string_view game, absl::string_view mode) {
-  return families_->OfGame(game, mode);
+GameMetrics Metrics::OfGame(absl::string_view game, absl::string_view mode) {
+  const Labels labels = {{"game", Owned(game)}, {"mode", Owned(mode)}};
+  return {&families_->steps.Add(labels), &families_->returns.Add(labels, kReturnBounds),
+          &families_->lengths.Add(labels, kLengthBounds)};
 }
 
 void Metrics::AddRequest(absl::Duration queued, absl::Duration ran) {
-  families_->queued.Add(absl::ToDoubleSeconds(queued));
-  families_->ran.Add(absl::ToDoubleSeconds(ran));
+  families_->queued.Observe(absl::ToDoubleSeconds(queued));
+  families_->ran.Observe(absl::ToDoubleSeconds(ran));
 }
 
 void Metrics::AddReceivedBytes(int64_t bytes) {
@@ -222,8 +184,8 @@ void Metrics::AddError(absl::string_view method, absl::StatusCode code) {
 
 StreamTotals Metrics::stream_totals() const {
   return {static_cast<int64_t>(families_->received.Value()),
-          static_cast<int64_t>(families_->sent.Value()), families_->queued.Counts(),
-          families_->ran.Counts()};
+          static_cast<int64_t>(families_->sent.Value()), CountsOf(families_->queued),
+          CountsOf(families_->ran)};
 }
 
 std::string Metrics::Text() const {

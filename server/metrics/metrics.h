@@ -5,14 +5,16 @@
 #include <functional>
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "absl/status/status.h"
 #include "absl/strings/string_view.h"
 #include "absl/time/time.h"
-#include "server/metrics/atomic_histogram.h"
 
 namespace prometheus {
 class Collectable;
+class Counter;
+class Histogram;
 }  // namespace prometheus
 
 namespace procgen {
@@ -25,6 +27,13 @@ struct ServerGauges {
   bool draining = false;
 };
 
+// The contents of a histogram.
+struct HistogramCounts {
+  std::vector<double> bounds;   // ascending upper bounds of the buckets
+  std::vector<int64_t> counts;  // values per bucket [bounds + 1]; the last has no upper bound
+  double sum = 0;               // of all values
+};
+
 // Totals of all streams since the start, for the API's Load message.
 struct StreamTotals {
   int64_t received_bytes = 0;
@@ -33,19 +42,25 @@ struct StreamTotals {
   HistogramCounts run_seconds;
 };
 
-// Counters of one game in one mode, over all pools.
-// Threads: any method from any thread; none allocates or blocks.
+// Counters of one game in one mode, over all pools. Threads: any method from any thread.
 class GameMetrics {
  public:
-  virtual ~GameMetrics() = default;
+  void AddSteps(int64_t count);
+  void AddEpisode(float episode_return, int32_t steps);
 
-  virtual void AddSteps(int64_t count) = 0;
-  virtual void AddEpisode(float episode_return, int32_t steps) = 0;
+ private:
+  friend class Metrics;
+  GameMetrics(prometheus::Counter* steps, prometheus::Histogram* returns,
+              prometheus::Histogram* lengths)
+      : steps_(steps), returns_(returns), lengths_(lengths) {}
+
+  prometheus::Counter* steps_;
+  prometheus::Histogram* returns_;
+  prometheus::Histogram* lengths_;
 };
 
 // The metrics of a server, in Prometheus' format; README.md lists them.
-// Threads: any method from any thread. The methods that run for each request of a stream
-// (AddRequest, AddReceivedBytes, AddSentBytes) neither allocate nor block.
+// Threads: any method from any thread.
 class Metrics {
  public:
   explicit Metrics(absl::string_view version);
@@ -57,8 +72,8 @@ class Metrics {
   // block for long, and must be valid as long as they are read.
   void ReadGaugesFrom(std::function<ServerGauges()> gauges);
 
-  // Returns the metrics of a game in a mode, which live as long as this object.
-  GameMetrics& OfGame(absl::string_view game, absl::string_view mode);
+  // Returns the metrics of a game in a mode, which are valid as long as this object.
+  GameMetrics OfGame(absl::string_view game, absl::string_view mode);
 
   // Counts an executed request of a stream: the wait for its turn, and its execution time.
   void AddRequest(absl::Duration queued, absl::Duration ran);

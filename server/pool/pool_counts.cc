@@ -14,7 +14,7 @@ PoolCounts::PoolCounts(const PoolOptions& options, Metrics* metrics, ByteBudget*
     : first_env_(options.first_env), episodes_(episode_bytes) {
   for (const std::string& game : options.games) {
     games_.push_back(
-        &metrics->OfGame(game, DistributionModeName(options.environment.distribution_mode)));
+        metrics->OfGame(game, DistributionModeName(options.environment.distribution_mode)));
   }
   game_steps_.resize(games_.size());
 }
@@ -26,8 +26,8 @@ int64_t PoolCounts::Add(const StepInput& input, const Batch& batch, const Episod
   for (int32_t row = 0; row < input.count; ++row) {
     const auto at = static_cast<size_t>(row);
     if (batch.terminated[at] != 0 || batch.truncated[at] != 0) {
-      games_[GameIndexOf(input.first + row)]->AddEpisode(batch.episode_returns[at],
-                                                         batch.episode_lengths[at]);
+      games_[GameIndexOf(input.first + row)].AddEpisode(batch.episode_returns[at],
+                                                        batch.episode_lengths[at]);
       const EndedEpisode episode = {.environment = input.first + row,
                                     .level_seed = batch.prev_level_seeds[at],
                                     .total_reward = batch.episode_returns[at],
@@ -57,7 +57,7 @@ void PoolCounts::AddSteps(const StepInput& input) {
     --game_steps_[GameIndexOf(reset.environment)];
   }
   for (size_t game = 0; game < games_.size(); ++game) {
-    games_[game]->AddSteps(game_steps_[game]);
+    games_[game].AddSteps(game_steps_[game]);
   }
 }
 

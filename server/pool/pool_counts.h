@@ -39,7 +39,7 @@ class PoolCounts {
   void AddSteps(const StepInput& input);
 
   const int32_t first_env_;
-  std::vector<GameMetrics*> games_;  // in the order of PoolOptions::games
+  std::vector<GameMetrics> games_;   // in the order of PoolOptions::games
   std::vector<int64_t> game_steps_;  // of the current step, by game
   std::atomic<int64_t> step_count_ = 0;
   RecentEpisodes episodes_;
