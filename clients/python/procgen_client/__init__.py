@@ -90,7 +90,7 @@ from procgen_client.tools.video import VideoRecorder
 if TYPE_CHECKING:
     from procgen_client.client import Client, connect
 
-__version__ = "0.1.0"
+__version__ = "0.9.0"
 
 __all__ = [
     "ACTION_COUNT",
