@@ -37,7 +37,7 @@ def vendored_parts() -> list[Part]:
     """The table of server/web/pages/vendor/README.md."""
     row = re.compile(r"^\|.*\| `([^`]+)` ([0-9][^ ]*) \| ([^|(]+) \(", re.MULTILINE)
     return [
-        Part(name, version, terms.replace("and", "AND"), f"pkg:npm/{quote(name, safe='/')}@{version}")
+        Part(name, version, terms.replace("and", "AND"), f"pkg:npm/{quote(name)}@{version}")
         for name, version, terms in row.findall((_VENDOR / "README.md").read_text())
     ]
 
@@ -48,18 +48,15 @@ def linked_parts(build: Path) -> list[Part]:
     files = set()
     for program in programs:
         files |= set(re.findall(r"=> (/\S+)", _run("ldd", str(program))))
-    packages = set()
-    for file in files:
-        if str(build) in file:
-            continue
-        # dpkg knows a file by its path before or after the merge of /lib and /usr/lib.
-        resolved = str(Path(file).resolve())
-        for path in {file, resolved, resolved.removeprefix("/usr")}:
-            owner = subprocess.run(["dpkg", "-S", path], capture_output=True, text=True).stdout
-            packages |= {line.split(":")[0] for line in owner.splitlines()}
+    # dpkg knows a file by its path before or after the merge of /lib and /usr/lib.
+    real = {str(Path(file).resolve()) for file in files if str(build) not in file}
+    paths = real | {path.removeprefix("/usr") for path in real}
+    owners = subprocess.run(["dpkg", "-S", *paths], capture_output=True, text=True).stdout
+    packages = {line.split(":")[0] for line in owners.splitlines()}
     parts = []
-    for package in sorted(packages):
-        version = _run("dpkg-query", "-W", "-f", "${Version}", package)
+    listed = _run("dpkg-query", "-W", "-f", "${Package} ${Version}\\n", *sorted(packages))
+    for line in listed.splitlines():
+        package, version = line.split()
         parts.append(Part(package, version, "NOASSERTION", f"pkg:deb/debian/{package}@{version}"))
     return parts
 
