@@ -18,6 +18,7 @@ struct Config {
   ServerOptions server;
   LogLevel log_level = LogLevel::kInfo;
   std::string metrics_address;  // serves metrics over HTTP, "HOST:PORT"; empty: none
+  std::string art_dir;          // empty: built-in art
 
   // Address that serves pages to browsers, "HOST:PORT" (empty: none), additional host names by
   // which browsers may request them, and the limit of open pages.

@@ -5,17 +5,14 @@
 
 #include <algorithm>
 #include <csignal>
-#include <cstdint>
 #include <cstdio>
 #include <cstdlib>
 #include <exception>
 #include <memory>
 #include <string>
 #include <system_error>
-#include <utility>
 #include <vector>
 
-#include "absl/flags/flag.h"
 #include "absl/flags/parse.h"
 #include "absl/flags/usage.h"
 #include "absl/flags/usage_config.h"
@@ -24,41 +21,15 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/strip.h"
 #include "absl/synchronization/mutex.h"
-#include "envcore/pool/cpu_count.h"
-#include "envcore/pool/shared_art.h"
-#include "server/cluster/cluster.h"
-#include "server/cluster_flags.h"
 #include "server/concurrency/deadline_timer.h"
 #include "server/config.h"
-#include "server/duration_flag.h"
-#include "server/limit_flags.h"
+#include "server/flags.h"
 #include "server/logging/event_log.h"
 #include "server/metrics/metrics_page.h"
 #include "server/net/address.h"
 #include "server/net/listener.h"
 #include "server/rpc/server.h"
-#include "server/security_flags.h"
 #include "server/web/web_server.h"
-#include "server/web_flags.h"
-
-ABSL_FLAG(std::string, address, "127.0.0.1:50051",
-          "address to listen on: HOST:PORT (port 0: any free port, which is printed) or unix:PATH");
-ABSL_FLAG(int32_t, workers, 0,
-          "threads that step environments; 0: one per core available to the process (CPU affinity, "
-          "cgroup quota)");
-ABSL_FLAG(procgen::DurationFlag, keepalive_time, {procgen::ServerOptions().keepalive_time},
-          "idle time after which the server sends a keepalive ping");
-ABSL_FLAG(procgen::DurationFlag, keepalive_timeout, {procgen::ServerOptions().keepalive_timeout},
-          "time without a reply to the ping after which the connection is closed");
-ABSL_FLAG(
-    std::string, art_dir, "",
-    "folder of art in the layout of Procgen 0.10.7 that all pools draw with; empty: built-in art");
-ABSL_FLAG(
-    std::string, metrics_address, "",
-    "address that serves metrics for Prometheus over HTTP at /metrics: HOST:PORT (port 0: any free "
-    "port, which is logged); empty: none");
-ABSL_FLAG(std::string, log_level, "info",
-          "minimum level of log lines: debug, info, warning or error");
 
 namespace procgen {
 namespace {
@@ -72,53 +43,6 @@ constexpr absl::Duration kDrainTimeout = absl::Seconds(1);
 constexpr absl::Duration kStopGrace = absl::Seconds(10);
 // How long a process that exits waits for its log lines to be written.
 constexpr absl::Duration kLogTimeout = absl::Seconds(1);
-
-absl::StatusOr<LogLevel> FindLogLevel(const std::string& name) {
-  for (const auto& [level_name, level] :
-       {std::pair("debug", LogLevel::kDebug), std::pair("info", LogLevel::kInfo),
-        std::pair("warning", LogLevel::kWarning), std::pair("error", LogLevel::kError)}) {
-    if (name == level_name) {
-      return level;
-    }
-  }
-  return absl::InvalidArgumentError(
-      absl::StrCat("--log_level is '", name, "', allowed: debug, info, warning, error"));
-}
-
-absl::StatusOr<Config> ReadConfig() {
-  absl::StatusOr<LogLevel> log_level = FindLogLevel(absl::GetFlag(FLAGS_log_level));
-  if (!log_level.ok()) {
-    return log_level.status();
-  }
-  Config config;
-  config.log_level = *log_level;
-  config.metrics_address = absl::GetFlag(FLAGS_metrics_address);
-  config.server.address = absl::GetFlag(FLAGS_address);
-  config.server.worker_count = absl::GetFlag(FLAGS_workers);
-  if (config.server.worker_count == 0) {
-    config.server.worker_count = CpuCount();
-  }
-  config.server.limits = ReadLimitFlags();
-  config.server.keepalive_time = absl::GetFlag(FLAGS_keepalive_time).value;
-  config.server.keepalive_timeout = absl::GetFlag(FLAGS_keepalive_timeout).value;
-  ReadSecurityFlags(&config);
-  ReadClusterFlags(&config);
-  ReadWebFlags(&config);
-  if (absl::Status status = CheckConfig(config); !status.ok()) {
-    return status;
-  }
-  if (absl::Status status = LoadSecrets(&config); !status.ok()) {
-    return status;
-  }
-  if (const std::string folder = absl::GetFlag(FLAGS_art_dir); !folder.empty()) {
-    auto art = SharedArt::LoadFolder(folder);
-    if (!art.ok()) {
-      return absl::Status(art.status().code(), absl::StrCat("--art_dir: ", art.status().message()));
-    }
-    config.server.art = *std::move(art);
-  }
-  return config;
-}
 
 // The signals that stop the server. Blocked in all threads; Serve waits for them, without a
 // handler.
@@ -146,16 +70,15 @@ absl::StatusOr<std::unique_ptr<MetricsPage>> StartMetricsPage(const Config& conf
   }
   absl::StatusOr<std::unique_ptr<MetricsPage>> page =
       MetricsPage::Start(config.metrics_address, server.metrics());
-  if (page.ok()) {
-    return page;
-  }
   // The library of the page reports no reason. Listening reports it.
-  const absl::StatusOr<Address> address = ParseAddress(config.metrics_address);
-  const absl::Status reason = address.ok() ? Listener::Listen(*address).status() : address.status();
-  return reason.ok()
-             ? page.status()
-             : absl::UnavailableError(absl::StrCat("metrics cannot be served at ",
-                                                   config.metrics_address, ": ", reason.message()));
+  if (const absl::Status reason =
+          page.ok() ? page.status()
+                    : Listener::Listen(*ParseAddress(config.metrics_address)).status();
+      !reason.ok()) {
+    return absl::UnavailableError(absl::StrCat("metrics cannot be served at ",
+                                               config.metrics_address, ": ", reason.message()));
+  }
+  return page;
 }
 
 // Returns null if no web address is configured.
@@ -237,7 +160,7 @@ int Serve(const Config& config, const sigset_t& stop_signals,
             {"node", config.cluster.node_id},
             {"metrics", *metrics_page == nullptr ? "none" : (*metrics_page)->address()},
             {"web", *web_server == nullptr ? "none" : (*web_server)->url()},
-            {"art", config.server.art == nullptr ? "built-in" : absl::GetFlag(FLAGS_art_dir)}});
+            {"art", config.art_dir.empty() ? "built-in" : config.art_dir}});
   FlushLog(kLogTimeout);  // readers of the line below may look into the log
   std::set_terminate(usual_terminate);
   // The address for programs that start this one, printed once clients can connect.
@@ -297,11 +220,7 @@ int Main(int argc, char** argv) {
   absl::SetMutexDeadlockDetectionMode(absl::OnDeadlockCycle::kIgnore);
 
   const auto is_ours = [](absl::string_view file) {
-    return absl::EndsWith(file, "server/main.cc") ||
-           absl::EndsWith(file, "server/cluster_flags.cc") ||
-           absl::EndsWith(file, "server/limit_flags.cc") ||
-           absl::EndsWith(file, "server/security_flags.cc") ||
-           absl::EndsWith(file, "server/web_flags.cc");
+    return absl::EndsWith(file, "server/flags.cc");
   };
   absl::FlagsUsageConfig usage;
   usage.contains_help_flags = is_ours;
@@ -315,7 +234,7 @@ int Main(int argc, char** argv) {
     std::fprintf(stderr, "procgen-server: '%s' is not a flag; see --help\n", rest[1]);
     return kExitUsage;
   }
-  absl::StatusOr<Config> config = ReadConfig();
+  absl::StatusOr<Config> config = ReadFlags();
   absl::Status status = config.status();
   if (status.ok()) {
     status = JoinCluster(&*config);

@@ -1,4 +1,4 @@
-"""deploy/release and the workflows: versions agree, commands exist, the SBOM names what is linked."""
+"""Versions agree, commands of the workflows exist, the SBOM names what is linked."""
 
 from __future__ import annotations
 
@@ -38,10 +38,11 @@ def test_commands_of_the_workflows_exist() -> None:
     for file in sorted((_ROOT / ".github/workflows").glob("*.yml")):
         for job in yaml.safe_load(file.read_text())["jobs"].values():
             commands += [step["run"] for step in job["steps"] if "run" in step]
-    scripts = set(re.findall(r"(?:^|\s)((?:\.ci|deploy|docs|clients|tests)/\S+)", "\n".join(commands)))
+    script = r"(?:^|\s)((?:\.ci|deploy|docs|clients|tests)/\S+)"
+    scripts = set(re.findall(script, "\n".join(commands)))
     assert {".ci/run", "clients/python/build_wheel.sh", "docs/build.sh"} <= scripts
-    for script in scripts:
-        assert (_ROOT / script).exists(), script
+    for each in scripts:
+        assert (_ROOT / each).exists(), each
     flags = re.findall(r"deploy/install-dependencies.sh((?: --\S+)+)", "\n".join(commands))
     for flag in {flag for group in flags for flag in group.split()}:
         listed = subprocess.run(

@@ -100,7 +100,7 @@ TEST(BinaryTest, FlagsThatCannotBeParsedExitWithTwo) {
            {"--workers=two", "'two' specified for flag 'workers'"},
            {"--workers", "Missing the value for the flag 'workers'"},
            {"--allow_insecure=maybe", "'maybe' specified for flag 'allow_insecure'"},
-           {"--keepalive_time=10", "allowed: a duration with its unit, such as 10s"},
+           {"--keepalive_time=10", "'10' specified for flag 'keepalive_time'"},
            {"--flagfile=" + temporary.At("none"), "flagfile"},
            {"--flagfile=" + flag_file, "flagfile"},
            {"word", "'word' is not a flag"},
