@@ -13,6 +13,11 @@
 #include "envcore/pool/cpu_count.h"
 #include "envcore/pool/shared_art.h"
 
+#define PROCGEN_FLAG(name, value, least, most, what) \
+  ABSL_FLAG(int64_t, name, value, absl::StrCat(what, "; ", least, " to ", most));
+PROCGEN_LIMITS(PROCGEN_FLAG)
+#undef PROCGEN_FLAG
+
 ABSL_FLAG(std::string, address, "127.0.0.1:50051",
           "address to listen on: HOST:PORT (port 0: any free port, which is printed) or unix:PATH");
 ABSL_FLAG(int32_t, workers, 0,
@@ -65,11 +70,6 @@ ABSL_FLAG(std::vector<std::string>, web_allowed_hosts, {},
           "host names by which browsers may request the pages, comma-separated, besides localhost "
           "and the addresses of --web_address");
 ABSL_FLAG(int32_t, web_viewers_max, procgen::Config().web_viewers_max, "open pages");
-
-#define PROCGEN_FLAG(name, value, least, most, what) \
-  ABSL_FLAG(int64_t, name, value, absl::StrCat(what, "; ", least, " to ", most));
-PROCGEN_LIMITS(PROCGEN_FLAG)
-#undef PROCGEN_FLAG
 
 namespace procgen {
 namespace {

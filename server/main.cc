@@ -7,10 +7,8 @@
 #include <csignal>
 #include <cstdio>
 #include <cstdlib>
-#include <exception>
 #include <memory>
 #include <string>
-#include <system_error>
 #include <vector>
 
 #include "absl/flags/parse.h"
@@ -21,7 +19,6 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/strip.h"
 #include "absl/synchronization/mutex.h"
-#include "server/concurrency/deadline_timer.h"
 #include "server/config.h"
 #include "server/flags.h"
 #include "server/logging/event_log.h"
@@ -36,11 +33,8 @@ namespace {
 
 constexpr int kExitFailedToStart = 1;
 constexpr int kExitUsage = 2;
-constexpr int kExitStopTimedOut = 3;
 // Time for running requests to be answered after a signal to stop.
 constexpr absl::Duration kDrainTimeout = absl::Seconds(1);
-// Time to stop after that: closes the web pages and the metrics page, and cancels calls.
-constexpr absl::Duration kStopGrace = absl::Seconds(10);
 // How long a process that exits waits for its log lines to be written.
 constexpr absl::Duration kLogTimeout = absl::Seconds(1);
 
@@ -100,45 +94,8 @@ int FailToStart(const absl::Status& status) {
   return kExitFailedToStart;
 }
 
-// Terminate handler during the start: std::thread throws if a required thread cannot be started,
-// and nothing catches the exception.
-[[noreturn]] void EndBeforeStart() {
-  std::string why = "uncaught exception";
-  try {
-    std::rethrow_exception(std::current_exception());
-  } catch (const std::system_error& error) {
-    why = absl::StrCat("cannot start a thread: ", error.code().message(),
-                       "; a limit on processes or memory is reached (ulimit -u, pids.max)");
-  } catch (const std::exception& error) {
-    why = error.what();
-  }
-  const int status = FailToStart(absl::InternalError(why));
-  FlushLog(kLogTimeout);
-  _exit(status);
-}
-
-// Ends a process that does not stop in time: without threads or descriptors gRPC may wait
-// indefinitely. Its own thread is started before either can run out.
-class StopWatchdog {
- public:
-  // Ends the process after `timeout`.
-  void Start(absl::Duration timeout) { timer_.ArmBy(SteadyNow() + timeout); }
-
- private:
-  static absl::Time End(absl::Time /*now*/) {
-    LogEvent(LogLevel::kError, "stop_timed_out",
-             {{"message", "the server did not stop in time; the process exits"}});
-    FlushLog(kLogTimeout);
-    _exit(kExitStopTimedOut);
-  }
-
-  DeadlineTimer timer_{SteadyNow, End};
-};
-
-int Serve(const Config& config, const sigset_t& stop_signals,
-          std::terminate_handler usual_terminate) {
+int Serve(const Config& config, const sigset_t& stop_signals) {
   SetLogLevel(config.log_level);
-  StopWatchdog watchdog;
   absl::StatusOr<std::unique_ptr<Server>> server = Server::Start(config.server);
   if (!server.ok()) {
     return FailToStart(server.status());
@@ -162,7 +119,6 @@ int Serve(const Config& config, const sigset_t& stop_signals,
             {"web", *web_server == nullptr ? "none" : (*web_server)->url()},
             {"art", config.art_dir.empty() ? "built-in" : config.art_dir}});
   FlushLog(kLogTimeout);  // readers of the line below may look into the log
-  std::set_terminate(usual_terminate);
   // The address for programs that start this one, printed once clients can connect.
   std::printf("listening on %s\n", (*server)->address().c_str());
   std::fflush(stdout);
@@ -170,7 +126,6 @@ int Serve(const Config& config, const sigset_t& stop_signals,
   int signal = 0;
   sigwait(&stop_signals, &signal);
   LogEvent(LogLevel::kInfo, "draining", {{"signal", signal == SIGTERM ? "SIGTERM" : "SIGINT"}});
-  watchdog.Start(kDrainTimeout + kStopGrace);
   if (*web_server != nullptr) {
     (*web_server)->BeginClose();
   }
@@ -214,7 +169,6 @@ int Main(int argc, char** argv) {
   std::signal(SIGXFSZ, SIG_IGN);
   // The readers of the log and of standard output may exit.
   std::signal(SIGPIPE, SIG_IGN);
-  const std::terminate_handler usual_terminate = std::set_terminate(EndBeforeStart);
   // Debian's Abseil checks for deadlocks at every lock of a mutex, here and in gRPC. The tests keep
   // the check; here it would cost some percent of the time.
   absl::SetMutexDeadlockDetectionMode(absl::OnDeadlockCycle::kIgnore);
@@ -244,7 +198,7 @@ int Main(int argc, char** argv) {
     std::fprintf(stderr, "procgen-server: %s\n", std::string(status.message()).c_str());
     return kExitUsage;
   }
-  const int exit_status = Serve(*config, stop_signals, usual_terminate);
+  const int exit_status = Serve(*config, stop_signals);
   FlushLog(kLogTimeout);
   return exit_status;
 }

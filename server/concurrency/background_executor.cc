@@ -1,25 +1,17 @@
 #include "server/concurrency/background_executor.h"
 
-#include <system_error>
 #include <utility>
 
 namespace procgen {
 
 BackgroundExecutor::BackgroundExecutor(int32_t thread_count) {
   threads_.reserve(static_cast<size_t>(thread_count));
-  try {
-    for (int32_t i = 0; i < thread_count; ++i) {
-      threads_.emplace_back([this] { WorkUntilStopped(); });
-    }
-  } catch (const std::system_error&) {
-    Stop();  // destroying a joinable thread would end the process
-    throw;
+  for (int32_t i = 0; i < thread_count; ++i) {
+    threads_.emplace_back([this] { WorkUntilStopped(); });
   }
 }
 
-BackgroundExecutor::~BackgroundExecutor() { Stop(); }
-
-void BackgroundExecutor::Stop() {
+BackgroundExecutor::~BackgroundExecutor() {
   {
     absl::MutexLock lock(&mutex_);
     stops_ = true;

@@ -25,7 +25,7 @@ class BackgroundExecutor {
  public:
   using Work = absl::AnyInvocable<void()>;
 
-  // `thread_count` >= 1. Throws std::system_error if a thread cannot be started; then none remains.
+  // `thread_count` >= 1.
   explicit BackgroundExecutor(int32_t thread_count);
   // Runs all submitted work, then ends the threads.
   ~BackgroundExecutor();
@@ -43,7 +43,6 @@ class BackgroundExecutor {
   // REQUIRES: a queue is not empty.
   Work TakeNext() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   void WorkUntilStopped();
-  void Stop();
 
   absl::Mutex mutex_;
   std::deque<std::string> turns_ ABSL_GUARDED_BY(mutex_);  // keys of queues_, next owner first

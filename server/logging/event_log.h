@@ -17,7 +17,7 @@ using EventFields = std::vector<std::pair<absl::string_view, std::string>>;
 
 // Writes one logfmt line to standard error: time, level, event, then the fields. Values with spaces
 // are quoted. A separate thread writes. If nothing reads standard error, the oldest of kLogLinesMax
-// waiting lines are dropped, and a line log_lines_dropped reports their number.
+// waiting lines are dropped.
 // Threads: from any thread; never blocks on standard error. Lines are not interleaved.
 void LogEvent(LogLevel level, absl::string_view event, const EventFields& fields);
 inline constexpr size_t kLogLinesMax = 1024;

@@ -10,10 +10,10 @@
 #include "absl/time/clock.h"
 #include "grpc/grpc.h"
 #include "grpc/support/log.h"
+#include "grpc/support/time.h"
 #include "grpcpp/ext/proto_server_reflection_plugin.h"
 #include "grpcpp/grpcpp.h"
 #include "grpcpp/health_check_service_interface.h"
-#include "server/concurrency/thread_limit.h"
 #include "server/logging/event_log.h"
 #include "server/net/address.h"
 #include "server/net/listener.h"
@@ -21,7 +21,6 @@
 #include "server/rpc/auth/authenticator.h"
 #include "server/rpc/auth/tls_credentials.h"
 #include "server/rpc/bridge/generic_stub.h"
-#include "server/rpc/grpc/grpc_deadline.h"
 #include "server/rpc/node_reporter.h"
 #include "server/rpc/services/catalog_service.h"
 #include "server/rpc/services/cluster_service.h"
@@ -35,10 +34,6 @@ constexpr absl::Duration kDrainPoll = absl::Milliseconds(10);
 // Time that idle clients have to close their connections at a stop. gRPC's C++ client checks an
 // idle connection only every five seconds.
 constexpr absl::Duration kConnectionCloseTimeout = absl::Milliseconds(200);
-
-// Threads of a server besides its workers, including gRPC's and a margin: gRPC crashes if it cannot
-// start a thread.
-constexpr int kThreadCount = 48;
 
 // Threads of gRPC's reflection service, which takes one for each stream and needs no token. Streams
 // beyond them get RESOURCE_EXHAUSTED.
@@ -203,7 +198,10 @@ class GrpcServer final : public Server {
     listener_.reset();
     internal_listener_.reset();
     cluster_service_.EndWatches();
-    server_->Shutdown(GrpcDeadlineIn(std::min(end - SteadyNow(), kConnectionCloseTimeout)));
+    const absl::Duration rest = std::min(end - SteadyNow(), kConnectionCloseTimeout);
+    server_->Shutdown(
+        gpr_time_add(gpr_now(GPR_CLOCK_MONOTONIC),
+                     gpr_time_from_nanos(absl::ToInt64Nanoseconds(rest), GPR_TIMESPAN)));
     server_->Wait();
   }
 
@@ -287,9 +285,6 @@ class GrpcServer final : public Server {
 }  // namespace
 
 absl::StatusOr<std::unique_ptr<Server>> Server::Start(const ServerOptions& options) {
-  if (absl::Status status = CheckThreadLimit(options.worker_count + kThreadCount); !status.ok()) {
-    return status;
-  }
   auto server = std::make_unique<GrpcServer>(options);
   if (absl::Status status = server->Listen(options); !status.ok()) {
     return status;

@@ -1,6 +1,7 @@
 #include "server/wire/convert_pool.h"
 
 #include <algorithm>
+#include <random>
 #include <string>
 #include <utility>
 #include <vector>
@@ -9,7 +10,6 @@
 #include "absl/strings/str_cat.h"
 #include "absl/time/time.h"
 #include "server/pool/pool_supervisor.h"
-#include "server/pool/rand_seed.h"
 #include "server/wire/convert_observation.h"
 #include "server/wire/enum_value.h"
 
@@ -84,7 +84,9 @@ absl::StatusOr<EnvironmentOptions> EnvironmentOptionsOf(const v1::EnvironmentOpt
   }
   options.num_levels = message.num_levels();
   options.start_level = message.start_level();
-  options.rand_seed = message.has_rand_seed() ? message.rand_seed() : DrawRandSeed();
+  options.rand_seed = message.has_rand_seed()
+                          ? message.rand_seed()
+                          : static_cast<int64_t>(std::random_device()() % INT32_MAX);
   options.use_sequential_levels = message.use_sequential_levels();
   options.center_agent = message.has_center_agent() ? message.center_agent() : true;
   options.use_backgrounds = message.has_use_backgrounds() ? message.use_backgrounds() : true;

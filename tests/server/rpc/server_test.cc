@@ -1,10 +1,6 @@
 #include "server/rpc/server.h"
 
-#include <sys/resource.h>
-#include <unistd.h>
-
 #include <cstdint>
-#include <iostream>
 #include <memory>
 #include <string>
 #include <vector>
@@ -45,25 +41,6 @@ TEST(ServerTest, RejectedStreamsLeakNothing) {
     absl::SleepFor(absl::Milliseconds(10));
   }
   EXPECT_LT(AllocatedBytes(), before + kGrowthBytes);
-}
-
-// A child process that may not start threads.
-TEST(ServerDeathTest, ServerWithoutThreadsIsAnError) {
-  testing::FLAGS_gtest_death_test_style = "threadsafe";
-  EXPECT_EXIT(
-      {
-        const rlimit none = {};
-        setrlimit(RLIMIT_NPROC, &none);
-        if (geteuid() == 0 && setuid(65534) != 0) {  // root has no limit
-          _exit(1);
-        }
-        ServerOptions options;
-        options.address = "127.0.0.1:0";
-        const auto server = Server::Start(options);
-        std::cerr << server.status() << std::endl;
-        _exit(7);
-      },
-      testing::ExitedWithCode(7), "RESOURCE_EXHAUSTED: cannot start a thread");
 }
 
 }  // namespace

