@@ -30,29 +30,30 @@ _LINK = re.compile(r"(\]\()([^)#\s]+)(#[^)\s]*)?(\))")
 
 
 def main(out: Path, sheets: Path) -> None:
-    """Writes all pages. Files of an earlier run stay, so that Sphinx reads only what changed."""
+    """Writes all pages. Pages that are unchanged keep their time, so that Sphinx skips them."""
     tracked = set(_tracked())
-    pages = sorted(path for path in tracked if path.endswith(".md") and path != CONTENTS)
-    for path in pages:
-        text = _with_links_of_site(path, tracked, out) + _contents_of(path, pages)
-        write(out / page_name(path), text)
-    for name, text in {
-        **game_pages.pages(),
-        **contract_pages.pages(),
-        **header_pages.pages(),
-        **python_pages.pages(),
-    }.items():
-        write(out / name, text)
+    sources = sorted(path for path in tracked if path.endswith(".md") and path != CONTENTS)
+    pages = {
+        page_name(path): _with_links_of_site(path, tracked, out) + _contents_of(path, sources)
+        for path in sources
+    }
+    pages |= game_pages.pages() | contract_pages.pages()
+    pages |= header_pages.pages() | python_pages.pages()
+    for name, text in pages.items():
+        _write(out / name, text)
     for name, text in charts.charts().items():
-        write(out / "docs/charts" / name, text)
+        _write(out / "docs/charts" / name, text)
     for sheet in sheets.glob("*.png"):
         _copy(sheet, out / "games/sheets" / sheet.name)
     for notebook in sorted(Path(__file__).parent.glob("notebooks/*.ipynb")):
-        notebooks.write_page(notebook, out / "docs/notebooks")
+        page = notebooks.write_page(notebook, out / "docs/notebooks")
+        pages[str(page.relative_to(out))] = ""
+    for old in [*out.rglob("*.md"), *out.rglob("*.rst")]:
+        if str(old.relative_to(out)) not in pages:
+            old.unlink()
 
 
-def write(path: Path, text: str) -> None:
-    """Writes a file if its text has changed."""
+def _write(path: Path, text: str) -> None:
     path.parent.mkdir(parents=True, exist_ok=True)
     if not path.exists() or path.read_text() != text:
         path.write_text(text)

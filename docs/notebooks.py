@@ -49,11 +49,11 @@ def _executed(source: str, names: dict[str, Any]) -> tuple[str, Any]:
     return output.getvalue(), value
 
 
-def write_page(notebook: Path, folder: Path) -> None:
-    """Writes the notebook as a page with its images, unless it is newer than the notebook."""
+def write_page(notebook: Path, folder: Path) -> Path:
+    """Writes the notebook as a page with its images, unless the page is newer; returns its path."""
     page = folder / f"{notebook.stem}.md"
     if page.exists() and page.stat().st_mtime > notebook.stat().st_mtime:
-        return
+        return page
     folder.mkdir(parents=True, exist_ok=True)
     blocks = []
     cells = json.loads(notebook.read_text())["cells"]
@@ -68,3 +68,4 @@ def write_page(notebook: Path, folder: Path) -> None:
         elif value is not None:
             blocks.append(f"```text\n{value!r}\n```")
     page.write_text("\n\n".join(blocks) + "\n")
+    return page

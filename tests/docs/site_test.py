@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import html.parser
+import json
 import os
 import re
 import subprocess
 from pathlib import Path
 from urllib.parse import unquote, urlsplit
 
+import notebooks
 import pytest
 
 from procgen_client import ENV_NAMES
@@ -86,6 +88,14 @@ def test_pages_of_guides_apis_and_notebooks_are_there(site: Path) -> None:
     assert "RunPool" in (site / "reference/contract/pool_service.html").read_text()
     assert "With PPO" in (site / "clients/python/guides/one-machine.html").read_text()
     assert "train_and_look_" in (site / "docs/notebooks/train_and_look.html").read_text()
+
+
+@pytest.mark.parametrize("notebook", sorted((_ROOT / "docs/notebooks").glob("*.ipynb")))
+def test_every_notebook_runs(notebook: Path, tmp_path: Path) -> None:
+    page = notebooks.write_page(notebook, tmp_path)
+    cells = sum(cell["cell_type"] == "code" for cell in json.loads(notebook.read_text())["cells"])
+    assert page.read_text().count("```python\n") == cells
+    assert list(tmp_path.glob("*.png"))
 
 
 def test_the_search_finds_words_of_pages(site: Path) -> None:
