@@ -84,9 +84,7 @@ def _with_links_of_site(path: str, tracked: set[str], out: Path) -> str:
             _copy(ROOT / linked, out / linked)
         return before + page_name(target) + (anchor or "") + after
 
-    text = (ROOT / path).read_text()
-    title = "" if text.startswith("# ") else f"# {path}\n\n"
-    return title + _LINK.sub(on_site, text)
+    return _LINK.sub(on_site, (ROOT / path).read_text())
 
 
 def _contents_of(path: str, pages: list[str]) -> str:

@@ -14,6 +14,10 @@ _SECTIONS = {
         "AutoresetMode",
     ),
     "Pools": ("Pool", "Batch", "Reset", "LevelSampler", "DoubleBufferedSampler", "catalog"),
+    "States": (
+        "State", "Objects", "decode_state", "encode_state", "goal_positions", "move_goal",
+        "remove_goals",
+    ),
     "Servers": ("Client", "connect", "Credentials", "ServerProcess"),
     "Episodes and videos": ("EpisodeStatistics", "Episode", "NormalizeReward", "VideoRecorder"),
     "Constants": ("ACTION_COUNT", "ACTION_MIN", "ENV_NAMES"),
