@@ -7,7 +7,7 @@ import tomllib
 from pathlib import Path
 from typing import Any
 
-from markdown import rows_of_table, table
+from markdown import table
 
 import procgen_client
 
@@ -68,8 +68,6 @@ def _page(game: Any) -> str:
 
 def _modes(game: Any, facts: Any) -> str:
     rows = []
-    means = {row[0]: row[1::2] for row in rows_of_table("envcore/README.md", "| game | easy: mean")}
-    mean = dict(zip(("easy", "hard"), (cell.split()[0] for cell in means[game["name"]])))
     for mode, values in game["modes"].items():
         paper = values["return_range"]
         random = facts["random_returns"].get(mode)
@@ -78,7 +76,7 @@ def _modes(game: Any, facts: Any) -> str:
             mode + note,
             f"{values['time_limit_steps']:,}",
             f"{paper[0]:g} to {paper[1]:g}" if paper else "–",
-            f"{random['min']:g} to {random['max']:g} ({mean[mode]})" if random else "–",
+            f"{random['min']:g} to {random['max']:g} ({random['mean']:g})" if random else "–",
         ])  # fmt: skip
     return table(["mode", "time limit (steps)", "range of the paper", "random agent"], rows)
 

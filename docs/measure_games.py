@@ -1,8 +1,9 @@
 #!/usr/bin/env python3
 """Measures the facts of the game pages and writes them to game_facts.json, beside this file.
 
-Usage: PYTHONPATH=clients/python docs/measure_games.py [--solver procgen-solve] [GAME...]; without
-games, all. About twenty minutes of one core; results are equal on every machine. Per game:
+Usage: PYTHONPATH=clients/python docs/measure_games.py [--solver procgen-solve]
+[--baseline procgen-random-baseline] [GAME...]; without games, all. About twenty minutes of one
+core; results are equal on every machine. Per game:
 
 - actions: which of the 15 actions lead to equal observations and rewards, from states of random
   play, and how often each differs from doing nothing.
@@ -11,7 +12,8 @@ games, all. About twenty minutes of one core; results are equal on every machine
 - overlap: of OVERLAP_GAMES, the share of levels that equal another level, see `overlap`.
 - solver: with --solver, of 200 levels, those that cannot be completed, and those that a search gave
   up.
-- random_returns: lowest and highest return of 1,000 episodes of a random agent.
+- random_returns: lowest and highest return of 1,000 episodes of a random agent; with --baseline,
+  the mean of 2,000.
 """
 
 from __future__ import annotations
@@ -47,6 +49,7 @@ def main() -> None:
     """Measures games and updates the file after each."""
     parser = argparse.ArgumentParser()
     parser.add_argument("--solver", help="path of procgen-solve")
+    parser.add_argument("--baseline", help="path of procgen-random-baseline")
     parser.add_argument("games", nargs="*")
     arguments = parser.parse_args()
     known = {game["name"]: game for game in catalog()["games"]}
@@ -66,6 +69,12 @@ def main() -> None:
             facts[name]["solver"] = unsolved(subprocess.check_output(command, text=True), name)
         elif "solver" in before:
             facts[name]["solver"] = before["solver"]
+        means = {mode: of.get("mean") for mode, of in before.get("random_returns", {}).items()}
+        if arguments.baseline:
+            command = [arguments.baseline, "--games", name, "--modes", ",".join(PAPER_LEVELS)]
+            means = mean_returns(subprocess.check_output(command, text=True))
+        for mode, of in facts[name]["random_returns"].items():
+            of["mean"] = means.get(mode)
         ordered = {game: facts[game] for game in known if game in facts}
         FACTS.write_text(_text(ordered))
         print(name, flush=True)
@@ -168,6 +177,12 @@ def unsolved(output: str, name: str) -> dict[str, dict[str, list[int]]]:
         levels = rest.rpartition(": ")[2].split(", ")
         found[mode][outcome.replace(" ", "_")] += map(int, levels)
     return found
+
+
+def mean_returns(output: str) -> dict[str, float]:
+    """Returns the mean returns that procgen-random-baseline printed for one game, by mode."""
+    rows = re.findall(r"^\| \w+ \| (\w+) \| (-?[\d.]+) ± ", output, re.MULTILINE)
+    return {mode: float(mean) for mode, mean in rows}
 
 
 def random_returns(name: str, mode: str) -> dict[str, Any]:

@@ -1,4 +1,4 @@
-// Mean returns to compare with, by game and mode: of a random agent (the table of envcore/README.md) and, on all levels, of the PPO
+// Mean returns to compare with, by game and mode: of a random agent (docs/game_facts.json) and, on all levels, of the PPO
 // runs that OpenAI published, after 25 million steps on 200 easy levels (clients/python/learners/results/openai_ppo.csv).
 
 const BASELINE_NAMES = ["random agent", "PPO, 25 million steps"];
