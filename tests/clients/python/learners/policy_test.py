@@ -13,6 +13,7 @@ from small_runs import STEPS_OF_UPDATE, train, train_rainbow
 
 from learners import policy
 from procgen_client import ServerProcess, errors
+from procgen_client.dataset import load, replay
 
 
 @pytest.fixture(scope="module")
@@ -53,6 +54,25 @@ def test_equal_calls_give_equal_actions(runs: Path, game: str) -> None:
     assert (actions[0] == actions[1]).all()
     assert actions[0].shape == (6,)
     assert ((actions[0] >= 0) & (actions[0] < 15)).all()
+
+
+def test_parts_of_a_data_set_are_sampled_with_different_seeds(runs: Path, tmp_path: Path) -> None:
+    subprocess.run(
+        [
+            *(sys.executable, "-m", "procgen_client.dataset", "record", "bigfish"),
+            *("--policy", "learners.policy:load", "--mode", "easy", "--levels", "1"),
+            *("--steps", "8192", "--environments", "128", "--output", str(tmp_path)),
+        ],
+        env=os.environ | {"PROCGEN_RUN": str(runs)},
+        capture_output=True,
+        check=True,
+    )
+    one, other = (load(path) for path in sorted(tmp_path.iterdir()))
+    assert one.header.policy == "learners.policy:load"
+    # The first frames are equal, so with equal seeds the first actions would be, too.
+    assert one.frame_digests[0] == other.frame_digests[0]
+    assert (one.actions[:, 0] != other.actions[:, 0]).any()
+    replay(one, "one")
 
 
 def test_run_of_another_game_is_rejected(runs: Path, monkeypatch: pytest.MonkeyPatch) -> None:
