@@ -177,7 +177,7 @@ def _parser() -> argparse.ArgumentParser:
         each.add_argument("--format", choices=FORMATS)
         each.add_argument(
             "--segment-length", type=int, default=64, metavar="STEPS",
-            help="of npz and webdataset; default: %(default)s",
+            help="of npz and webdataset; default: %(default)s. A worker holds 64 segments",
         )  # fmt: skip
         each.add_argument("--screen-size", type=int, metavar="PIXELS", help="of the frames")
         each.add_argument(

@@ -21,8 +21,8 @@ _SCALARS = ("actions", "rewards", "terminated", "truncated", "first", "level_see
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Recordings of two games."""
     folder = tmp_path_factory.mktemp("data")
-    recorded(folder, "bigfish", env_count=66, step_count=66 * 150)
-    recorded(folder, "coinrun", env_count=5, step_count=5 * 150)
+    recorded(folder, "bigfish", env_count=66, step_count=66 * 128)
+    recorded(folder, "coinrun", env_count=5, step_count=5 * 128)
     return folder
 
 
@@ -132,11 +132,11 @@ def test_wrong_arguments_are_errors(folder: Path) -> None:
     for name in ("segment_length", "stride", "snapshot_interval"):
         with pytest.raises(errors.InvalidArgumentError, match=f"{name} is 0; it is in"):
             TrajectoryDataset(folder, **{name: 0})
-    with pytest.raises(errors.InvalidArgumentError, match="is 193; the environments have 192"):
-        TrajectoryDataset(folder, 193)
+    with pytest.raises(errors.InvalidArgumentError, match="is 129; the environments have 128"):
+        TrajectoryDataset(folder, 129)
     with pytest.raises(errors.NotFoundError):
         TrajectoryDataset(folder / "none")
-    dataset = TrajectoryDataset(folder, 192)
+    dataset = TrajectoryDataset(folder, 128)
     assert len(dataset) == 71
     for index in (71, -72):
         with pytest.raises(IndexError, match="there are 71 segments"):
