@@ -118,3 +118,4 @@ def test_an_installed_wheel_steps_in_the_process(wheel: Path, tmp_path: Path) ->
     _run(python, "-m", "pip", "install", *_OFFLINE, wheel)
     assert "(64, 64, 64, 3)" in _run(python, _PROGRAM)
     _run(tmp_path / "bin/procgen-evaluate", "--help")
+    _run(tmp_path / "bin/procgen-dataset", "--help")
