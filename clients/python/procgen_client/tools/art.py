@@ -60,6 +60,9 @@ def upstream_is_installed() -> bool:
 
 def _installed() -> list[Path]:
     """Where the installed package has its art; empty: it is not installed."""
-    spec = importlib.util.find_spec("procgen")
+    try:
+        spec = importlib.util.find_spec("procgen")
+    except ValueError:  # The program has made a module of that name.
+        return []
     found = [] if spec is None else spec.submodule_search_locations or []
     return [Path(folder) / "data/assets" for folder in found]

@@ -99,3 +99,22 @@ def test_art_with_a_server_is_rejected(env_type: type, server: ServerProcess) ->
 def test_missing_package_is_an_error() -> None:
     run = _run("from procgen_client.tools.art import art_dir; art_dir('procgen')")
     assert "the package procgen is not installed: pip install procgen==0.10.7, or" in run.stderr
+
+
+def test_a_module_that_the_program_made_is_not_the_package() -> None:
+    program = """
+import sys, types
+sys.modules["procgen"] = types.ModuleType("procgen")
+from procgen_client.tools.art import art_dir, upstream_is_installed
+assert not upstream_is_installed()
+art_dir("procgen")
+"""
+    assert "the package procgen is not installed" in _run(program).stderr
+
+
+def test_a_package_without_art_is_not_upstream(tmp_path: Path) -> None:
+    variables = _install(tmp_path, None)
+    program = "from procgen_client.tools.art import *; print(upstream_is_installed())"
+    assert _run(program, **variables).stdout == "False\n"
+    (tmp_path / "procgen/data/assets").mkdir()
+    assert _run(program, **variables).stdout == "True\n"
