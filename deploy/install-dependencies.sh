@@ -129,6 +129,7 @@ slow_packages=(
   nginx                   # the front of deploy/front
   firefox-esr             # another browser for tests of the web pages
   "${docs_packages[@]}"
+  python3-venv            # environments with other libraries, for tests of the Python client
 )
 
 usage() {

@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 import base64
+import io
+import json
 import re
 import subprocess
 import sys
+import urllib.request
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -42,8 +45,6 @@ def url() -> Iterator[str]:
 
 def _frame_of(png: str) -> np.ndarray:
     image = pytest.importorskip("PIL.Image")
-    import io
-
     return np.asarray(image.open(io.BytesIO(base64.b64decode(png))))
 
 
@@ -72,6 +73,14 @@ def test_sessions_have_environments_of_their_own(url: str) -> None:
         assert seeds[0] == seeds[1]
         one.step({"action": 7})
         assert (one.state()["step_count"], other.state()["step_count"]) == (1, 0)
+
+
+def test_the_schema_has_one_required_field(url: str) -> None:
+    # verifiers 0.4, v1/tasksets/openenv/taskset.py: a model's reply "7" is then {"action": 7}.
+    with urllib.request.urlopen(f"{url}/schema") as response:
+        schema = json.load(response)["action"]
+    assert schema["required"] == ["action"]
+    assert schema["properties"]["action"]["maximum"] == 14
 
 
 def test_wrong_actions_are_errors(url: str) -> None:
