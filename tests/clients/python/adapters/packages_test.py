@@ -30,13 +30,13 @@ class Group(NamedTuple):
     build_packages: tuple[str, ...] = ()  # Of packages without wheels.
 
 
-def _gym(version: str) -> Group:
+def _gym(version: str, *more: str) -> Group:
     old = ("setuptools<66", "wheel<0.40", "pip<24.1")
-    return Group((_PROGRAMS,), ("numpy<2", "pytest", f"gym=={version}"), "3.10", old)
+    return Group((_PROGRAMS,), ("numpy<2", "pytest", f"gym=={version}", *more), "3.10", old)
 
 
 _GROUPS = {
-    "gym 0.21": _gym("0.21.0"),
+    "gym 0.21": _gym("0.21.0", "gym3"),
     "gym 0.22": _gym("0.22.0"),
     "gym 0.23": _gym("0.23.1"),
     "gym 0.26": _gym("0.26.2"),
