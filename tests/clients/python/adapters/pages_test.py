@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import re
 import subprocess
 import sys
@@ -27,7 +26,6 @@ def test_program_runs(program: str, tmp_path: Path) -> None:
         pytest.importorskip(library)
     run = subprocess.run(
         [sys.executable, "-c", program],
-        env=os.environ | {"RAY_ACCEL_ENV_VAR_OVERRIDE_ON_ZERO": "0"},
         capture_output=True,
         text=True,
         check=False,
