@@ -87,11 +87,11 @@ async function drawLevels(connection, catalog) {
   setText(byId("title"), `${game.name}, ${mode.name}`);
   setText(byId("about"), game.description);
   const most = mode.levelSeed === undefined ? LEVEL_MAX - choice.level + 1 : 1;
-  turnTo(byId("previous"), choice, choice.level > 0 && most > 1, -PAGE_COUNT);
-  turnTo(byId("following"), choice, most > PAGE_COUNT, PAGE_COUNT);
   const caption = (seed) => element("span", { class: "small quiet" }, `Level ${seed}`);
   const pictures = await drawPage(connection, choice, mode.levelSeed !== undefined, Math.min(PAGE_COUNT, most), caption);
   byId("pictures").replaceChildren(...(pictures ?? []).map((picture) => element("li", {}, picture)));
+  turnTo(byId("previous"), choice, choice.level > 0 && most > 1, -PAGE_COUNT);
+  turnTo(byId("following"), choice, most > PAGE_COUNT, PAGE_COUNT);
   return pictures !== null;
 }
 
