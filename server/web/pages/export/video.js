@@ -4,8 +4,9 @@ const BITS_PER_PIXEL = 0.5;  // per frame; pixel art has sharp edges
 const KEY_FRAME_DISTANCE = 150;
 const QUEUE_MAX = 8;
 
-// H.264 High and, for browsers that do not encode it, VP9 of 8 bits: their names for the encoder and for the muxer.
-const CODECS = [{ name: "avc1.640028", track: "avc" }, { name: "vp09.00.31.08", track: "vp9" }];
+// H.264 Baseline, whose frames are in order as the muxer needs them, and, for browsers that do not encode it, VP9 of 8 bits: their names
+// for the encoder and for the muxer.
+const CODECS = [{ name: "avc1.42001f", track: "avc" }, { name: "vp09.00.31.08", track: "vp9" }];
 
 // The first codec that this browser encodes, or null: most browsers encode only on HTTPS and localhost, some never.
 export async function videoCodec() {
