@@ -23,7 +23,7 @@ using ::testing::HasSubstr;
 using Json = SnapshotTree;
 
 constexpr int kStepCount = 120;
-constexpr int kStepsBetweenStates = 12;
+constexpr int kStepsBetweenStates = 30;
 
 Environment NewEnvironment(absl::string_view game,
                            DistributionMode mode = DistributionMode::kEasy) {
@@ -270,7 +270,7 @@ TEST(ReadableStateTest, AcceptedEditsCanBePlayed) {
   for (const GameSpec& game : GameCatalog()) {
     const Json original = JsonOf(Snapshot(game.name));
     const auto kinds = KindNamesOf(game.name);
-    for (int change = 0; change < 60; ++change) {
+    for (int change = 0; change < 25; ++change) {
       Json json = original;
       Json& grid = json["grid"];
       for (int i = 0; i < 20; ++i) {
@@ -297,7 +297,7 @@ TEST(ReadableStateTest, AcceptedEditsCanBePlayed) {
       ASSERT_THAT(Environment::RestoreAny((*environment)->SaveState().value()), IsOk());
     }
   }
-  EXPECT_GT(accepted_count, 300);
+  EXPECT_GT(accepted_count, 100);
 }
 
 }  // namespace
