@@ -16,8 +16,7 @@ using testing::AllOf;
 using testing::HasSubstr;
 using testing::Not;
 
-// "Service/Method" of RunPool.
-constexpr absl::string_view kMethod = absl::string_view(kRunPoolPath).substr(12);
+constexpr absl::string_view kMethod = "PoolService/RunPool";
 
 class ServedMetricsTest : public ServiceTest {
  protected:
