@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import argparse
 import os
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -26,6 +26,7 @@ class Environments:
         pool: The pool; other steps than those of halves need that none is in flight.
         env_count: Number of environments, N.
         has_independent_halves: Whether a half can be received before the other is sent.
+        can_be_watched: Whether they are on a server, whose viewers see annotations.
     """
 
     has_independent_halves = True
@@ -71,6 +72,7 @@ class Environments:
             from procgen_client import Client  # Needs Protocol Buffers.
 
             self._client = Client(server, reconnect_timeout=server_timeout)
+        self.can_be_watched = self._client is not None
         self.pool = Pool(game, env_count, server=self._client, **options)
         self._sampler = DoubleBufferedSampler(self.pool)
 
@@ -85,9 +87,14 @@ class Environments:
         """Yields (t, rows, batch) of each half; as DoubleBufferedSampler.rollout."""
         return self._sampler.rollout(step_count, out=out)
 
-    def send(self, actions: np.ndarray, rows: slice | None = None) -> None:
+    def send(
+        self,
+        actions: np.ndarray,
+        rows: slice | None = None,
+        annotations: Mapping[str, np.ndarray] | None = None,
+    ) -> None:
         """Sends a step of a half, by default the last; as DoubleBufferedSampler.send."""
-        self._sampler.send(actions, rows)
+        self._sampler.send(actions, rows, annotations=annotations)
 
     def save_states(self) -> list[bytes]:
         """Returns a snapshot of each environment. No request may be in flight."""

@@ -113,6 +113,7 @@ class Ppo:
         self.actions = torch.zeros(shape, dtype=torch.int64, device=self.device)
         self.log_probabilities = torch.zeros(shape, device=self.device)
         self.values = torch.zeros(shape, device=self.device)
+        self.probabilities = torch.zeros(shape[1], ACTION_COUNT, device=self.device)
         kept = (self.observations, self.actions, self.log_probabilities, self.values)
         advantages, returns = torch.zeros((2, shape[0] - 1, shape[1]), device=self.device)
         rollout = [*(tensor[:-1] for tensor in kept), advantages, returns]
@@ -167,7 +168,7 @@ class Ppo:
                 received = clock()
                 choice = self.choose(t, rows, batch.ended)
                 sent = sending.result()  # The other half has its actions.
-                sending = submit(self.send, choice, rows if t < step_count else None)
+                sending = submit(self.send, choice, t, rows if t < step_count else None)
                 waited = clock() - received
                 environment_seconds += received - begin + min(sent, waited)
                 policy_seconds += max(0, waited - sent)
@@ -182,13 +183,22 @@ class Ppo:
         """Returns whether a thread waits for a GPU's choices, while a half is received."""
         return self.device.type == "cuda" and self.environments.has_independent_halves
 
-    def send(self, choice: Callable[[], np.ndarray], rows: slice | None) -> float:
+    def send(self, choice: Callable[[], np.ndarray], t: int, rows: slice | None) -> float:
         """Sends actions, unless `rows` is None, when chosen; returns the seconds of sending."""
         actions = choice()
         begin = time.perf_counter()
         if rows is not None:
-            self.environments.send(actions, rows)
+            self.environments.send(actions, rows, self.annotations(t, rows))
         return time.perf_counter() - begin
+
+    def annotations(self, t: int, rows: slice) -> dict[str, np.ndarray]:
+        """Returns what viewers of a server see beside step t, and what is recorded with it."""
+        if not self.environments.can_be_watched:
+            return {}
+        return {
+            "value": self.values[t, rows].cpu().numpy(),
+            "action_probabilities": self.probabilities[rows].cpu().numpy(),
+        }
 
     def choose(self, t: int, rows: slice, first: np.ndarray) -> Callable[[], np.ndarray]:
         """Starts to choose the actions of step t; the result waits for them, int64 [rows].
@@ -221,6 +231,7 @@ class Ppo:
             log_softmax = F.log_softmax(logits, -1)
             actions = sampled(log_softmax, self.noise[t, rows].view(-1, ACTION_COUNT))
             self.actions[t, rows] = actions
+            self.probabilities[rows] = log_softmax.exp()
             chosen = log_softmax.gather(-1, actions[:, None]).squeeze(-1)
             self.log_probabilities[t, rows] = chosen
             if self.memories is not None:

@@ -13,7 +13,7 @@ from __future__ import annotations
 import argparse
 import importlib
 import sys
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -40,6 +40,7 @@ class UpstreamEnvironments:
     """
 
     has_independent_halves = False
+    can_be_watched = False
 
     def __init__(
         self,
@@ -78,8 +79,10 @@ class UpstreamEnvironments:
                 np.copyto(np.asarray(out)[(t, rows) if out.ndim == 5 else rows], step.observations)
                 yield t, rows, step
 
-    def send(self, actions: np.ndarray, rows: slice) -> None:
-        """Takes the actions of a half."""
+    def send(
+        self, actions: np.ndarray, rows: slice, annotations: Mapping[str, np.ndarray]
+    ) -> None:
+        """Takes the actions of a half; nobody sees the annotations."""
         self._actions[rows] = actions
 
     def save_states(self) -> list[bytes]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 from collections import deque
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from typing import Any
 
 import numpy as np
@@ -84,7 +84,13 @@ class DoubleBufferedSampler:
             writable_view(out, ((step_count or 0) + 1, *shape) if is_buffer else shape)
         return self._rollout(step_count, out, is_buffer)
 
-    def send(self, actions: npt.ArrayLike, rows: slice | None = None) -> None:
+    def send(
+        self,
+        actions: npt.ArrayLike,
+        rows: slice | None = None,
+        *,
+        annotations: Mapping[str, npt.ArrayLike] | None = None,
+    ) -> None:
         """Sends a step of a half.
 
         While a GPU computes the actions of one half, the other can be received. The half that was
@@ -93,6 +99,7 @@ class DoubleBufferedSampler:
         Args:
             actions: int [rows of the half], each in [-1, 15).
             rows: The half. None: the one that was yielded last.
+            annotations: As Pool.step's, [rows of the half] or [rows of the half, k].
 
         Raises:
             InvalidArgumentError: A wrong length, or a value out of range. Nothing was sent.
@@ -108,7 +115,9 @@ class DoubleBufferedSampler:
                 f"environments {_text(rows)}"
             )
         count = rows.stop - rows.start
-        self.pool.send_step(actions, first_env=rows.start, env_count=count, out=out)
+        self.pool.send_step(
+            actions, first_env=rows.start, env_count=count, annotations=annotations, out=out
+        )
         self._waiting.popleft()
 
     def _rollout(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import concurrent.futures
+import contextlib
 import shutil
 import signal
 import socket
@@ -19,6 +20,7 @@ from small_runs import STEPS_OF_UPDATE, options, train, train_rainbow
 from learners import ppo, watch
 from procgen_client import Client, ServerProcess
 from procgen_client._proto import render_pb2
+from procgen_client.errors import FailedPreconditionError
 
 
 def test_viewers_see_steps_values_and_probabilities(
@@ -77,6 +79,26 @@ def test_a_run_is_watched_on_the_pages_of_its_own_server(
     assert results == train(tmp_path / "plain")
     with pytest.raises(urllib.error.URLError):
         urllib.request.urlopen(f"http://{address}/")
+
+
+def test_values_and_probabilities_of_training_are_recorded(
+    server: ServerProcess, tmp_path: Path
+) -> None:
+    def series() -> dict[str, int]:
+        with Client(server.address) as client:
+            while not (pools := list(client.list_pools())):
+                time.sleep(0.01)
+            while True:
+                with contextlib.suppress(FailedPreconditionError):  # Between two episodes.
+                    episode = client.get_episode(pools[0].name, 7, "current")
+                    if found := {each.name: each.value_count for each in episode.annotations}:
+                        return found
+                time.sleep(0.01)
+
+    with concurrent.futures.ThreadPoolExecutor() as executor:
+        found = executor.submit(series)
+        train(tmp_path / "run", server.address)
+        assert found.result(60) == {"value": 1, "action_probabilities": 15}
 
 
 def test_watch_with_a_server_is_rejected(
