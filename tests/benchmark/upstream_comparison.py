@@ -3,15 +3,18 @@
 
 Each contestant is a process that steps and observes 64 environments in easy mode through a Python
 loop, on the same core; they take turns. A rate is environment steps per second of the process's CPU
-time, median over the rounds; other load hardly changes it. The packages of the others come from the
-Python package index; what cannot be installed is left out. Upstream's library is loaded through its
-C interface (clients/libenv), and gives libprocgen the folder of its images.
+time; other load hardly changes it. Memory and the first step are those of coinrun in a fresh process
+of Python and NumPy: what its resident memory grows by, and its CPU time from the load of the package
+to the second observation. All are medians over the rounds.
+
+The packages of the others come from the Python package index; what cannot be installed is left out.
+Upstream's library is loaded through its C interface (clients/libenv), without upstream's Python
+package, and gives libprocgen the folder of its images.
 """
 
 from __future__ import annotations
 
 import argparse
-import ctypes
 import hashlib
 import os
 import statistics
@@ -19,104 +22,23 @@ import subprocess
 import sys
 import tempfile
 import time
-import zipfile
 from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
-from library_pool import LibraryPool
+from libenv_environments import LibenvEnvironments
+from released_packages import EnvpoolPackage, ProcgenPackage
 
 GAMES = ("bigfish", "coinrun", "ninja", "maze")
 _COUNT = 64
-_UINT8, _INT32 = 1, 2  # libenv.h
+_START_GAME = "coinrun"  # It has the most images.
+_COLUMNS = (*GAMES, "memory, MiB", "first step, s")
 _TARGETS = {"own art": 8.0, "upstream's art": 5.0}
-
-
-class _Option(ctypes.Structure):
-    """LibenvOption."""
-
-    _fields_ = (
-        ("name", ctypes.c_char * 128),
-        ("value_type", ctypes.c_int),
-        ("count", ctypes.c_int),
-        ("data", ctypes.c_void_p),
-    )
-
-
-class _Options(ctypes.Structure):
-    """LibenvOptions."""
-
-    _fields_ = (("items", ctypes.POINTER(_Option)), ("count", ctypes.c_int))
-
-
-class _Buffers(ctypes.Structure):
-    """LibenvBuffers."""
-
-    _fields_ = tuple(
-        (name, ctypes.c_void_p)
-        for name in ("observations", "rewards", "firsts", "infos", "actions")
-    )
-
-
-class LibenvEnvironments:
-    """Environments of a library with the interface of clients/libenv."""
-
-    def __init__(self, library: Path, images: Path, game: str) -> None:
-        """Creates them, with the defaults of upstream's Python package."""
-        self._library = ctypes.CDLL(os.fspath(library))
-        self._library.libenv_make.restype = ctypes.c_void_p
-        self._library.libenv_make.argtypes = (ctypes.c_int, _Options)
-        for name in ("libenv_set_buffers", "libenv_act", "libenv_observe"):
-            function = getattr(self._library, name)
-            function.restype = None
-            function.argtypes = (ctypes.c_void_p,) * (2 if name == "libenv_set_buffers" else 1)
-        strings = {"env_name": game, "resource_root": f"{images}/"}
-        numbers = {"num_levels": 0, "start_level": 0, "num_actions": 15, "rand_seed": 1,
-                   "num_threads": 0, "distribution_mode": 0, "debug_mode": 0}  # fmt: skip
-        flags = {"center_agent": 1, "use_backgrounds": 1, "use_sequential_levels": 0,
-                 "use_generated_assets": 0, "use_monochrome_assets": 0, "restrict_themes": 0,
-                 "paint_vel_info": 0, "render_human": 0}  # fmt: skip
-        given = [(name, _UINT8, np.frombuffer(text.encode(), np.uint8))
-                 for name, text in strings.items()]  # fmt: skip
-        given += [(name, _INT32, np.array([number], np.int32)) for name, number in numbers.items()]
-        given += [(name, _UINT8, np.array([flag], np.uint8)) for name, flag in flags.items()]
-        items = (_Option * len(given))(
-            *(_Option(name.encode(), kind, len(data), data.ctypes.data)
-              for name, kind, data in given)
-        )  # fmt: skip
-        self._handle = self._library.libenv_make(_COUNT, _Options(items, len(given)))
-        if not self._handle:
-            raise RuntimeError("libenv_make failed")
-        self._observations = np.zeros((_COUNT, 64, 64, 3), np.uint8)
-        self._actions = np.zeros(_COUNT, np.int32)
-        self._rewards = np.zeros(_COUNT, np.float32)
-        self._firsts = np.zeros(_COUNT, np.uint8)
-        self._infos = np.zeros((4, _COUNT), np.int64)  # of 4 bytes or less each
-        self._pointers = [
-            (ctypes.c_void_p * len(rows))(*(row.ctypes.data for row in rows))
-            for rows in (
-                list(self._observations),
-                [self._infos[i, j : j + 1] for i in range(4) for j in range(_COUNT)],
-                [self._actions[j : j + 1] for j in range(_COUNT)],
-            )
-        ]
-        observations, infos, actions = map(ctypes.addressof, self._pointers)
-        buffers = _Buffers(observations, self._rewards.ctypes.data, self._firsts.ctypes.data,
-                           infos, actions)  # fmt: skip
-        self._library.libenv_set_buffers(self._handle, ctypes.addressof(buffers))
-        self._library.libenv_observe(self._handle)
-
-    def step(self, actions: np.ndarray) -> np.ndarray:
-        """Steps all environments. Returns memory that the next call overwrites."""
-        self._actions[:] = actions
-        self._library.libenv_act(self._handle)
-        self._library.libenv_observe(self._handle)
-        return self._observations
 
 
 def _stepper(kind: str, package: str, images: str, game: str) -> Callable[[np.ndarray], np.ndarray]:
     if kind == "libenv":
-        return LibenvEnvironments(Path(package), Path(images), game).step
+        return LibenvEnvironments(Path(package), Path(images), game, _COUNT).step
     if kind == "envpool":
         import envpool
 
@@ -126,8 +48,27 @@ def _stepper(kind: str, package: str, images: str, game: str) -> Callable[[np.nd
         )  # fmt: skip
         environments.reset()
         return lambda actions: environments.step(actions)[0]
+    from library_pool import LibraryPool  # Its import is part of the first step.
+
     art = Path(images) if images else None
     return LibraryPool(Path(package), game, "easy", _COUNT, num_threads=0, art=art).step
+
+
+def _resident_mib() -> float:
+    pages = int(Path("/proc/self/statm").read_text().split()[1])
+    return pages * os.sysconf("SC_PAGESIZE") / 2**20
+
+
+def _start(kind: str, package: str, images: str) -> None:
+    """A fresh contestant: prints its memory in MiB and the seconds to the first step."""
+    actions = np.random.default_rng(1).integers(0, 15, (100, _COUNT), np.int32)
+    resident, begin = _resident_mib(), time.process_time()
+    step = _stepper(kind, package, images, _START_GAME)
+    step(actions[0])
+    seconds = time.process_time() - begin
+    for row in actions[1:]:
+        step(row)
+    print(_resident_mib() - resident, seconds)
 
 
 def _work(kind: str, package: str, images: str) -> None:
@@ -155,13 +96,14 @@ def _work(kind: str, package: str, images: str) -> None:
 class _Contestant:
     def __init__(self, name: str, kind: str, package: Path, images: Path | None = None) -> None:
         self.name = name
+        self._arguments = (kind, package, images or "")
         path = os.environ.get("PYTHONPATH", "")
         if kind == "envpool":
             path = f"{package}{os.pathsep}{path}"
+        self._environment = {**os.environ, "PYTHONPATH": path}
         self._process = subprocess.Popen(
-            [sys.executable, __file__, "--work", kind, package, images or ""],
-            stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True,
-            env={**os.environ, "PYTHONPATH": path},
+            [sys.executable, __file__, "--work", *self._arguments],
+            stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True, env=self._environment,
         )  # fmt: skip
         self.digests = self._answer().split()[-len(GAMES) :]
 
@@ -178,65 +120,69 @@ class _Contestant:
         self._process.stdin.flush()
         return float(self._answer())
 
+    def start(self) -> list[float]:
+        """MiB and seconds to the first step of a fresh process."""
+        run = subprocess.run([sys.executable, __file__, "--start", *self._arguments],
+                             env=self._environment, stdout=subprocess.PIPE, text=True, check=True)  # fmt: skip
+        return [float(number) for number in run.stdout.split()[-2:]]
+
     def close(self) -> None:
         self._process.communicate()
 
 
-def _pip(*arguments: str | Path) -> str:
-    """Runs pip. Returns its error, empty if there is none."""
-    run = subprocess.run([sys.executable, "-m", "pip", *arguments, "--quiet"],
-                         capture_output=True, text=True, check=False)  # fmt: skip
-    return run.stderr.strip().splitlines()[-1] if run.returncode else ""
-
-
-def _install(packages: Path) -> dict[str, str]:
-    """Fetches the packages that are not there. Returns why, for those that cannot be had."""
-    errors = {}
-    if not (packages / "procgen").exists():
-        errors["Procgen 0.10.7"] = _pip(
-            "download", "--no-deps", "--only-binary=:all:", "--python-version=3.10",
-            "--platform=manylinux2014_x86_64", "--dest", packages, "procgen==0.10.7",
-        )  # fmt: skip
-        for wheel in packages.glob("procgen-*.whl"):
-            zipfile.ZipFile(wheel).extractall(packages)
-    if not (packages / "envpool/envpool").exists():
-        errors["EnvPool"] = _pip("install", "--target", packages / "envpool", "envpool")
-    return {name: error for name, error in errors.items() if error}
-
-
 def _contestants(library: Path, packages: Path) -> list[_Contestant]:
-    upstream = packages / "procgen/data/prebuilt/libenv.so"
-    images = packages / "procgen/data/assets"
+    procgen, envpool = ProcgenPackage(packages), EnvpoolPackage(packages)
+    errors = {"Procgen 0.10.7": procgen.fetch(), "EnvPool": envpool.fetch()}
     found: list[tuple[str, str, Path, Path | None]] = [
         ("libprocgen, own art", "libprocgen", library, None)
     ]
-    if upstream.exists():
-        found.append(("libprocgen, upstream's art", "libprocgen", library, images))
-        found.append(("Procgen 0.10.7", "libenv", upstream, images))
-    if (packages / "envpool/envpool").exists():
-        found.append(("EnvPool", "envpool", packages / "envpool", None))
+    if not errors["Procgen 0.10.7"]:
+        found.append(("libprocgen, upstream's art", "libprocgen", library, procgen.images))
+        found.append(("Procgen 0.10.7", "libenv", procgen.library, procgen.images))
+    if not errors["EnvPool"]:
+        found.append(("EnvPool", "envpool", envpool.folder, None))
     started = []
     for contestant in found:
         try:
             started.append(_Contestant(*contestant))
         except RuntimeError as error:
-            print(f"left out: {error}")
+            errors[contestant[0]] = str(error)
+    for name, error in errors.items():
+        if error:
+            print(f"left out: {name}: {error}")
     return started
 
 
-def _report(contestants: list[_Contestant], rates: dict[str, dict[str, float]]) -> None:
-    print(f"| game | {' | '.join(each.name for each in contestants)} | ratio, "
-          f"{' | ratio, '.join(_TARGETS)} |")  # fmt: skip
-    print(f"| --- |{' ---: |' * (len(contestants) + len(_TARGETS))}")
-    for game, row in rates.items():
-        others = [row[each.name] for each in contestants if "libprocgen" not in each.name]
-        ratios = [
-            f"{row[name] / max(others):.1f}" if others and name in row else "-"
-            for name in (f"libprocgen, {art}" for art in _TARGETS)
-        ]
-        cells = [f"{row[each.name]:,.0f}" for each in contestants] + ratios
-        print(f"| {game} | {' | '.join(cells)} |")
-    print("A ratio is to the faster of the others. Targets: "
+def _measure(contestants: list[_Contestant], rounds: int, seconds: float) -> dict[str, list[float]]:
+    """Medians of each contestant, in the order of _COLUMNS."""
+    turns: dict[str, list[list[float]]] = {each.name: [] for each in contestants}
+    for _ in range(rounds):
+        for each in contestants:
+            turns[each.name].append(each.start())
+        for game in GAMES:
+            for each in contestants:
+                turns[each.name][-1].append(each.rate(game, seconds))
+    medians = {name: list(map(statistics.median, zip(*rows))) for name, rows in turns.items()}
+    return {name: row[2:] + row[:2] for name, row in medians.items()}
+
+
+def _report(rows: dict[str, list[float]]) -> None:
+    print(f"| | {' | '.join(_COLUMNS)} |")
+    print(f"| --- |{' ---: |' * len(_COLUMNS)}")
+    for name, row in rows.items():
+        cells = [f"{value:,.0f}" for value in row[:-1]] + [f"{row[-1]:.2f}"]
+        print(f"| {name} | {' | '.join(cells)} |")
+    others = [row for name, row in rows.items() if "libprocgen" not in name]
+    if not others:
+        return
+    best = [(max if column in GAMES else min)(values)
+            for column, values in zip(_COLUMNS, zip(*others))]  # fmt: skip
+    for art in _TARGETS:
+        row = rows.get(f"libprocgen, {art}", [])
+        if row:
+            cells = [f"{value / other:.2g}" for value, other in zip(row, best)]
+            print(f"| ratio, {art} | {' | '.join(cells)} |")
+    print("A ratio is to the best of the others. Targets of the rates: "
           + ", ".join(f"{target:g} with {art}" for art, target in _TARGETS.items()))  # fmt: skip
 
 
@@ -249,31 +195,21 @@ def main() -> None:
     parser.add_argument("--packages", type=Path, help="folder that keeps what is fetched")
     parser.add_argument("--rounds", type=int, default=7)
     parser.add_argument("--seconds", type=float, default=0.5, help="CPU time of one turn")
-    parser.add_argument("--work", nargs=3, help=argparse.SUPPRESS)
+    for role in ("--work", "--start"):
+        parser.add_argument(role, nargs=3, help=argparse.SUPPRESS)
     arguments = parser.parse_args()
-    if arguments.work:
-        _work(*arguments.work)
-        return
+    for role, given in ((_work, arguments.work), (_start, arguments.start)):
+        if given:
+            role(*given)
+            return
     if arguments.library is None:
         parser.error("LIBPROCGEN is missing: a file such as build/library/lib/libprocgen.so.1")
     os.sched_setaffinity(0, {min(os.sched_getaffinity(0))})  # of this process and its children
     with tempfile.TemporaryDirectory() as temporary:
         packages = (arguments.packages or Path(temporary)).resolve()
         packages.mkdir(parents=True, exist_ok=True)
-        for name, error in _install(packages).items():
-            print(f"left out: {name}: {error}")
         contestants = _contestants(arguments.library.resolve(), packages)
-        rates: dict[str, dict[str, float]] = {}
-        for game in GAMES:
-            turns = [
-                {each.name: each.rate(game, arguments.seconds) for each in contestants}
-                for _ in range(arguments.rounds)
-            ]
-            rates[game] = {
-                each.name: statistics.median(turn[each.name] for turn in turns)
-                for each in contestants
-            }
-        _report(contestants, rates)
+        _report(_measure(contestants, arguments.rounds, arguments.seconds))
         digests = {each.name: each.digests for each in contestants}
         if "Procgen 0.10.7" in digests:
             equal = digests["Procgen 0.10.7"] == digests["libprocgen, upstream's art"]

@@ -77,7 +77,7 @@ _UPSTREAM = """
 import sys
 from pathlib import Path
 import numpy as np
-from upstream_comparison import LibenvEnvironments
+from libenv_environments import LibenvEnvironments
 from procgen_client.dataset import from_actions, replay
 from small_recordings import Frames
 
