@@ -3,9 +3,9 @@
 
 Each contestant is a process that steps and observes 64 environments in easy mode through a Python
 loop, on the same core; they take turns. A rate is environment steps per second of the process's CPU
-time; other load hardly changes it. Memory and the first step are those of coinrun in a fresh process
-of Python and NumPy: what its resident memory grows by, and its CPU time from the load of the package
-to the second observation. All are medians over the rounds.
+time; other load hardly changes it. Memory and the first step are those of coinrun in a fresh
+process of Python and NumPy: how much its resident memory grows, and its CPU time from loading the
+package to the first step's observation. All are medians over the rounds.
 
 The packages of the others come from the Python package index; what cannot be installed is left out.
 Upstream's library is loaded through its C interface (clients/libenv), without upstream's Python
@@ -122,8 +122,10 @@ class _Contestant:
 
     def start(self) -> list[float]:
         """MiB and seconds to the first step of a fresh process."""
-        run = subprocess.run([sys.executable, __file__, "--start", *self._arguments],
-                             env=self._environment, stdout=subprocess.PIPE, text=True, check=True)  # fmt: skip
+        run = subprocess.run(
+            [sys.executable, __file__, "--start", *self._arguments],
+            env=self._environment, stdout=subprocess.PIPE, text=True, check=True,
+        )  # fmt: skip
         return [float(number) for number in run.stdout.split()[-2:]]
 
     def close(self) -> None:
