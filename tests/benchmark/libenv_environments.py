@@ -1,4 +1,4 @@
-"""Environments of a library with the C interface of clients/libenv: this project's or upstream's."""
+"""Environments of a library with the C interface of clients/libenv, ours or upstream's."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import numpy as np
 
 DISTRIBUTION_MODES = {"easy": 0, "hard": 1, "extreme": 2, "memory": 10}
 _UINT8, _INT32 = 1, 2  # libenv.h
-# The defaults of upstream's Python package, except easy levels, a fixed seed and the calling thread.
+# The defaults of upstream's Python package, except easy levels, a fixed seed and no threads.
 _INTEGERS = {"num_levels": 0, "start_level": 0, "num_actions": 15, "rand_seed": 1,
              "num_threads": 0, "distribution_mode": 0, "debug_mode": 0}  # fmt: skip
 _BOOLEANS = {"center_agent": True, "use_backgrounds": True, "use_sequential_levels": False,

@@ -9,7 +9,7 @@ from pathlib import Path
 
 
 class ProcgenPackage:
-    """The wheel of Procgen 0.10.7 (upstream) in a folder. Its library needs no Python of its own."""
+    """The wheel of Procgen 0.10.7 (upstream) in a folder. Its library needs no Python."""
 
     def __init__(self, packages: Path) -> None:
         """Says where it is. `packages`: the folder that keeps what is fetched."""
