@@ -213,8 +213,9 @@ def main() -> None:
         contestants = _contestants(arguments.library.resolve(), packages)
         _report(_measure(contestants, arguments.rounds, arguments.seconds))
         digests = {each.name: each.digests for each in contestants}
-        if "Procgen 0.10.7" in digests:
-            equal = digests["Procgen 0.10.7"] == digests["libprocgen, upstream's art"]
+        compared = [digests.get(name) for name in ("Procgen 0.10.7", "libprocgen, upstream's art")]
+        if all(compared):
+            equal = compared[0] == compared[1]
             print("First pictures of libprocgen with upstream's art equal upstream's:",
                   "yes" if equal else "NO")  # fmt: skip
         for contestant in contestants:
