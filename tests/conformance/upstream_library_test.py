@@ -29,8 +29,9 @@ _OURS = Path(os.environ["PROCGEN_LIBENV"])
 _MODES = {game["name"]: game["modes"] for game in catalog()["games"]}
 # With images of files, the wheel draws single pixels of some sprites of these games differently
 # from the recordings of upstream, which this engine equals.
-_OTHER_PIXELS = ("bossfight", "caveflyer", "dodgeball", "fruitbot", "heist", "leaper", "starpilot")
-_OTHER_PIXELS_MAX = 16  # of 4096; 6 were seen
+_OTHER_PIXELS = ("bossfight", "caveflyer", "dodgeball", "fruitbot", "heist", "leaper", "plunder",
+                 "starpilot")  # fmt: skip
+_OTHER_PIXELS_MAX = 16  # of 4096; 8 were seen
 _ENV_COUNT, _STEP_COUNT = 8, 48
 
 
