@@ -22,11 +22,11 @@ def charts() -> dict[str, str]:
         for i, place in enumerate(("in the process", "TCP")):
             label = f"{game}, {row[1]} core{'s' * (row[1] != '1')}, {place}"
             bars.append((label, _number(row[3 + i]), i))
-    others = rows_of_table("tests/benchmark/README.md", "| game | libprocgen, own art |")
+    others = rows_of_table("tests/benchmark/README.md", "| | bigfish | coinrun |")[:4]
     compared = [
-        (f"{row[0]}, {name}", _number(row[1 + i]), i)
-        for row in others
-        for i, name in enumerate(("own art", "upstream's art", "Procgen 0.10.7", "EnvPool"))
+        (f"{game}, {row[0]}", _number(row[1 + column]), i)
+        for column, game in enumerate(("bigfish", "coinrun", "ninja", "maze"))
+        for i, row in enumerate(others)
     ]
     return {
         "throughput.svg": _chart("Python: environment steps per second", bars),

@@ -5,8 +5,8 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_split.h"
 #include "envcore/games/game_catalog.h"
-#include "envcore/games/kind_names.h"
-#include "envcore/games/variants.h"
+#include "envcore/games/game_kind_names.h"
+#include "envcore/games/game_variants.h"
 #include "nlohmann/json.hpp"
 
 namespace procgen_client {

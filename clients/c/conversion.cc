@@ -9,7 +9,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_join.h"
-#include "envcore/games/variants.h"
+#include "envcore/games/game_variants.h"
 
 namespace procgen_client {
 namespace {

@@ -11,7 +11,7 @@
 #include "clients/c/call_guard.h"
 #include "clients/c/procgen.h"
 #include "envcore/environment/readable_state.h"
-#include "envcore/games/objects.h"
+#include "envcore/games/game_objects.h"
 #include "envcore/status/status.h"
 
 namespace {

@@ -3,7 +3,7 @@
 #include <limits>
 #include <utility>
 
-#include "envcore/games/kind_names.h"
+#include "envcore/games/game_kind_names.h"
 
 namespace procgen {
 namespace {

@@ -15,7 +15,7 @@
 #include "envcore/environment/level_sampler.h"
 #include "envcore/games/game.h"
 #include "envcore/games/game_catalog.h"
-#include "envcore/games/objects.h"
+#include "envcore/games/game_objects.h"
 #include "envcore/random/random_stream.h"
 #include "envcore/scene/scene.h"
 #include "envcore/state/state_archive.h"

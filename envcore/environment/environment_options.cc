@@ -7,7 +7,7 @@
 #include "absl/strings/str_join.h"
 #include "absl/strings/string_view.h"
 #include "envcore/games/game_catalog.h"
-#include "envcore/games/variants.h"
+#include "envcore/games/game_variants.h"
 #include "envcore/status/status.h"
 
 namespace procgen {

@@ -8,7 +8,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "envcore/environment/environment.h"
-#include "envcore/games/kind_names.h"
+#include "envcore/games/game_kind_names.h"
 #include "envcore/state/snapshot_frame.h"
 #include "envcore/state/snapshot_tree.h"
 

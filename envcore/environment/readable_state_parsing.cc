@@ -12,7 +12,7 @@
 #include "absl/strings/str_replace.h"
 #include "envcore/environment/environment.h"
 #include "envcore/environment/readable_state.h"
-#include "envcore/games/kind_names.h"
+#include "envcore/games/game_kind_names.h"
 #include "envcore/state/snapshot_frame.h"
 #include "envcore/state/snapshot_tree.h"
 #include "envcore/world/kinds.h"

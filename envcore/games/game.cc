@@ -5,7 +5,7 @@
 #include <cstdlib>
 #include <utility>
 
-#include "envcore/games/variants.h"
+#include "envcore/games/game_variants.h"
 #include "envcore/world/contacts.h"
 #include "envcore/world/motion.h"
 

@@ -21,8 +21,8 @@ inline constexpr int32_t kActionCount = 15;
 inline constexpr int32_t kNoAction = 4;
 inline constexpr int32_t kEndEpisodeAction = -1;
 
-// How a level differs from upstream's, after it was generated (variants.h). Snapshots contain the
-// numbers: never renumber them.
+// How a level differs from upstream's, after it was generated (game_variants.h). Snapshots contain
+// the numbers: never renumber them.
 enum class Variant : int32_t {
   kNone = 0,
   kCoinRandom = 1,

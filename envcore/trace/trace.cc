@@ -12,7 +12,7 @@
 #include "absl/strings/str_join.h"
 #include "absl/strings/str_split.h"
 #include "envcore/games/game_catalog.h"
-#include "envcore/games/variants.h"
+#include "envcore/games/game_variants.h"
 #include "envcore/status/status.h"
 #include "nlohmann/json.hpp"
 

@@ -19,7 +19,7 @@ _PROJECT = """
 cmake_minimum_required(VERSION 3.25)
 project(minimal C)
 set(CMAKE_C_STANDARD 99)
-find_package(procgen 0.1 REQUIRED)
+find_package(procgen 0.9 REQUIRED)
 add_executable(minimal minimal.c)
 target_link_libraries(minimal PRIVATE procgen::procgen)
 add_executable(minimal_remote minimal_remote.c)

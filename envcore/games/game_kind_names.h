@@ -1,5 +1,5 @@
-#ifndef ENVCORE_GAMES_KIND_NAMES_H_
-#define ENVCORE_GAMES_KIND_NAMES_H_
+#ifndef ENVCORE_GAMES_GAME_KIND_NAMES_H_
+#define ENVCORE_GAMES_GAME_KIND_NAMES_H_
 
 #include <optional>
 #include <string>
@@ -30,4 +30,4 @@ std::string AllKindNames(absl::string_view game);
 
 }  // namespace procgen
 
-#endif  // ENVCORE_GAMES_KIND_NAMES_H_
+#endif  // ENVCORE_GAMES_GAME_KIND_NAMES_H_

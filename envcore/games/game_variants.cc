@@ -1,10 +1,10 @@
-#include "envcore/games/variants.h"
+#include "envcore/games/game_variants.h"
 
 #include <algorithm>
 #include <cmath>
 #include <vector>
 
-#include "envcore/games/kind_names.h"
+#include "envcore/games/game_kind_names.h"
 #include "envcore/random/random_stream.h"
 #include "envcore/world/placing.h"
 

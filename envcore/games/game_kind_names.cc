@@ -1,4 +1,4 @@
-#include "envcore/games/kind_names.h"
+#include "envcore/games/game_kind_names.h"
 
 #include <vector>
 

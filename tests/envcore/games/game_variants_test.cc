@@ -1,11 +1,11 @@
-#include "envcore/games/variants.h"
+#include "envcore/games/game_variants.h"
 
 #include <memory>
 #include <set>
 #include <utility>
 
 #include "envcore/games/game_catalog.h"
-#include "envcore/games/kind_names.h"
+#include "envcore/games/game_kind_names.h"
 #include "gmock/gmock.h"
 #include "gtest/gtest.h"
 

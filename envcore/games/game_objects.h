@@ -1,10 +1,10 @@
-#ifndef ENVCORE_GAMES_OBJECTS_H_
-#define ENVCORE_GAMES_OBJECTS_H_
+#ifndef ENVCORE_GAMES_GAME_OBJECTS_H_
+#define ENVCORE_GAMES_GAME_OBJECTS_H_
 
 #include <cstdint>
 
 #include "absl/types/span.h"
-#include "envcore/games/kind_names.h"
+#include "envcore/games/game_kind_names.h"
 #include "envcore/world/world.h"
 
 namespace procgen {
@@ -31,4 +31,4 @@ int32_t ReadObjects(const World& world, absl::Span<const KindName> kinds,
 
 }  // namespace procgen
 
-#endif  // ENVCORE_GAMES_OBJECTS_H_
+#endif  // ENVCORE_GAMES_GAME_OBJECTS_H_

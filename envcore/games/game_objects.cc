@@ -1,4 +1,4 @@
-#include "envcore/games/objects.h"
+#include "envcore/games/game_objects.h"
 
 #include <algorithm>
 

@@ -1,5 +1,5 @@
-#ifndef ENVCORE_GAMES_VARIANTS_H_
-#define ENVCORE_GAMES_VARIANTS_H_
+#ifndef ENVCORE_GAMES_GAME_VARIANTS_H_
+#define ENVCORE_GAMES_GAME_VARIANTS_H_
 
 #include <cstdint>
 #include <optional>
@@ -32,4 +32,4 @@ void ApplyVariant(Variant variant, int32_t level_seed, World* world);
 
 }  // namespace procgen
 
-#endif  // ENVCORE_GAMES_VARIANTS_H_
+#endif  // ENVCORE_GAMES_GAME_VARIANTS_H_
