@@ -140,10 +140,12 @@ class Requests:
         except BaseException:
             self._is_interrupted = True
             raise
-        buffers = self._in_flight.popleft()
+        # Referred to before another thread, which sends, can find its memory idle.
+        batch = self._in_flight[0].batch
+        self._in_flight.popleft()
         if code:
             self._check(code)
-        return buffers.batch
+        return batch
 
     def _saved(self, environments: Iterable[int]) -> list[bytes]:
         """Returns snapshots of environments."""
