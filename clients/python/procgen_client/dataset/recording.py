@@ -123,6 +123,7 @@ def record(part: Part, report: Report = lambda _: None) -> None:
     """
     if part.is_done:
         return
+    Path(part.path).parent.mkdir(parents=True, exist_ok=True)
     actions = policy_actions(part.header, part.seed, report)
     # What a policy has played is played again, for its digests, and counted once.
     trajectories = play(

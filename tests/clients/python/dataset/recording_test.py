@@ -90,3 +90,9 @@ def test_wrong_arguments_are_errors(tmp_path: Path) -> None:
     with pytest.raises(errors.NotFoundError, match="pong"):
         parts_of(tmp_path, ["bigfish", "pong"], step_count=100)
     assert not list(tmp_path.iterdir())
+
+
+def test_a_recording_makes_its_folder(tmp_path: Path) -> None:
+    (part,) = parts_of(tmp_path / "new" / "data", "coinrun", step_count=64, env_count=2)
+    record(part)
+    assert part.is_done
