@@ -13,7 +13,8 @@
 // row-major, environment first, without gaps, and belong to the caller.
 // Errors: a function that can fail returns a ProcgenCode. procgen_error_message() then says what
 // was given and what is allowed. A failed call has changed nothing, unless its comment says
-// otherwise. Threads: functions without a pool from any thread. One pool from one thread at a time.
+// otherwise. Threads: functions without a pool from any thread. One pool from one thread at a time;
+// one in this process may also be sent to by one thread while another receives.
 // Different pools do not wait for each other. Fork: a pool belongs to the process that created it.
 // In a forked child every call on it fails with PROCGEN_FAILED_PRECONDITION, and
 // procgen_pool_destroy frees nothing; new pools work.

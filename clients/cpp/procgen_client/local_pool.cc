@@ -123,8 +123,12 @@ procgen::Status LocalPool::Receive(std::chrono::duration<double> timeout) {
     return procgen::FailedPreconditionError("no request is unanswered: send one first");
   }
   if (thread_count() == 0) {
-    const std::unique_ptr<Request> request = std::move(waiting_.front());
-    waiting_.pop_front();
+    std::unique_ptr<Request> request;
+    {
+      const std::lock_guard lock(mutex_);
+      request = std::move(waiting_.front());
+      waiting_.pop_front();
+    }
     --unanswered_count_;
     return WithFingerprintsOfEnds(pool_->Step(request->input, request->batch), request->batch);
   }

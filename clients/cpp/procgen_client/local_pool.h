@@ -72,8 +72,8 @@ class LocalPool final : public Pool {
   const std::string name_;
   const std::shared_ptr<procgen::WorkerPool> workers_;
   const std::unique_ptr<procgen::Pool> pool_;
-  std::vector<uint8_t> ends_;     // those of Step
-  int32_t unanswered_count_ = 0;  // size of requests_, for the caller's thread
+  std::vector<uint8_t> ends_;                  // those of Step
+  std::atomic<int32_t> unanswered_count_ = 0;  // sent, and not received
 
   std::mutex mutex_;
   std::condition_variable has_ended_;

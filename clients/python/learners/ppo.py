@@ -180,8 +180,13 @@ class Ppo:
         return Update(step_count, episodes, environment_seconds, policy_seconds, ())
 
     def sends_in_background(self) -> bool:
-        """Returns whether a thread waits for a GPU's choices, while a half is received."""
-        return self.device.type == "cuda" and self.environments.has_independent_halves
+        """Returns whether a thread waits for a GPU's choices, while a half is received.
+
+        Only pools in the process may be sent to meanwhile.
+        """
+        environments = self.environments
+        in_process = environments.has_independent_halves and not environments.can_be_watched
+        return self.device.type == "cuda" and in_process
 
     def send(self, choice: Callable[[], np.ndarray], t: int, rows: slice | None) -> float:
         """Sends actions, unless `rows` is None, when chosen; returns the seconds of sending."""

@@ -27,7 +27,7 @@ class DoubleBufferedSampler:
             if t < 256:
                 sampler.send(policy(batch.observations))
 
-    Threads: one at a time; one may send while another waits for the next half.
+    Threads: one at a time; in the process, one may send while another waits for the next half.
 
     Attributes:
         pool: The pool.

@@ -1,6 +1,7 @@
 // Slices, requests sent ahead, resets, next levels and samplers.
 
 #include <cstdint>
+#include <thread>
 #include <vector>
 
 #include "gmock/gmock.h"
@@ -54,6 +55,26 @@ TEST_P(RequestTest, OnlyAnIdlePoolIsSteppedSavedOrDrawn) {
   EXPECT_EQ(procgen_receive(pool.get(), 10), PROCGEN_OK);
   EXPECT_EQ(procgen_render(pool.get(), 0, 64, 0, frame.data()), PROCGEN_OK);
   EXPECT_EQ(procgen_receive(pool.get(), -1), PROCGEN_FAILED_PRECONDITION);
+}
+
+TEST_P(RequestTest, OneThreadMaySendWhileAnotherReceives) {
+  constexpr int kCount = 500;
+  const CPool pool = Pool();
+  BatchBuffers buffers(4);
+  const ProcgenBatch batch = BatchIn(buffers);
+  const std::vector<int32_t> actions(4, 7);
+  const ProcgenStep step = StepOf(actions);
+  std::thread sender([&] {
+    for (int i = 0; i < kCount; ++i) {
+      EXPECT_EQ(procgen_send_step(pool.get(), &step, &batch), PROCGEN_OK);
+    }
+  });
+  for (int received = 0; received < kCount;) {
+    received += procgen_receive(pool.get(), -1) == PROCGEN_OK ? 1 : 0;  // else none is sent yet
+  }
+  sender.join();
+  EXPECT_EQ(procgen_unanswered_count(pool.get()), 0);
+  EXPECT_EQ(procgen_observe(pool.get(), 0, 4, &batch), PROCGEN_OK);
 }
 
 TEST_P(RequestTest, APoolMayBeDestroyedWithUnansweredRequests) {
