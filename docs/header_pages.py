@@ -20,7 +20,7 @@ def pages() -> dict[str, str]:
     """Returns the page by its path on the site."""
     blocks = [
         "# C API",
-        "Two libraries behind plain C headers. [clients/c](../clients/c/index.md) tells how to "
+        "Two libraries behind plain C headers. [clients/c](../clients/c/index.md) says how to "
         "install and link them, and how other languages load them.",
     ]
     for header in ("procgen.h", "procgen_remote.h"):
