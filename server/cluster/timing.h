@@ -8,9 +8,9 @@ namespace procgen {
 // Minimum interval at which a node repeats its status. It grows with the number of nodes, so that a
 // node sends at most kStatusesPerSecondMax.
 inline constexpr absl::Duration kStatusIntervalMin = absl::Seconds(1);
-inline constexpr int kStatusesPerSecondMax = 12;
+inline constexpr int kStatusesPerSecondMax = 8;
 // Time without a status after which a node is dropped: two lost ones drop no node of 64.
-inline constexpr absl::Duration kNodeLease = absl::Seconds(12);
+inline constexpr absl::Duration kNodeLease = absl::Seconds(20);
 // Time without a Publish after which a node repeats its status no more: its server hangs.
 inline constexpr absl::Duration kPublishTimeout = absl::Milliseconds(2500);
 
