@@ -137,12 +137,10 @@ class BridgePage:
         return response
 
     async def start_pool(self, pool_id: str = "", env_count: int = 1, game: str = "maze") -> Call:
-        """Starts a pool and reads its first response."""
-        call = await self.open(
-            f"{POOLS}RunPool",
-            self.run("start", pool_id=pool_id, spec=self.api.message(
-                "PoolSpec", games=[game], env_count=env_count)),
-        )  # fmt: skip
+        """Starts a pool, whose levels are always the same, and reads its first response."""
+        options = self.api.message("EnvironmentOptions", rand_seed=1)
+        spec = self.api.message("PoolSpec", games=[game], env_count=env_count, options=options)
+        call = await self.open(f"{POOLS}RunPool", self.run("start", pool_id=pool_id, spec=spec))
         assert (await call.read()).HasField("started")
         return call
 
