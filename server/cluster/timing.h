@@ -18,7 +18,7 @@ inline constexpr absl::Duration kPublishTimeout = absl::Milliseconds(2500);
 // probed ports, to keep their rate.
 inline constexpr absl::Duration kDiscoveryIntervalMin = absl::Seconds(15);
 inline constexpr absl::Duration kDiscoveryIntervalMax = absl::Minutes(15);
-inline constexpr int kDiscoveryMessagesPerSecondMax = 6;
+inline constexpr int kDiscoveryMessagesPerSecondMax = 4;
 // Time after which Cyclone DDS forgets a silent participant: this, or three discovery intervals.
 inline constexpr absl::Duration kDiscoveryLeaseMin = absl::Minutes(1);
 
