@@ -63,8 +63,3 @@ jumper easy: given up: 7
         "easy": {"unsolvable": [59], "given_up": [3, 4]},
         "hard": {"unsolvable": [], "given_up": []},
     }
-
-
-def test_means_are_read_from_the_output_of_the_random_baseline() -> None:
-    rows = "| fruitbot | easy | -2.48 ± 0.08 | 82 |", "| fruitbot | hard | -0.68 ± 0.04 | 38 |"
-    assert measure_games.mean_returns("\n".join(rows)) == {"easy": -2.48, "hard": -0.68}

@@ -3,22 +3,22 @@
 
 const BASELINE_NAMES = ["random agent", "PPO, 25 million steps"];
 export const BASELINES = {
-  bigfish: { easy: [0.83, 4.72], hard: [0.21] },
+  bigfish: { easy: [0.84, 4.72], hard: [0.18] },
   bossfight: { easy: [0.05, 7.54], hard: [0.04] },
-  caveflyer: { easy: [2.83, 5.36], hard: [1.48] },
-  chaser: { easy: [0.65, 5.64], hard: [0.64] },
-  climber: { easy: [2.18, 5.76], hard: [1.29] },
-  coinrun: { easy: [2.62, 8.65], hard: [2.44] },
-  dodgeball: { easy: [0.65, 1.86], hard: [0.69] },
-  fruitbot: { easy: [-2.48, 26.67], hard: [-0.68] },
-  heist: { easy: [3.06, 2.74], hard: [1.71] },
-  jumper: { easy: [3.28, 5.71], hard: [1.01] },
-  leaper: { easy: [2.54, 5.60], hard: [1.01] },
-  maze: { easy: [4.21, 5.53], hard: [3.00] },
-  miner: { easy: [1.26, 9.40], hard: [1.21] },
-  ninja: { easy: [2.53, 5.82], hard: [1.23] },
-  plunder: { easy: [4.29, 4.56], hard: [3.02] },
-  starpilot: { easy: [1.57, 23.80], hard: [0.85] },
+  caveflyer: { easy: [2.65, 5.36], hard: [1.50] },
+  chaser: { easy: [0.67, 5.64], hard: [0.66] },
+  climber: { easy: [2.25, 5.76], hard: [1.41] },
+  coinrun: { easy: [2.77, 8.65], hard: [2.52] },
+  dodgeball: { easy: [0.69, 1.86], hard: [0.63] },
+  fruitbot: { easy: [-2.55, 26.67], hard: [-0.72] },
+  heist: { easy: [3.10, 2.74], hard: [1.81] },
+  jumper: { easy: [3.38, 5.71], hard: [0.89] },
+  leaper: { easy: [2.43, 5.60], hard: [1.06] },
+  maze: { easy: [4.47, 5.53], hard: [3.07] },
+  miner: { easy: [1.23, 9.40], hard: [1.17] },
+  ninja: { easy: [2.62, 5.82], hard: [1.18] },
+  plunder: { easy: [4.31, 4.56], hard: [2.87] },
+  starpilot: { easy: [1.53, 23.80], hard: [0.86] },
 };
 
 // The baselines of a game and mode, as [name, value].
