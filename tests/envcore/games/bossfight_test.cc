@@ -1,21 +1,14 @@
-#include <vector>
-
-#include "gmock/gmock.h"
 #include "gtest/gtest.h"
 #include "tests/envcore/games/staged_game.h"
 
 namespace procgen {
 namespace {
 
-using ::testing::ElementsAre;
-
 constexpr int kBulletKind = 1;
 constexpr int kBossKind = 2;
 constexpr int kBossBulletKind = 4;
 constexpr int kReflectedKind = 6;
 constexpr int kBarrierKind = 7;
-
-constexpr int32_t kShoot = 9;
 
 // A new level without barriers, with the ship in the lower left corner.
 std::unique_ptr<Game> StagedDuel() {
@@ -30,29 +23,6 @@ std::unique_ptr<Game> StagedDuel() {
 void AddAt(Game& game, int kind, float x, float y) {
   Stage(game).entities.push_back(Entity::Make(kind, x, y, 0, 0, 0.25F, 0.25F));
   Stage(game).entities.back().meets_entities = kind == kBulletKind || kind == kBarrierKind;
-}
-
-// Adds a bullet on the boss.
-void HitBoss(Game& game) { AddAt(game, kBulletKind, game.world().entities[1].x, 10); }
-
-TEST(BossFightTest, TheFirstShotIsInTheThirdStepThenOneEveryThree) {
-  const auto game = StagedDuel();
-  std::vector<int> counts;
-  for (int step = 1; step <= 7; ++step) {
-    game->Play(kShoot);
-    counts.push_back(CountEntities(*game, kBulletKind));
-  }
-  EXPECT_THAT(counts, ElementsAre(0, 0, 1, 1, 1, 2, 2));
-}
-
-TEST(BossFightTest, TheShieldReflectsBullets) {
-  const auto game = StagedDuel();
-  const float health = game->world().entities[1].health;
-  HitBoss(*game);
-  game->Play(kNoAction);
-  EXPECT_EQ(game->world().entities[1].health, health);
-  EXPECT_EQ(CountEntities(*game, kBulletKind), 0);
-  EXPECT_EQ(CountEntities(*game, kReflectedKind), 1);
 }
 
 // Level 7 has three rounds of seven hits; in hard mode its shield drops in step 21 * (5 + 1).

@@ -69,31 +69,6 @@ std::vector<uint64_t> Play(RandomPlay play, int step_count) {
 
 class EveryGameTest : public testing::TestWithParam<GameInMode> {};
 
-TEST_P(EveryGameTest, EqualSeedsGiveEqualSteps) {
-  for (const int32_t seed : {1, 2, 3}) {
-    EXPECT_EQ(Play(RandomPlay(GetParam(), seed), 400), Play(RandomPlay(GetParam(), seed), 400));
-  }
-}
-
-TEST_P(EveryGameTest, OtherSeedsGiveOtherLevels) {
-  EXPECT_NE(Play(RandomPlay(GetParam(), 1), 1), Play(RandomPlay(GetParam(), 2), 1));
-}
-
-// Takes every action from several states of a random play.
-TEST_P(EveryGameTest, EveryActionIsLegalInEveryState) {
-  for (const int step_count : {0, 1, 13, 60, 200}) {
-    for (int32_t action = 0; action < kActionCount; ++action) {
-      RandomPlay play(GetParam(), step_count);
-      for (int i = 0; i < step_count; ++i) {
-        play.Step();
-      }
-      const int32_t step_number = play.game().step_number();
-      play.game().Play(action);
-      EXPECT_EQ(play.game().step_number(), step_number + 1);
-    }
-  }
-}
-
 // The digest after taking `action` at step `step_count` of a random play.
 uint64_t DigestAfter(const GameInMode& game, int step_count, int32_t action) {
   RandomPlay play(game, step_count);
@@ -132,19 +107,6 @@ TEST_P(EveryGameTest, ALevelThatIsOverCanBePlayedOn) {
   EXPECT_EQ(play.game().step_number(), 1200);
 }
 
-TEST_P(EveryGameTest, InterleavedGamesDoNotAffectEachOther) {
-  const std::vector<uint64_t> alone_a = Play(RandomPlay(GetParam(), 1), 300);
-  const std::vector<uint64_t> alone_b = Play(RandomPlay(GetParam(), 2), 300);
-  RandomPlay a(GetParam(), 1);
-  RandomPlay b(GetParam(), 2);
-  for (size_t i = 0; i < alone_a.size(); ++i) {
-    a.Step();
-    b.Step();
-    ASSERT_EQ(DigestOf(a.game()), alone_a[i]) << "step " << i;
-    ASSERT_EQ(DigestOf(b.game()), alone_b[i]) << "step " << i;
-  }
-}
-
 TEST_P(EveryGameTest, FillingASceneChangesNothing) {
   const std::vector<uint64_t> unseen = Play(RandomPlay(GetParam(), 5), 300);
   RandomPlay seen(GetParam(), 5);
@@ -165,35 +127,6 @@ TEST_P(EveryGameTest, AppearanceOptionsChangeNoRule) {
   EXPECT_EQ(Play(RandomPlay(GetParam(), 6, {.use_monochrome_assets = true}), 200), plain);
   EXPECT_EQ(Play(RandomPlay(GetParam(), 6, {.center_agent = false}), 200), plain);
   EXPECT_EQ(Play(RandomPlay(GetParam(), 6, {.paint_vel_info = true}), 200), plain);
-}
-
-TEST_P(EveryGameTest, EverySpriteInViewCanBeDrawn) {
-  RandomPlay play(GetParam(), 7);
-  Scene scene;
-  for (int i = 0; i < 300; ++i) {
-    play.Step();
-    play.game().FillScene(&scene);
-    ASSERT_GT(scene.camera.cells, 0);
-    for (const std::vector<Sprite>* sprites : {&scene.below_cells, &scene.above_cells}) {
-      for (const Sprite& sprite : *sprites) {
-        ASSERT_GE(sprite.image_kind, 0);
-        ASSERT_LT(sprite.image_kind, kKindCount);
-        ASSERT_GE(sprite.theme, 0);
-        ASSERT_LT(sprite.theme, 10);
-      }
-    }
-  }
-}
-
-TEST_P(EveryGameTest, RandomPlayNeverMovesTheAgentOutOfTheWorld) {
-  RandomPlay play(GetParam(), 8);
-  for (int i = 0; i < 500; ++i) {
-    play.Step();
-    const World& world = play.game().world();
-    ASSERT_FALSE(world.entities.empty());
-    ASSERT_EQ(world.agent().kind, kAgentKind);
-    ASSERT_FALSE(world.IsOutside(world.agent())) << "step " << i;
-  }
 }
 
 INSTANTIATE_TEST_SUITE_P(Catalog, EveryGameTest, testing::ValuesIn(AllGamesInAllModes()),

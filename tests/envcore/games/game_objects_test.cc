@@ -3,7 +3,6 @@
 #include <vector>
 
 #include "envcore/games/game_catalog.h"
-#include "gmock/gmock.h"
 #include "gtest/gtest.h"
 
 namespace procgen {

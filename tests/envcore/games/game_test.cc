@@ -21,31 +21,6 @@ std::unique_ptr<ScriptedGame> StartedInTheMiddle(const GameOptions& options = {}
   return game;
 }
 
-TEST(GameTest, ANewLevelDrawsBackgroundAndAgentPosition) {
-  ScriptedGame game({});
-  game.StartLevel(11);
-  RandomStream same(11);
-  const float offset = same.Unit();
-  const int32_t index = same.Int(7);
-  const float x = same.Unit() * (8 - 2 * 0.4F) + 0.4F;
-  const float y = same.Unit() * (8 - 2 * 0.4F) + 0.4F;
-  Scene scene;
-  game.FillScene(&scene);
-  EXPECT_EQ(scene.background.offset, offset);
-  EXPECT_EQ(scene.background.index, index);
-  EXPECT_EQ(game.world().agent().x, x);
-  EXPECT_EQ(game.world().agent().y, y);
-  EXPECT_EQ(game.random().draws(), 4U);
-}
-
-TEST(GameTest, AFixedStartTakesNoDraws) {
-  ScriptedGame game({}, ScriptedGame::AgentStart::kFixed);
-  game.StartLevel(11);
-  EXPECT_EQ(game.world().agent().x, 0.4F);
-  EXPECT_EQ(game.world().agent().y, 0.4F);
-  EXPECT_EQ(game.random().draws(), 2U);
-}
-
 TEST(GameTest, ANewLevelIsEmptyExceptForASmartAgentInLayerOne) {
   const auto game = StartedInTheMiddle();
   game->world_.grid.Set(0, kWallKind);
@@ -58,26 +33,6 @@ TEST(GameTest, ANewLevelIsEmptyExceptForASmartAgentInLayerOne) {
   EXPECT_TRUE(agent.smart);
   EXPECT_EQ(agent.layer, 1);
   EXPECT_EQ(agent.rx, 0.4F);
-}
-
-TEST(GameTest, StepsAreCountedFromOneInEachLevel) {
-  const auto game = StartedInTheMiddle();
-  EXPECT_EQ(game->step_number(), 0);
-  game->Play(kNoAction);
-  game->Play(kNoAction);
-  EXPECT_EQ(game->step_number(), 2);
-  game->StartLevel(2);
-  EXPECT_EQ(game->step_number(), 0);
-}
-
-TEST(GameTest, AStepDrawsTheSharedIntegerFirst) {
-  const auto game = StartedInTheMiddle();
-  RandomStream same(1);
-  for (int i = 0; i < 4; ++i) {
-    same.Raw();
-  }
-  game->Play(kNoAction);
-  EXPECT_EQ(game->world().shared_random, same.Int(0, 1000000));
 }
 
 TEST(GameTest, MovesSteerAndSpecialActionsDoNot) {
@@ -108,34 +63,6 @@ TEST(GameTest, TheLastMoveSurvivesSpecialActionsAndLevels) {
   game->StartLevel(5);
   game->Play(kNoAction);
   EXPECT_EQ(game->last_move_, 2);
-}
-
-TEST(GameTest, VelocityMixesWithTheControlsAndDecays) {
-  const auto game = StartedInTheMiddle();
-  game->world_.agent().vx = 0.3F;
-  game->Play(7);
-  float expected = (1 - 0.5F) * 0.3F;
-  expected += (0.5F * 0.5F) * 1;
-  expected = static_cast<float>(0.9 * expected);
-  EXPECT_EQ(game->world().agent().vx, expected);
-  EXPECT_EQ(game->world().agent().vy, 0);
-}
-
-TEST(GameTest, InWholeCellMotionVelocityIsTheControls) {
-  const auto game = StartedInTheMiddle();
-  game->world_.whole_cell_motion = true;
-  game->world_.agent().vx = 0.3F;
-  game->Play(5);
-  EXPECT_EQ(game->world().agent().vx, 0);
-  EXPECT_EQ(game->world().agent().vy, 1);
-}
-
-TEST(GameTest, SpinHalvesEachStep) {
-  const auto game = StartedInTheMiddle();
-  game->world_.agent().spin = 0.4F;
-  game->Play(kNoAction);
-  EXPECT_EQ(game->world().agent().spin, 0.2F);
-  EXPECT_EQ(game->world().agent().rotation, 0.2F);
 }
 
 TEST(GameTest, AnAgentOutOfTheWorldEndsTheLevel) {
@@ -175,13 +102,6 @@ TEST(GameTest, AspectRatiosAreThoseOfUpstreamImages) {
   EXPECT_EQ(game->AspectRatio(77, 0), 1) << "no image";
 }
 
-TEST(GameTest, RestrictedThemesShowTheFirstImageAndKeepTheDraw) {
-  const auto game = StartedInTheMiddle({.restrict_themes = true});
-  RandomStream same = game->random();
-  EXPECT_EQ(game->DrawTheme(kThemedKind), same.Int(3));
-  EXPECT_EQ(game->AspectRatio(kThemedKind, 1), 1);
-}
-
 TEST(GameTest, GeneratedArtHasOneSquareThemeAndMonochromeArtChangesNothing) {
   const auto generated = StartedInTheMiddle({.use_generated_assets = true});
   EXPECT_EQ(generated->DrawTheme(kThemedKind), 0);
@@ -205,39 +125,6 @@ TEST(GameTest, ASceneHasTheLayersInOrderAndNoOthers) {
   EXPECT_THAT(scene.below_cells, ElementsAre(Field(&Sprite::rx, 4)));
   EXPECT_THAT(scene.above_cells, ElementsAre(Field(&Sprite::rx, 2), Field(&Sprite::rx, 6),
                                              Field(&Sprite::rx, 0.4F), Field(&Sprite::rx, 3)));
-}
-
-TEST(GameTest, TheCellsInViewExtendOneBeyondTheImage) {
-  const auto game = StartedInTheMiddle({.center_agent = true});
-  Scene scene;
-  game->FillScene(&scene);
-  EXPECT_EQ(scene.camera.cells, 16);
-  EXPECT_EQ(scene.camera.center_x, 4);
-  EXPECT_EQ(scene.cells.first_column, -5);
-  EXPECT_EQ(scene.cells.last_column, 13);
-  EXPECT_EQ(scene.cells.first_row, -5);
-  EXPECT_EQ(scene.cells.last_row, 13);
-}
-
-TEST(GameTest, WithoutCenterAgentTheWorldIsInViewAndNothingElse) {
-  const auto game = StartedInTheMiddle({.center_agent = false});
-  Scene scene;
-  game->FillScene(&scene);
-  EXPECT_EQ(scene.camera.cells, 8);
-  EXPECT_EQ(scene.cells.first_column, 0);
-  EXPECT_EQ(scene.cells.last_column, 7);
-}
-
-TEST(GameTest, VelocityIsShownWithPaintVelInfo) {
-  const auto game = StartedInTheMiddle({.paint_vel_info = true});
-  game->world_.agent().vx = 0.25F;
-  Scene scene;
-  game->FillScene(&scene);
-  EXPECT_TRUE(scene.velocity.shown);
-  EXPECT_EQ(scene.velocity.vx, 0.25F);
-  EXPECT_EQ(scene.velocity.vx_max, 0.5F);
-  StartedInTheMiddle()->FillScene(&scene);
-  EXPECT_FALSE(scene.velocity.shown);
 }
 
 }  // namespace

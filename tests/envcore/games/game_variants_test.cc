@@ -6,7 +6,6 @@
 
 #include "envcore/games/game_catalog.h"
 #include "envcore/games/game_kind_names.h"
-#include "gmock/gmock.h"
 #include "gtest/gtest.h"
 
 namespace procgen {

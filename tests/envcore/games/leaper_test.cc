@@ -1,6 +1,5 @@
 #include <vector>
 
-#include "gmock/gmock.h"
 #include "gtest/gtest.h"
 #include "tests/envcore/games/staged_game.h"
 

@@ -1,4 +1,3 @@
-#include <set>
 #include <vector>
 
 #include "gmock/gmock.h"
@@ -34,18 +33,6 @@ struct Place {
 
 Place PlaceOf(const Game& game) { return {game.world().agent().x, game.world().agent().y}; }
 
-TEST(MazeGameTest, ActionsMoveOneCellAndDiagonalsGoSideways) {
-  const std::vector<Place> expected = {{0.5F, 1.5F}, {0.5F, 1.5F}, {0.5F, 1.5F}, {1.5F, 0.5F},
-                                       {1.5F, 1.5F}, {1.5F, 2.5F}, {2.5F, 1.5F}, {2.5F, 1.5F},
-                                       {2.5F, 1.5F}, {1.5F, 1.5F}, {1.5F, 1.5F}, {1.5F, 1.5F},
-                                       {1.5F, 1.5F}, {1.5F, 1.5F}, {1.5F, 1.5F}};
-  for (int32_t action = 0; action < kActionCount; ++action) {
-    const auto game = StagedMaze({"...", "...", "..."}, 1, 1);
-    game->Play(action);
-    EXPECT_EQ(PlaceOf(*game), expected[static_cast<size_t>(action)]) << ActionName(action);
-  }
-}
-
 TEST(MazeGameTest, WallsAndTheEdgeStopTheMouseAndDiagonalsDoNotSlide) {
   const auto game = StagedMaze({".#", ".."}, 0, 1);
   for (const int32_t action : {8, 2, 5}) {
@@ -73,73 +60,14 @@ TEST(MazeGameTest, TheCheesePaysOnceAndCompletesTheLevel) {
   EXPECT_THAT(Drawn(game->world().grid, MazeLegend()), ElementsAre("..."));
 }
 
-TEST(MazeGameTest, AStepTakesOneDraw) {
-  const auto game = StartedGame("maze", 3);
-  const uint64_t before = game->random().draws();
-  game->Play(7);
-  EXPECT_EQ(game->random().draws(), before + 1);
-}
-
-class MazeGameModesTest : public testing::TestWithParam<DistributionMode> {};
-
-TEST_P(MazeGameModesTest, LevelsAreCenteredWithTheMouseInTheirCorner) {
-  std::set<int> sizes;
-  for (int32_t seed = 0; seed < 60; ++seed) {
-    const auto game = StartedGame("maze", seed, {.distribution_mode = GetParam()});
-    const World& world = game->world();
-    const int corner = static_cast<int>(world.agent().x);
-    const int size = world.grid.width() - 2 * corner;
-    EXPECT_EQ(world.agent().x, world.agent().y);
-    EXPECT_EQ(world.grid.At(corner, corner), kEmptyKind) << "no cheese at the start";
-    EXPECT_EQ(size % 2, 1);
-    sizes.insert(size);
-    int cheese_count = 0;
-    for (int cell = 0; cell < world.grid.size(); ++cell) {
-      cheese_count += world.grid.At(cell) == kCheeseKind ? 1 : 0;
-      const int x = cell % world.grid.width();
-      const int y = cell / world.grid.width();
-      if (x < corner || y < corner || x >= corner + size || y >= corner + size) {
-        EXPECT_EQ(world.grid.At(cell), kWallKind);
-      }
-    }
-    EXPECT_EQ(cheese_count, 1);
-  }
-  EXPECT_EQ(*sizes.begin(), 3);
-  EXPECT_LE(*sizes.rbegin(),
-            StartedGame("maze", 0, {.distribution_mode = GetParam()})->world().grid.width());
-}
-
-TEST_P(MazeGameModesTest, TheCameraFollowsTheMouseInMemoryModeOnly) {
-  for (const bool center_agent : {false, true}) {
-    const auto game =
-        StartedGame("maze", 0, {.distribution_mode = GetParam(), .center_agent = center_agent});
+TEST(MazeGameTest, VelocityIsNeverShown) {
+  for (const DistributionMode mode : FindGame("maze")->modes) {
+    const auto game = StartedGame("maze", 0, {.distribution_mode = mode, .paint_vel_info = true});
     Scene scene;
     game->FillScene(&scene);
-    if (GetParam() == DistributionMode::kMemory) {
-      EXPECT_EQ(scene.camera.cells, 8);
-      EXPECT_EQ(scene.camera.center_x, game->world().agent().x);
-      EXPECT_EQ(scene.cells.out_of_bounds_kind, kWallKind);
-    } else {
-      EXPECT_EQ(scene.camera.cells, static_cast<float>(game->world().grid.width()));
-      EXPECT_EQ(scene.camera.center_x, scene.camera.cells / 2);
-    }
+    EXPECT_FALSE(scene.velocity.shown) << DistributionModeName(mode);
   }
 }
-
-TEST_P(MazeGameModesTest, VelocityIsNeverShown) {
-  const auto game =
-      StartedGame("maze", 0, {.distribution_mode = GetParam(), .paint_vel_info = true});
-  Scene scene;
-  game->FillScene(&scene);
-  EXPECT_FALSE(scene.velocity.shown);
-}
-
-INSTANTIATE_TEST_SUITE_P(Modes, MazeGameModesTest,
-                         testing::Values(DistributionMode::kEasy, DistributionMode::kHard,
-                                         DistributionMode::kMemory),
-                         [](const auto& info) {
-                           return std::string(DistributionModeName(info.param));
-                         });
 
 }  // namespace
 }  // namespace procgen

@@ -11,8 +11,6 @@ using ::testing::ElementsAre;
 
 constexpr int kExitKindOfMiner = 6;
 constexpr int32_t kLeft = 1;
-constexpr int32_t kDown = 3;
-constexpr int32_t kUp = 5;
 constexpr int32_t kRight = 7;
 
 // o boulder, * diamond, O and + the same while falling, % dirt. In drawings of the initial state
@@ -77,21 +75,6 @@ TEST(MinerTest, AnUnsupportedBoulderFallsACellAStepAndComesToRest) {
   EXPECT_THAT(DrawnMine(*game), ElementsAre("@..", "...", "..o"));
 }
 
-TEST(MinerTest, AWholeColumnFallsTogether) {
-  EXPECT_THAT(After({"@*",  //
-                     ".o",  //
-                     ".."},
-                    kNoAction),
-              ElementsAre("@.", ".+", ".O"));
-}
-
-TEST(MinerTest, DirtSupportsObjects) {
-  EXPECT_THAT(After({"@o",  //
-                     ".%"},
-                    kNoAction),
-              ElementsAre("@o", ".%"));
-}
-
 TEST(MinerTest, OnARoundObjectABoulderRollsLeftFirstAndRestsForAStep) {
   const auto game = StagedMine({"....@",  //
                                 "..*..",  //
@@ -110,48 +93,12 @@ TEST(MinerTest, ABoulderThatRollsRightFallsInTheSamePass) {
               ElementsAre("....@", ".%...", ".%oO."));
 }
 
-TEST(MinerTest, RollsOnlyIfTheNextCellAndTheOneBelowItAreFree) {
-  EXPECT_THAT(After({"....@",  //
-                     "..o..",  //
-                     ".%o%."},
-                    kNoAction),
-              ElementsAre("....@", "..o..", ".%o%."));
-  EXPECT_THAT(After({"....@",  //
-                     ".%o%.",  //
-                     "..o.."},
-                    kNoAction),
-              ElementsAre("....@", ".%o%.", "..o.."));
-}
-
 TEST(MinerTest, DoesNotRollOverTheWorldsEdge) {
   EXPECT_THAT(After({"@.",  //
                      "o%",  //
                      "o."},
                     kNoAction),
               ElementsAre("@.", "o%", "o."));
-}
-
-TEST(MinerTest, RollsNeitherOntoTheRobotNorAboveIt) {
-  EXPECT_THAT(After({"@o%",  //
-                     ".o%",  //
-                     "%%%"},
-                    kNoAction),
-              ElementsAre("@o%", ".o%", "%%%"));
-  EXPECT_THAT(After({".o%",  //
-                     "@o%",  //
-                     "%%%"},
-                    kNoAction),
-              ElementsAre(".o%", "@o%", "%%%"));
-}
-
-TEST(MinerTest, AnObjectAtRestOnTheRobotStays) {
-  const auto game = StagedMine({"o",  //
-                                "@",  //
-                                "%"});
-  game->Play(kNoAction);
-  game->Play(kNoAction);
-  EXPECT_FALSE(game->outcome().done);
-  EXPECT_THAT(DrawnMine(*game), ElementsAre("o", "@", "%"));
 }
 
 TEST(MinerTest, AFallingObjectEndsTheEpisodeOneStepAfterItIsAboveTheRobot) {
@@ -168,46 +115,7 @@ TEST(MinerTest, AFallingObjectEndsTheEpisodeOneStepAfterItIsAboveTheRobot) {
   EXPECT_THAT(DrawnMine(*game), ElementsAre(".", "+", "@", "%")) << "no cell changes";
 }
 
-TEST(MinerTest, ARobotThatStepsAsideIsNotHit) {
-  const auto game = StagedMine({"O.",  //
-                                "@.",  //
-                                "%%"});
-  game->Play(kRight);
-  EXPECT_FALSE(game->outcome().done);
-  EXPECT_THAT(DrawnMine(*game), ElementsAre("..", "O@", "%%"));
-}
-
-TEST(MinerTest, TheRobotSupportsAnObjectItWalksUnderOnlyIfTheObjectRests) {
-  EXPECT_TRUE([] {
-    const auto game = StagedMine({".O",  //
-                                  "@%",  //
-                                  "%%"});
-    game->Play(kRight);
-    return game->outcome().done;
-  }());
-  EXPECT_FALSE([] {
-    const auto game = StagedMine({".o",  //
-                                  "@%",  //
-                                  "%%"});
-    game->Play(kRight);
-    return game->outcome().done;
-  }());
-}
-
-// --- Moving, digging, collecting, pushing.
-
-TEST(MinerTest, DigsWhereItGoesAndDiagonalsGoSideways) {
-  EXPECT_THAT(After({"%%%", "%@%", "%%%"}, kDown), ElementsAre("%%%", "%.%", "%@%"));
-  EXPECT_THAT(After({"%%%", "%@%", "%%%"}, 8), ElementsAre("%%%", "%.@", "%%%"));
-  EXPECT_THAT(After({"%%%", "%@%", "%%%"}, 0), ElementsAre("%%%", "@.%", "%%%"));
-}
-
-TEST(MinerTest, CollectsADiamondAtRest) {
-  const auto game = StagedMine({"@*%"});
-  game->Play(kRight);
-  EXPECT_EQ(game->outcome().reward, 1);
-  EXPECT_THAT(DrawnMine(*game), ElementsAre(".@%"));
-}
+// --- Collecting, pushing.
 
 TEST(MinerTest, AFallingDiamondInItsCellIsCollectedOnlyOnceItRests) {
   const auto game = StagedMine({"@%%", "%%%"});
@@ -216,11 +124,6 @@ TEST(MinerTest, AFallingDiamondInItsCellIsCollectedOnlyOnceItRests) {
   EXPECT_EQ(game->outcome().reward, 0);
   game->Play(kNoAction);
   EXPECT_EQ(game->outcome().reward, 1);
-}
-
-TEST(MinerTest, BouldersBlockUpAndDown) {
-  EXPECT_THAT(After({"o", "@", "%"}, kUp), ElementsAre("o", "@", "%"));
-  EXPECT_THAT(After({"@", "o"}, kDown), ElementsAre("@", "o"));
 }
 
 TEST(MinerTest, PushesABoulderIntoAnEmptyCellEitherWay) {
@@ -243,12 +146,6 @@ TEST(MinerTest, DoesNotPushAroundTheWorldsEdge) {
               ElementsAre(".%", "@o"));
 }
 
-TEST(MinerTest, DoesNotPushIntoDirtOrBouldersNorFallingObjects) {
-  EXPECT_THAT(After({"@o%"}, kRight), ElementsAre("@o%"));
-  EXPECT_THAT(After({"@oo."}, kRight), ElementsAre("@oo."));
-  EXPECT_THAT(After({"@O."}, kRight), ElementsAre("@o.")) << "it came to rest in this step";
-}
-
 TEST(MinerTest, APushedBoulderFallsAtOnce) {
   EXPECT_THAT(After({"@o.",  //
                      "%%."},
@@ -266,14 +163,6 @@ TEST(MinerTest, TheExitPaysInTheStepAfterTheLastDiamond) {
   EXPECT_EQ(game->outcome().reward, 10);
   EXPECT_TRUE(game->outcome().done);
   EXPECT_TRUE(game->outcome().level_complete);
-}
-
-TEST(MinerTest, TheExitPaysNothingWhileADiamondIsLeft) {
-  const auto game = StagedMine({"@%E*"});
-  game->Play(kRight);
-  game->Play(kRight);
-  EXPECT_EQ(game->outcome().reward, 0);
-  EXPECT_FALSE(game->outcome().done);
 }
 
 TEST(MinerTest, InTheFirstStepTheDiamondCountIsZero) {
@@ -300,68 +189,6 @@ TEST(MinerTest, APushOntoTheExitPaysAfterTheNextMotion) {
   EXPECT_EQ(game->outcome().reward, 0);
   game->Play(kNoAction);
   EXPECT_EQ(game->outcome().reward, 10);
-}
-
-// --- Levels and appearance.
-
-struct Mode {
-  DistributionMode mode;
-  int side, diamond_count, boulder_count;
-};
-
-class MinerModesTest : public testing::TestWithParam<Mode> {};
-
-TEST_P(MinerModesTest, LevelsHaveTheirDiamondsBouldersAndOneExitUnderDirtOrTheTop) {
-  for (int32_t seed = 0; seed < 30; ++seed) {
-    const auto game = StartedGame("miner", seed, {.distribution_mode = GetParam().mode});
-    const World& world = game->world();
-    ASSERT_EQ(world.grid.width(), GetParam().side);
-    int diamond_count = 0;
-    int boulder_count = 0;
-    for (int cell = 0; cell < world.grid.size(); ++cell) {
-      diamond_count += world.grid.At(cell) == 2 ? 1 : 0;
-      boulder_count += world.grid.At(cell) == 1 ? 1 : 0;
-    }
-    EXPECT_EQ(diamond_count, GetParam().diamond_count);
-    EXPECT_LE(boulder_count, GetParam().boulder_count);
-    EXPECT_GE(boulder_count, GetParam().boulder_count - 8) << "those next to the robot are removed";
-    ASSERT_EQ(world.entities.size(), 2U);
-    const Entity& exit = world.entities[1];
-    EXPECT_EQ(exit.kind, kExitKindOfMiner);
-    EXPECT_EQ(exit.layer, -1);
-    EXPECT_EQ(world.CellAtPoint(exit.x, exit.y), kEmptyKind);
-    const int above = world.CellAtPoint(exit.x, exit.y + 1);
-    EXPECT_TRUE(above == 9 || above == world.out_of_bounds_kind) << above;
-  }
-}
-
-TEST_P(MinerModesTest, TheCameraFollowsTheRobotInMemoryModeOnly) {
-  for (const bool center_agent : {false, true}) {
-    const auto game = StartedGame(
-        "miner", 0, {.distribution_mode = GetParam().mode, .center_agent = center_agent});
-    Scene scene;
-    game->FillScene(&scene);
-    const bool follows = GetParam().mode == DistributionMode::kMemory;
-    EXPECT_EQ(scene.camera.cells, follows ? 8 : GetParam().side);
-    EXPECT_EQ(scene.camera.center_x,
-              follows ? game->world().agent().x : static_cast<float>(GetParam().side) / 2);
-  }
-}
-
-INSTANTIATE_TEST_SUITE_P(Modes, MinerModesTest,
-                         testing::Values(Mode{DistributionMode::kEasy, 10, 3, 20},
-                                         Mode{DistributionMode::kHard, 20, 12, 80},
-                                         Mode{DistributionMode::kMemory, 35, 36, 245}),
-                         [](const auto& info) {
-                           return std::string(DistributionModeName(info.param.mode));
-                         });
-
-TEST(MinerTest, FallingObjectsLookLikeThoseAtRest) {
-  const auto game = StagedMine({"@"});
-  Scene scene;
-  game->FillScene(&scene);
-  EXPECT_EQ(scene.cells.looks[3].image_kind, 1);
-  EXPECT_EQ(scene.cells.looks[4].image_kind, 2);
 }
 
 }  // namespace

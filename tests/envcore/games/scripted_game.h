@@ -27,10 +27,8 @@ inline constexpr GameArtSpec kScriptedArt = {.slots = kScriptedSlots,
 // A game whose actions determine the outcome, for tests of the code around games.
 class ScriptedGame final : public Game {
  public:
-  explicit ScriptedGame(const GameOptions& options, AgentStart agent_start = AgentStart::kRandom)
-      : Game(kScriptedArt, options), agent_start_(agent_start) {}
+  explicit ScriptedGame(const GameOptions& options) : Game(kScriptedArt, options) {}
 
-  using Game::AgentStart;
   using Game::AspectRatio;
   using Game::DrawTheme;
   using Game::last_move_;
@@ -38,7 +36,7 @@ class ScriptedGame final : public Game {
   using Game::world_;
 
  private:
-  void MakeLevel() override { StandardReset(kScriptedWorldSide, kScriptedWorldSide, agent_start_); }
+  void MakeLevel() override { StandardReset(kScriptedWorldSide, kScriptedWorldSide); }
 
   void PlayStep() override {
     StandardStep();
@@ -50,8 +48,6 @@ class ScriptedGame final : public Game {
     outcome_.done = outcome_.done || action == kEndAction || action == kCompleteAction;
     outcome_.level_complete = action == kCompleteAction || action == kCompleteOnlyAction;
   }
-
-  AgentStart agent_start_;
 };
 
 inline std::unique_ptr<Game> MakeScriptedGame(const GameOptions& options) {
