@@ -45,6 +45,7 @@ test_packages=(
   libcpp-httplib-dev      # their HTTP client
   libbenchmark-dev        # benchmarks
   openssl                 # makes the certificates of the tests
+  man-db                  # renders the manual pages
   python3-pytest          # the Python client's tests
   python3-websockets      # stands in for the web pages in tests
   mypy                    # checks its types

@@ -84,6 +84,29 @@ def test_the_installed_service_serves_and_stops(installed: ThrowawayRoot) -> Non
     assert process.wait(timeout=seconds(unit(installed)["TimeoutStopSec"])) == 0
 
 
+@pytest.mark.parametrize("command", ["procgen-server", "procgen-make-credentials"])
+def test_manual_pages_render_without_warnings(installed: ThrowawayRoot, command: str) -> None:
+    page = f"/usr/share/man/man1/{command}.1.gz"
+    rendered = installed.run("env", "LC_ALL=C.UTF-8", "man", "--warnings", "--local-file", page)
+    assert (rendered.returncode, rendered.stderr) == (0, "")
+    assert f"SYNOPSIS\n       {command} " in rendered.stdout
+
+
+def test_bash_completes_all_flags_of_help(installed: ThrowawayRoot) -> None:
+    text = installed.run("procgen-server", "--help").stdout
+    flags = set(re.findall(r"^ +(--\w+) \(", text, re.MULTILINE))
+    assert len(flags) > 20
+    script = (
+        "source /usr/share/bash-completion/completions/procgen-server; compopt() { :; };"
+        '_procgen_server procgen-server "$0"; echo "${COMPREPLY[@]}"'
+    )
+    offered = installed.run("bash", "-c", script, "--").stdout.split()
+    assert flags | {"--flagfile", "--help", "--version"} == {each.rstrip("=") for each in offered}
+    assert installed.run("bash", "-c", script, "--tls_k").stdout == "--tls_key=\n"
+    page = installed.run("env", "LC_ALL=C.UTF-8", "man", "procgen-server").stdout
+    assert flags <= set(re.findall(r"^ +(--\w+)=VALUE", page, re.MULTILINE))
+
+
 def test_the_service_has_its_own_user(installed: ThrowawayRoot) -> None:
     entry = installed.run("getent", "passwd", unit(installed)["User"]).stdout.strip().split(":")
     assert int(entry[2]) not in (0, 65534)
