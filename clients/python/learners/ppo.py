@@ -52,13 +52,20 @@ class Rollout(NamedTuple):
 
 
 def estimate_advantages(
-    rewards: np.ndarray, ended: np.ndarray, values: np.ndarray, gamma: float, lambda_: float
-) -> np.ndarray:
-    """Returns generalised advantage estimates [T, N] of rewards and ended [T, N], values [T+1, N].
+    rewards: torch.Tensor, ended: torch.Tensor, values: torch.Tensor, gamma: float, lambda_: float
+) -> torch.Tensor:
+    """Returns generalised advantage estimates, float32 [T, N], on the device of the arguments.
 
     As in the paper's code, the time limit ends an episode without a bootstrapped value.
+
+    Args:
+        rewards: float32 [T, N].
+        ended: 1 if the step ended an episode, else 0, float32 [T, N].
+        values: Of the observations before each step and after the last, float32 [T + 1, N].
+        gamma: Discount.
+        lambda_: Decay of the estimator.
     """
-    alive = 1 - ended.astype(np.float32)
+    alive = 1 - ended
     advantages = rewards + gamma * values[1:] * alive - values[:-1]
     decay = gamma * lambda_ * alive
     for t in reversed(range(len(rewards) - 1)):
@@ -115,7 +122,9 @@ class Ppo:
         self.values = torch.zeros(shape, device=self.device)
         self.probabilities = torch.zeros(shape[1], ACTION_COUNT, device=self.device)
         kept = (self.observations, self.actions, self.log_probabilities, self.values)
-        advantages, returns = torch.zeros((2, shape[0] - 1, shape[1]), device=self.device)
+        self.rewards, self.ended, advantages, returns = torch.zeros(
+            (4, shape[0] - 1, shape[1]), device=self.device
+        )
         rollout = [*(tensor[:-1] for tensor in kept), advantages, returns]
         self.rollout = Rollout(*(tensor.flatten(0, 1) for tensor in rollout))
         # With a memory, minibatches consist of environments, each with all of its steps.
@@ -127,6 +136,7 @@ class Ppo:
         )
         self.received = self.observations  # Where the client writes them.
         self.gradients = self.minibatch_gradients
+        self.fill_returns = self.estimate_on_device
         if on_gpu:
             self.received = torch.zeros(self.observations.shape[1:], dtype=torch.uint8)
             self.received = self.received.pin_memory()
@@ -137,6 +147,7 @@ class Ppo:
                 rows.start: captured(partial(self.act_on_gpu, rows=rows))
                 for rows in environments.halves
             }
+            self.fill_returns = captured(self.estimate_on_device)
             self.gradients = captured(self.minibatch_gradients)
             self.prepare = captured(self.agent.encoder.prepare)
 
@@ -252,11 +263,17 @@ class Ppo:
     def estimate_returns(self, rewards: np.ndarray, ended: np.ndarray) -> None:
         """Fills in advantages and returns; the last observation has only a value."""
         normalized = np.stack([*map(self.normalize, rewards, ended)])
+        self.rewards.copy_(torch.from_numpy(normalized))
+        self.ended.copy_(torch.from_numpy(ended))
+        self.fill_returns()
+
+    def estimate_on_device(self) -> None:
+        """Fills in advantages and returns, from rewards and ended on the device."""
         advantages = estimate_advantages(
-            *(normalized, ended, self.values.cpu().numpy()),
+            *(self.rewards, self.ended, self.values),
             *(self.options.gamma, self.options.gae_lambda),
         )
-        self.rollout.advantages.copy_(torch.from_numpy(advantages).flatten())
+        self.rollout.advantages.copy_(advantages.flatten())
         torch.add(self.rollout.advantages, self.rollout.values, out=self.rollout.returns)
 
     def learn(self) -> list[float]:

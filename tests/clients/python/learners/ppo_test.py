@@ -184,10 +184,24 @@ def test_ranks_on_different_gpus_can_resume_the_same_run(monkeypatch: pytest.Mon
 
 
 def test_advantages_are_generalized_advantage_estimates() -> None:
-    rewards, ended = np.float32([[1], [0], [2]]), np.array([[False], [True], [False]])
-    values = np.float32([[0.5], [0.25], [1], [4]])
+    rewards, ended = torch.tensor([[1.0], [0], [2]]), torch.tensor([[0.0], [1], [0]])
+    values = torch.tensor([[0.5], [0.25], [1], [4]])
     advantages = ppo.estimate_advantages(rewards, ended, values, gamma=0.9, lambda_=0.8)
     last = 2 + 0.9 * 4 - 1
     second = 0 - 0.25
     first = 1 + 0.9 * 0.25 - 0.5 + 0.9 * 0.8 * second
-    assert advantages.ravel() == pytest.approx([first, second, last])
+    assert advantages.ravel().tolist() == pytest.approx([first, second, last])
+
+
+def test_advantages_equal_those_of_float64() -> None:
+    """Over a whole rollout, with episodes that end."""
+    torch.manual_seed(0)
+    rewards, values = torch.randn(256, 64), torch.randn(257, 64)
+    ended = (torch.rand(256, 64) < 0.02).float()
+    found = ppo.estimate_advantages(rewards, ended, values, gamma=0.999, lambda_=0.95)
+    expected, following = np.zeros((256, 64)), np.zeros(64)
+    x, v, alive = rewards.double().numpy(), values.double().numpy(), 1 - ended.double().numpy()
+    for t in reversed(range(256)):
+        delta = x[t] + 0.999 * v[t + 1] * alive[t] - v[t]
+        expected[t] = following = delta + 0.999 * 0.95 * alive[t] * following
+    np.testing.assert_allclose(found.numpy(), expected, rtol=1e-4, atol=1e-5)
