@@ -6,7 +6,7 @@ of k > 1 frames are [n, k, 64, 64, 3].
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import torch
@@ -252,7 +252,9 @@ def default_precision(device: torch.device) -> torch.dtype:
     return torch.bfloat16 if "avx512_bf16" in text or "amx_bf16" in text else torch.float32
 
 
-def captured(function: Callable[..., Any]) -> Callable[..., Any]:
+def captured(
+    function: Callable[..., Any], changed: Sequence[torch.Tensor] = ()
+) -> Callable[..., Any]:
     """Captures a function of tensors as CUDA graphs, so that a call is one launch.
 
     The first call with arguments of other shapes captures another graph. A graph uses the same
@@ -260,8 +262,9 @@ def captured(function: Callable[..., Any]) -> Callable[..., Any]:
     parameters that are changed in place, as optimisers do.
 
     Args:
-        function: Launches kernels only, and does not wait for the GPU. Repeated, it has the same
-            effect.
+        function: Launches kernels only, and does not wait for the GPU.
+        changed: Tensors on whose values its effect depends and which it changes: they are restored
+            after the calls before a capture.
     """
     if is_eager:
         return function
@@ -270,22 +273,28 @@ def captured(function: Callable[..., Any]) -> Callable[..., Any]:
     def call(*arguments: torch.Tensor) -> Any:  # noqa: ANN401
         shapes = tuple(argument.shape for argument in arguments)
         if shapes not in graphs:
-            graphs[shapes] = _capture(function, arguments)
+            graphs[shapes] = _capture(function, arguments, changed)
         return graphs[shapes](*arguments)
 
     return call
 
 
 def _capture(
-    function: Callable[..., Any], arguments: tuple[torch.Tensor, ...]
+    function: Callable[..., Any],
+    arguments: tuple[torch.Tensor, ...],
+    changed: Sequence[torch.Tensor],
 ) -> Callable[..., Any]:
     inputs = [argument.clone() for argument in arguments]
+    before = [tensor.detach().clone() for tensor in changed]
     stream = torch.cuda.Stream()
     stream.wait_stream(torch.cuda.current_stream())
     with torch.cuda.stream(stream):
         for _ in range(3):  # Libraries select their kernels before the capture.
             function(*inputs)
     torch.cuda.current_stream().wait_stream(stream)
+    with torch.no_grad():
+        for tensor, value in zip(changed, before, strict=True):
+            tensor.copy_(value)
     graph = torch.cuda.CUDAGraph()
     with torch.cuda.graph(graph):
         outputs = function(*inputs)

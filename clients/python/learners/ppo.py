@@ -26,6 +26,7 @@ import torch
 from torch import nn
 from torch.nn import functional as F  # noqa: N812 - the usual name
 
+from learners.adam import KINDS, Adam
 from learners.agent import MEMORY_SIZE, Agent, AgentPolicy, sampled
 from learners.environments import Environments, Episode, environment_options, episodes_of
 from learners.evaluation import PeriodicEvaluation
@@ -36,8 +37,6 @@ from learners.ranks import Ranks
 from learners.training_run import TrainingRun, Update
 from procgen_client import ACTION_COUNT, NormalizeReward
 from procgen_client.errors import ProcgenError
-
-ADAM_EPSILON = 1e-5
 
 
 class Rollout(NamedTuple):
@@ -92,9 +91,7 @@ class Ppo:
         self.agent = Agent(vars(options)).to(self.device)
         self.policy = AgentPolicy(self.agent)  # For tests during the training.
         self.parameters = list(self.agent.parameters())
-        self.optimizer = torch.optim.Adam(
-            self.parameters, options.learning_rate, eps=ADAM_EPSILON, fused=on_gpu
-        )
+        self.optimizer = Adam(self.parameters, options.learning_rate, options.adam)
         if on_gpu and options.compile:
             # Compiled twice: for the rows of a half and for those of a minibatch.
             (self.agent.encoder if options.lstm else self.agent).compile(dynamic=False)
@@ -135,7 +132,7 @@ class Ppo:
             self.parameters, chunk_size, 1 if on_gpu else options.threads
         )
         self.received = self.observations  # Where the client writes them.
-        self.gradients = self.minibatch_gradients
+        self.gradients, self.optimize = self.minibatch_gradients, self.step_on_minibatch
         self.fill_returns = self.estimate_on_device
         if on_gpu:
             self.received = torch.zeros(self.observations.shape[1:], dtype=torch.uint8)
@@ -148,7 +145,10 @@ class Ppo:
                 for rows in environments.halves
             }
             self.fill_returns = captured(self.estimate_on_device)
-            self.gradients = captured(self.minibatch_gradients)
+            if ranks.count == 1:
+                self.optimize = captured(self.step_on_minibatch, self.optimizer.tensors())
+            else:  # Averages of ranks are no part of a graph.
+                self.gradients = captured(self.minibatch_gradients)
             self.prepare = captured(self.agent.encoder.prepare)
 
     def update(self) -> Update:
@@ -282,15 +282,18 @@ class Ppo:
         # Of the returns, by the critic that acted.
         explained = 1 - self.rollout.advantages.var() / self.rollout.returns.var()
         size = len(self.rollout.actions)
-        for _ in range(self.options.epochs):
-            order = torch.randperm(
-                size // self.row_count_of_index, generator=self.host_random
-            ).to(self.device)
+        index_count = size // self.row_count_of_index
+        orders = [
+            torch.randperm(index_count, generator=self.host_random)
+            for _ in range(self.options.epochs)
+        ]
+        # Copied together: the host waits for a GPU here and for the metrics, not in between.
+        for order in torch.stack(orders).to(self.device):
             for indices in order.chunk(self.options.minibatches):
                 sums += self.optimize(indices)
         return [*(sums / (size * self.options.epochs)).tolist(), float(explained)]
 
-    def optimize(self, indices: torch.Tensor) -> torch.Tensor:
+    def step_on_minibatch(self, indices: torch.Tensor) -> torch.Tensor:
         """Takes an optimiser step on a minibatch; returns the sums of its metrics.
 
         `indices`: of rows of the rollout; with a memory, of environments.
@@ -300,13 +303,7 @@ class Ppo:
         for parameter, gradient in zip(self.parameters, gradients, strict=True):
             parameter.grad = gradient
         nn.utils.clip_grad_norm_(self.parameters, self.options.max_grad_norm)
-        if self.options.adam == "tensorflow":
-            # TensorFlow adds epsilon before it corrects the bias of the second moment.
-            (group,) = self.optimizer.param_groups
-            group["step_count"] = group.get("step_count", 0) + 1
-            correction = 1 - group["betas"][1] ** group["step_count"]
-            group["eps"] = ADAM_EPSILON / correction**0.5
-        self.optimizer.step()
+        self.optimizer.step([parameter.grad for parameter in self.parameters])
         return metrics
 
     def minibatch_gradients(
@@ -399,7 +396,7 @@ def parse(arguments: Sequence[str] | None = None) -> argparse.Namespace:
     add(
         "--adam",
         default="tensorflow",
-        choices=("tensorflow", "pytorch"),
+        choices=KINDS,
         help="whose way to add epsilon; default: %(default)s",
     )
     add("--frame-stack", type=int, default=1, help="frames in an observation; default: 1")

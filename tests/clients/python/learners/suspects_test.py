@@ -10,7 +10,7 @@ pytest.importorskip("torch")
 
 from small_runs import options
 
-from learners import checkpoint_file, networks, ppo, suspects
+from learners import networks, ppo, suspects
 
 
 def test_variants_are_options_of_ppo_and_each_has_rows(
@@ -44,16 +44,3 @@ def test_eager_runs_have_neither_graphs_nor_compilation(monkeypatch: pytest.Monk
     assert not ppo.parse(["--eager"]).compile
     monkeypatch.setattr(networks, "is_eager", True)
     assert networks.captured(len) is len
-
-
-def test_epsilon_of_tensorflow_decreases_to_that_of_pytorch(tmp_path: Path) -> None:
-    epsilon = {}
-    for adam in ("tensorflow", "pytorch"):
-        words = options(tmp_path / adam, None, adam=adam, total_steps=512)
-        assert ppo.main(words) == 0
-        saved = checkpoint_file.load(tmp_path / adam / "checkpoint.pt")
-        (group,) = saved["learner"]["optimizer"]["param_groups"]
-        epsilon[adam] = group["eps"]
-    assert epsilon["pytorch"] == 1e-5
-    steps = 2 * 3 * 2  # Updates, epochs, minibatches.
-    assert epsilon["tensorflow"] == pytest.approx(1e-5 / (1 - 0.999**steps) ** 0.5)
