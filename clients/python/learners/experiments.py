@@ -2,16 +2,15 @@
 
     python3 -m learners.experiments generalization --scale small --games coinrun bigfish
 
-The same command resumes an interrupted experiment: it keeps finished runs and continues a stopped
-one. DIR/EXPERIMENT-SCALE has a folder for each run, table.md and, with matplotlib, curves.png;
-that of generalization also levels.png. --report writes them from the runs that are there.
+The same command resumes an interrupted experiment: it keeps finished runs and continues stopped
+ones. --jobs runs several side by side. DIR/EXPERIMENT-SCALE has a folder for each run, table.md
+and, with matplotlib, curves.png; that of generalization also levels.png. --report writes them from
+the runs that are there.
 """
 
 from __future__ import annotations
 
 import argparse
-import signal
-import subprocess
 import sys
 from collections.abc import Sequence
 from pathlib import Path
@@ -22,11 +21,11 @@ from learners import checkpoint_file, published, report
 from learners.environments import games_with_mode, return_range_or_none
 from learners.grid import EXPERIMENTS, SCALES, Experiment, Job, Scale, jobs_of
 from learners.options import words_of
+from learners.processes import Processes, Program, add_process_options
 from learners.rainbow import REPLAY
 from learners.run_folder import CHECKPOINT
 from procgen_client import ENV_NAMES
 
-_SIGNALS = (signal.SIGTERM, signal.SIGINT)
 # Options of runs that are comparable with the published ones.
 _PUBLISHED_OPTIONS = {
     *("game", "mode", "levels", "network", "num_envs", "total_steps", "seed", "output"),
@@ -43,30 +42,20 @@ def last_step(folder: Path) -> int:
     return int(steps[-1]) if steps.size else 0
 
 
-def train(job: Job, scale: Scale, more: Sequence[str]) -> None:
-    """Runs a learner to its last step; continues a stopped run.
-
-    Raises:
-        SystemExit: It was stopped, or failed.
-    """
+def program_of(job: Job, scale: Scale, more: Sequence[str], label: str) -> Program:
+    """Returns a learner that runs to its last step, or continues a stopped run."""
     words = words_of(job.options(scale))
     command = [sys.executable, "-m", f"learners.{job.variant.program}", *words, *more]
-    with subprocess.Popen(command) as process:
-        # Ctrl-C reaches the learner, which saves its state before it ends.
-        handlers = {n: signal.signal(n, lambda n, _: process.send_signal(n)) for n in _SIGNALS}
-        status = process.wait()
-        for number, handler in handlers.items():
-            signal.signal(number, handler)
-    if status:
-        raise SystemExit(status)
-    (job.folder / REPLAY).unlink(missing_ok=True)  # Up to 103 GB.
+    replay = job.folder / REPLAY  # Up to 103 GB.
+    return Program(label, command, lambda: replay.unlink(missing_ok=True))
 
 
 def read_columns(path: Path) -> np.ndarray:
     """Returns step and return_mean of a CSV file, [2, rows]; no rows if there is no file."""
-    if not path.exists():
+    rows = path.read_text().splitlines()[1:] if path.exists() else []
+    if not rows:  # Also of a run that was stopped before its first test.
         return np.zeros((2, 0))
-    return np.genfromtxt(path, delimiter=",", skip_header=1, usecols=(0, 1), ndmin=2).T
+    return np.genfromtxt(rows, delimiter=",", usecols=(0, 1), ndmin=2).T
 
 
 def run_of(job: Job, scale: Scale) -> report.Run:
@@ -120,11 +109,12 @@ def main(arguments: Sequence[str] | None = None) -> int:
         more += ["--server", given.server]
     root = Path(given.output) / f"{given.name}-{given.scale}"
     jobs = [] if given.report else list(jobs_of(experiment, scale, root))
-    for number, job in enumerate(jobs, 1):
-        label = f"{job.game}, {job.variant.label}, seed {job.seed}"
-        print(f"[{number}/{len(jobs)}] {label}", flush=True)
-        if last_step(job.folder) < scale.total_steps:
-            train(job, scale, more)
+    labels = (f"{job.game}, {job.variant.label}, seed {job.seed}" for job in jobs)
+    Processes(given.jobs, given.time_limit).run(
+        program_of(job, scale, more, f"[{number}/{len(jobs)}] {label}")
+        for number, (job, label) in enumerate(zip(jobs, labels, strict=True), 1)
+        if last_step(job.folder) < scale.total_steps
+    )
     write_report(given.name, experiment, scale, root)
     return 0
 
@@ -144,6 +134,7 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument("--total-steps", type=int, help="default: the scale's")
     parser.add_argument("--seeds", type=int, help="of each variant; default: the experiment's")
     parser.add_argument("--output", default="experiments", metavar="DIR")
+    add_process_options(parser)
     parser.add_argument("--server", help="address; default: PROCGEN_SERVER, else in this process")
     parser.add_argument("--report", action="store_true", help="run nothing")
     return parser

@@ -51,7 +51,8 @@ def run_parser(program: str, description: str) -> argparse.ArgumentParser:
     run("--server-timeout", type=float, default=600, help="wait for a stopped server; in seconds")
     speed = parser.add_argument_group("speed").add_argument
     speed("--device", default="cuda" if torch.cuda.is_available() else "cpu")
-    speed("--threads", type=int, default=os.cpu_count(), help="on a CPU; default: %(default)s")
+    cores = len(os.sched_getaffinity(0))
+    speed("--threads", type=int, default=cores, help="on a CPU; default: %(default)s")
     speed("--precision", choices=("float32", "bfloat16"), help="default: the device's faster one")
     speed("--eager", action="store_true", help="on a GPU, PyTorch's layers without graphs: slow")
     speed("--compile", action=argparse.BooleanOptionalAction, default=True, help="on a GPU only")

@@ -10,15 +10,15 @@ files. DIR/table.md compares the variants with OpenAI's runs as learners.publish
 from __future__ import annotations
 
 import argparse
-import subprocess
 import sys
-import time
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
 from learners import published
+from learners.experiments import last_step
 from learners.options import words_of
+from learners.processes import Processes, Program, add_process_options
 from learners.run_folder import CHECKPOINT
 
 VARIANTS: dict[str, dict[str, Any]] = {
@@ -60,26 +60,25 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--game", default="bigfish", help="default: %(default)s")
     parser.add_argument("--total-steps", type=int, default=1_000_000, help="of each run")
     parser.add_argument("--output", type=Path, default=Path("suspects"), metavar="DIR")
-    parser.add_argument("--time-limit", type=float, default=float("inf"), help="in seconds")
+    add_process_options(parser)
     parser.add_argument("--variants", nargs="+", choices=VARIANTS, default=list(VARIANTS))
     given, more = parser.parse_known_args(arguments)
-    end = time.monotonic() + given.time_limit
-    for seed in range(SEEDS):
-        for name in given.variants:
-            left = end - time.monotonic()
-            if left <= 0:
-                break
-            options = {
-                "game": given.game,
-                "total_steps": given.total_steps,
-                "seed": seed,
-                "output": given.output / name / f"seed{seed}",
-                "resume": True,
-                "time_limit": left,
-            }
-            words = words_of(options | VARIANTS[name])
-            subprocess.run([sys.executable, "-m", "learners.ppo", *words, *more], check=True)
-            (given.output / "table.md").write_text(table(given.output) + "\n")
+
+    def write_table() -> None:
+        (given.output / "table.md").write_text(table(given.output) + "\n")
+
+    def programs() -> Iterator[Program]:
+        for seed in range(SEEDS):
+            for name in given.variants:
+                folder = given.output / name / f"seed{seed}"
+                if last_step(folder) >= given.total_steps:
+                    continue
+                options = {"game": given.game, "total_steps": given.total_steps, "seed": seed}
+                options |= {"output": folder, "resume": True} | VARIANTS[name]
+                command = [sys.executable, "-m", "learners.ppo", *words_of(options), *more]
+                yield Program(f"{name}, seed {seed}", command, write_table)
+
+    Processes(given.jobs, given.time_limit).run(programs())
     print(table(given.output))
     return 0
 

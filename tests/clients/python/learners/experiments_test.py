@@ -3,6 +3,10 @@
 from __future__ import annotations
 
 import importlib.util
+import signal
+import subprocess
+import sys
+import time
 from pathlib import Path
 from typing import Any
 
@@ -27,8 +31,10 @@ def _run(name: str, server: ServerProcess, output: Path, *others: str) -> Path:
 def test_a_grid_is_run_once(
     server: ServerProcess, tmp_path: Path, capfd: pytest.CaptureFixture[str]
 ) -> None:
-    root = _run("generalization", server, tmp_path, "--games", "bigfish")
-    assert "[4/4] bigfish, 1000 levels, seed 0" in capfd.readouterr().out
+    root = _run("generalization", server, tmp_path, "--games", "bigfish", "--jobs", "2")
+    output = capfd.readouterr().out
+    assert "\n[4/4] bigfish, 1000 levels, seed 0\n" in output
+    assert "\n[4/4] bigfish, 1000 levels, seed 0: bigfish [####################]" in output
     table = (root / "table.md").read_text().splitlines()
     assert table[0].startswith("| game | variant | seeds | million steps | training | all levels |")
     rows = [line.split(" | ") for line in table[2:]]
@@ -99,6 +105,29 @@ def test_run_without_its_last_checkpoint_is_continued(
     (folder / CHECKPOINT).write_bytes(early)
     _run(*command)
     assert checkpoint_file.load(folder / CHECKPOINT)["step"] == 512
+
+
+def test_runs_side_by_side_are_saved_at_a_signal_or_the_time_limit(
+    server: ServerProcess, tmp_path: Path
+) -> None:
+    words = ["baseline", "--games", "bigfish", "coinrun", "--output", str(tmp_path), "--jobs", "2"]
+    words += [*_TINY[2:], "--network", "nature", "--server", server.address]
+    command = [sys.executable, "-m", "learners.experiments", *words]
+    process = subprocess.Popen([*command, "--total-steps", "1000000"])
+    runs = [tmp_path / "baseline-small" / game / "PPO/seed0" for game in ("bigfish", "coinrun")]
+    while process.poll() is None and not all(map(experiments.last_step, runs)):
+        time.sleep(0.1)
+    process.send_signal(signal.SIGTERM)
+    assert process.wait() == 128 + signal.SIGTERM
+    saved = [checkpoint_file.load(run / CHECKPOINT)["step"] for run in runs]
+    assert min(saved) >= 256
+    assert experiments.main([*words, "--report"]) == 0, "no run had its first test"
+
+    assert experiments.main([*words, "--total-steps", "1000000", "--time-limit", "0.1"]) == 0
+    later = [checkpoint_file.load(run / CHECKPOINT)["step"] for run in runs]
+    assert [step - before for step, before in zip(later, saved, strict=True)] == [256, 256]
+    table = (tmp_path / "baseline-small/table.md").read_text()
+    assert "| bigfish | PPO | 1 |" in table
 
 
 def test_options_of_the_learners_are_not_abbreviations() -> None:

@@ -24,6 +24,20 @@ def test_variants_are_options_of_ppo_and_each_has_rows(
         assert ppo.parse(options(tmp_path, None, **variant))
 
 
+def test_runs_side_by_side_are_listed_and_not_repeated(
+    tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    words = ["--variants", "default", "pytorch_adam", "--jobs", "2", "--total-steps", "256"]
+    words += ["--num-envs", "8", "--num-steps", "32", "--network", "nature"]
+    assert suspects.main([*words, "--output", str(tmp_path)]) == 0
+    assert "\npytorch_adam, seed 2\n" in capfd.readouterr().out
+    written = {path: path.stat().st_mtime_ns for path in tmp_path.glob("*/seed*/checkpoint.pt")}
+    assert len(written) == 2 * suspects.SEEDS
+    assert (tmp_path / "table.md").read_text().startswith("| variant | seeds |")
+    assert suspects.main([*words, "--output", str(tmp_path)]) == 0
+    assert {path: path.stat().st_mtime_ns for path in written} == written
+
+
 def test_runs_are_compared_with_the_published_ones(tmp_path: Path) -> None:
     folder = tmp_path / "default/seed0"
     words = ["--game", "bigfish", "--network", "nature", "--chunk-size", "64", "--epochs", "1"]

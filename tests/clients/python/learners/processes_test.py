@@ -1,0 +1,124 @@
+"""Programs run side by side with their parts of the cores, and stop together."""
+
+from __future__ import annotations
+
+import os
+import signal
+import sys
+import threading
+import time
+from pathlib import Path
+
+import pytest
+
+from learners.processes import Processes, Program
+
+# Waits until each of two programs has written its file.
+_MEET = """
+import os, pathlib, sys, time
+folder, mine, other = pathlib.Path(sys.argv[1]), *sys.argv[2:4]
+(folder / mine).write_text(",".join(map(str, sorted(os.sched_getaffinity(0)))))
+end = time.monotonic() + 60
+while not (folder / other).exists():
+    assert time.monotonic() < end
+    time.sleep(0.01)
+print("met", other)
+"""
+# Writes its file, and the number of a signal that ends it.
+_WAIT = """
+import pathlib, signal, sys, time
+path = pathlib.Path(sys.argv[1])
+def stop(number, frame):
+    path.write_text(str(number))
+    sys.exit(3)
+signal.signal(signal.SIGTERM, stop)
+signal.signal(signal.SIGINT, stop)
+path.write_text("runs")
+time.sleep(60)
+"""
+# Waits for a file, then fails.
+_FAIL = """
+import pathlib, sys, time
+while not pathlib.Path(sys.argv[1]).exists():
+    time.sleep(0.01)
+sys.exit(7)
+"""
+
+
+def _program(label: str, code: str, *arguments: object, ended: list[str] | None = None) -> Program:
+    words = [sys.executable, "-c", code, *map(str, arguments)]
+    return Program(label, words, lambda: None if ended is None else ended.append(label))
+
+
+def test_programs_run_at_the_same_time_on_parts_of_the_cores(
+    tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    ended: list[str] = []
+    one = _program("first", _MEET, tmp_path, "a", "b", ended=ended)
+    two = _program("second", _MEET, tmp_path, "b", "a", ended=ended)
+    Processes(2).run([one, two])
+    assert sorted(ended) == ["first", "second"]
+    lines = capfd.readouterr().out.splitlines()
+    assert {"first: met b", "second: met a"} <= set(lines)
+    mine, its = (set((tmp_path / name).read_text().split(",")) for name in "ab")
+    cores = {str(core) for core in os.sched_getaffinity(0)}
+    assert mine | its == cores
+    assert not mine & its or len(cores) == 1
+
+
+def test_failure_stops_the_others(tmp_path: Path) -> None:
+    path, ended = tmp_path / "waits", []
+    programs = [_program("waits", _WAIT, path, ended=ended), _program("fails", _FAIL, path)]
+    programs.append(_program("never", "", ended=ended))
+    with pytest.raises(SystemExit, match="7"):
+        Processes(2).run(programs)
+    assert path.read_text() == str(int(signal.SIGTERM))
+    assert not ended
+
+
+@pytest.mark.parametrize("count", [1, 2])
+def test_signal_is_passed_on_to_all_programs(tmp_path: Path, count: int) -> None:
+    paths = [tmp_path / str(i) for i in range(count + 1)]
+
+    def interrupt() -> None:
+        while not all(path.exists() and path.read_text() for path in paths[:count]):
+            time.sleep(0.01)
+        os.kill(os.getpid(), signal.SIGINT)
+
+    thread = threading.Thread(target=interrupt)
+    thread.start()
+    with pytest.raises(SystemExit, match="130"):
+        Processes(count).run(_program(path.name, _WAIT, path) for path in paths)
+    thread.join()
+    assert [path.read_text() for path in paths[:count]] == [str(int(signal.SIGINT))] * count
+    assert not paths[count].exists()
+
+
+def test_time_limit_is_divided(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    code = "import sys, time; print(*sys.argv[1:]); time.sleep(1.5)"
+    Processes(1, time_limit=1).run(_program(label, code) for label in ("one", "two"))
+    label, words = capfd.readouterr().out.splitlines()
+    assert label == "one", "the time is over before the second"
+    option, left = words.split()
+    assert option == "--time-limit"
+    assert 0 < float(left) <= 1
+
+
+def test_mps_is_started_for_several_programs_and_stopped(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> None:
+    """With a script in its place, which shows how it is called."""
+    script = tmp_path / "nvidia-cuda-mps-control"
+    script.write_text('#!/bin/sh\necho "mps $1 $CUDA_MPS_PIPE_DIRECTORY"; [ "$1" ] || cat\n')
+    script.chmod(0o755)
+    monkeypatch.setenv("PATH", str(tmp_path), prepend=os.pathsep)
+    monkeypatch.delenv("CUDA_MPS_PIPE_DIRECTORY", raising=False)
+    code = "import os; print(os.environ.get('CUDA_MPS_PIPE_DIRECTORY'))"
+    Processes(2).run([_program("one", code)])
+    begin, label, found, end, command = capfd.readouterr().out.splitlines()
+    folder = begin.removeprefix("mps -d ")
+    assert (label, found) == ("one", f"one: {folder}")
+    assert (end.split(), command) == (["mps", folder], "quit")
+    assert not Path(folder).exists()
+    Processes(1).run([_program("one", code)])
+    assert capfd.readouterr().out.splitlines() == ["one", "None"]
