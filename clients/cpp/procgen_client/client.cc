@@ -9,11 +9,8 @@
 #include "absl/time/clock.h"
 #include "grpcpp/create_channel.h"
 #include "grpcpp/security/credentials.h"
-#include "grpcpp/support/async_unary_call.h"
 #include "procgen_client/internal/address.h"
-#include "procgen_client/internal/await_finish.h"
 #include "procgen_client/internal/connect_error.h"
-#include "procgen_client/internal/grpc_error.h"
 #include "procgen_client/internal/method_call.h"
 #include "procgen_client/internal/timing.h"
 #include "procgen_client/run/grpc_run_stream.h"
@@ -44,49 +41,21 @@ constexpr absl::Duration kFailureTimeout = absl::Milliseconds(500);
 constexpr char kPollIntervalVariable[] = "GRPC_CLIENT_CHANNEL_BACKUP_POLL_INTERVAL_MS";
 constexpr char kPollIntervalMs[] = "250";
 
-// A page has 1000 pools; a list with more pages is treated as endless.
-constexpr int kPoolPagesMax = 1000;
+constexpr char kGetLoad[] = "/procgen.v1.CatalogService/GetLoad";
 
 int Milliseconds(absl::Duration duration) {
   return static_cast<int>(absl::ToInt64Milliseconds(duration));
 }
 
-// Calls a unary method and returns its response.
-template <typename Stub, typename Request, typename Response>
-absl::StatusOr<Response> CallUnary(const CallOptions& options, Stub* stub,
-                                   std::unique_ptr<grpc::ClientAsyncResponseReader<Response>> (
-                                       Stub::*method)(grpc::ClientContext*, const Request&,
-                                                      grpc::CompletionQueue*),
-                                   const Request& request) {
-  Cancellation cancellation(options.is_cancelled);
-  grpc::ClientContext context;
-  ShowToken(options.token, &context);
-  if (options.timeout != absl::InfiniteDuration()) {
-    context.set_deadline(absl::ToChronoTime(absl::Now() + options.timeout));
-  }
-  Response response;
-  grpc::Status status;
-  grpc::CompletionQueue queue;
-  const auto call = (stub->*method)(&context, request, &queue);
-  call->Finish(&response, &status, nullptr);
-  AwaitFinish(&context, &queue, &cancellation);
-  if (!status.ok()) {
-    return ToAbslStatus(status);
-  }
-  return response;
-}
-
 // Whether the round trip shows that the server is on this machine, and not at the far end of a
 // tunnel.
-bool AnswersAtOnce(v1::CatalogService::Stub* catalog, const CallOptions& options) {
+bool AnswersAtOnce(const std::shared_ptr<grpc::Channel>& channel, CallOptions options) {
+  // Far above a round trip, because cancelled calls would show up as errors in the server's
+  // metrics.
+  options.timeout = kNearTimeout;
   for (int attempt = 0; attempt < kNearAttempts; ++attempt) {
     const auto begin = std::chrono::steady_clock::now();
-    // Any response counts. The timeout is far above a round trip, because cancelled calls would
-    // show up as errors in the server's metrics.
-    CallUnary(
-        {.token = options.token, .timeout = kNearTimeout, .is_cancelled = options.is_cancelled},
-        catalog, &v1::CatalogService::Stub::AsyncGetLoad, v1::GetLoadRequest())
-        .IgnoreError();
+    CallMethod(channel, options, kGetLoad, "").IgnoreError();  // any response counts
     const absl::Duration round_trip = absl::FromChrono(std::chrono::steady_clock::now() - begin);
     if (round_trip < kNearRoundTrip) {
       return true;
@@ -153,16 +122,11 @@ absl::StatusOr<std::unique_ptr<Client>> Client::Connect(const std::string& addre
   arguments.SetInt(GRPC_ARG_HTTP2_BDP_PROBE, 0);
   auto near = connect();
   if (!near.ok() || !options.waits_for_server ||
-      AnswersAtOnce((*near)->catalog_.get(), (*near)->call_options_)) {
+      AnswersAtOnce((*near)->channel_, (*near)->call_options_)) {
     return near;
   }
   arguments.Swap(far_arguments);
   return connect();
-}
-
-std::unique_ptr<Client> Client::FromChannel(const std::shared_ptr<grpc::Channel>& channel,
-                                            std::string token, absl::Duration call_timeout) {
-  return std::unique_ptr<Client>(new Client(channel, {std::move(token), call_timeout}));
 }
 
 absl::Status Client::AwaitConnection(grpc::Channel* channel, const std::string& address,
@@ -205,10 +169,7 @@ absl::Status Client::AwaitConnection(grpc::Channel* channel, const std::string& 
 std::string Client::WhyNotConnected() {
   // A call that does not wait for the connection fails as it did.
   const CallOptions options = {call_options_.token, kFailureTimeout, call_options_.is_cancelled};
-  const absl::Status status =
-      CallUnary(options, catalog_.get(), &v1::CatalogService::Stub::AsyncGetLoad,
-                v1::GetLoadRequest())
-          .status();
+  const absl::Status status = CallMethod(channel_, options, kGetLoad, "").status();
   return absl::IsUnavailable(status) ? std::string(status.message())
                                      : "it has not answered in time";
 }
@@ -216,23 +177,34 @@ std::string Client::WhyNotConnected() {
 Client::Client(const std::shared_ptr<grpc::Channel>& channel, CallOptions options)
     : call_options_(std::move(options)),
       channel_(channel),
-      catalog_(v1::CatalogService::NewStub(channel)),
       cluster_(v1::ClusterService::NewStub(channel)),
       pools_(v1::PoolService::NewStub(channel)) {}
 
+template <typename Response>
+absl::StatusOr<Response> Client::CallUnary(const std::string& path,
+                                           const google::protobuf::MessageLite& request) {
+  const absl::StatusOr<std::string> bytes = Call(path, request.SerializeAsString());
+  if (!bytes.ok()) {
+    return bytes.status();
+  }
+  Response response;
+  if (!response.ParseFromString(*bytes)) {
+    return absl::InternalError("the server's answer: not a message");
+  }
+  return response;
+}
+
 absl::StatusOr<v1::Catalog> Client::GetCatalog() {
-  return CallUnary(call_options_, catalog_.get(), &v1::CatalogService::Stub::AsyncGetCatalog,
-                   v1::GetCatalogRequest());
+  return CallUnary<v1::Catalog>("/procgen.v1.CatalogService/GetCatalog", v1::GetCatalogRequest());
 }
 
 absl::StatusOr<v1::Load> Client::GetLoad() {
-  return CallUnary(call_options_, catalog_.get(), &v1::CatalogService::Stub::AsyncGetLoad,
-                   v1::GetLoadRequest());
+  return CallUnary<v1::Load>(kGetLoad, v1::GetLoadRequest());
 }
 
 absl::StatusOr<v1::ListNodesResponse> Client::ListNodes() {
-  return CallUnary(call_options_, cluster_.get(), &v1::ClusterService::Stub::AsyncListNodes,
-                   v1::ListNodesRequest());
+  return CallUnary<v1::ListNodesResponse>("/procgen.v1.ClusterService/ListNodes",
+                                          v1::ListNodesRequest());
 }
 
 std::unique_ptr<NodeWatch> Client::WatchNodes() {
@@ -244,28 +216,22 @@ std::unique_ptr<NodeWatch> Client::WatchNodes() {
 absl::StatusOr<v1::Pool> Client::GetPool(const std::string& name) {
   v1::GetPoolRequest request;
   request.set_name(name);
-  return CallUnary(call_options_, pools_.get(), &v1::PoolService::Stub::AsyncGetPool, request);
+  return CallUnary<v1::Pool>("/procgen.v1.PoolService/GetPool", request);
 }
 
 absl::StatusOr<std::vector<v1::Pool>> Client::ListPools() {
   std::vector<v1::Pool> pools;
   v1::ListPoolsRequest request;
-  for (int page_count = 0; page_count < kPoolPagesMax; ++page_count) {
+  do {
     absl::StatusOr<v1::ListPoolsResponse> page =
-        CallUnary(call_options_, pools_.get(), &v1::PoolService::Stub::AsyncListPools, request);
+        CallUnary<v1::ListPoolsResponse>("/procgen.v1.PoolService/ListPools", request);
     if (!page.ok()) {
       return page.status();
     }
-    for (v1::Pool& pool : *page->mutable_pools()) {
-      pools.push_back(std::move(pool));
-    }
+    pools.insert(pools.end(), page->pools().begin(), page->pools().end());
     request.set_page_token(page->next_page_token());
-    if (request.page_token().empty()) {
-      return pools;
-    }
-  }
-  return absl::InternalError(absl::StrCat("the server's answer: a list of pools with more than ",
-                                          kPoolPagesMax, " pages, expected: an end"));
+  } while (!request.page_token().empty());
+  return pools;
 }
 
 absl::StatusOr<v1::Episode> Client::GetEpisode(const std::string& pool, int32_t environment,
@@ -287,7 +253,7 @@ absl::StatusOr<v1::Episode> Client::FindEpisode(const std::string& pool, int32_t
 }
 
 absl::StatusOr<v1::Episode> Client::EpisodeOf(const v1::GetEpisodeRequest& request) {
-  return CallUnary(call_options_, pools_.get(), &v1::PoolService::Stub::AsyncGetEpisode, request);
+  return CallUnary<v1::Episode>("/procgen.v1.PoolService/GetEpisode", request);
 }
 
 std::unique_ptr<PoolWatch> Client::Watch(const v1::WatchPoolRequest& request) {

@@ -11,9 +11,10 @@
 #include "absl/status/statusor.h"
 #include "absl/strings/string_view.h"
 #include "absl/time/time.h"
+#include "google/protobuf/message_lite.h"
 #include "grpcpp/channel.h"
 #include "grpcpp/support/channel_arguments.h"
-#include "procgen/v1/catalog.grpc.pb.h"
+#include "procgen/v1/catalog.pb.h"
 #include "procgen/v1/cluster.grpc.pb.h"
 #include "procgen/v1/pool_service.grpc.pb.h"
 #include "procgen_client/cancellation.h"
@@ -59,12 +60,6 @@ class Client {
   // ChannelCredentialsOf and Credentials::FromEnvironment.
   static absl::StatusOr<std::unique_ptr<Client>> Connect(const std::string& address,
                                                          const ConnectOptions& options = {});
-
-  // Returns a client on an existing channel, e.g. one within a server's process. `token`: empty for
-  // none; `call_timeout`: as in ConnectOptions.
-  static std::unique_ptr<Client> FromChannel(
-      const std::shared_ptr<grpc::Channel>& channel, std::string token,
-      absl::Duration call_timeout = absl::InfiniteDuration());
 
   // Returns what the server offers.
   absl::StatusOr<procgen::v1::Catalog> GetCatalog();
@@ -115,11 +110,14 @@ class Client {
                                std::optional<absl::Duration> timeout);
   // Why there is no connection.
   std::string WhyNotConnected();
+  // Calls a unary method with messages. Errors also: INTERNAL a malformed response.
+  template <typename Response>
+  absl::StatusOr<Response> CallUnary(const std::string& path,
+                                     const google::protobuf::MessageLite& request);
   absl::StatusOr<procgen::v1::Episode> EpisodeOf(const procgen::v1::GetEpisodeRequest& request);
 
   const CallOptions call_options_;
   const std::shared_ptr<grpc::Channel> channel_;
-  const std::unique_ptr<procgen::v1::CatalogService::Stub> catalog_;
   const std::unique_ptr<procgen::v1::ClusterService::Stub> cluster_;
   const std::unique_ptr<procgen::v1::PoolService::Stub> pools_;
 };

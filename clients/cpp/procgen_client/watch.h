@@ -13,7 +13,6 @@
 #include "procgen/v1/cluster.pb.h"
 #include "procgen/v1/render.pb.h"
 #include "procgen_client/credentials.h"
-#include "procgen_client/internal/call_end.h"
 #include "procgen_client/internal/grpc_error.h"
 
 namespace procgen_client {
@@ -29,8 +28,8 @@ class Watch {
 
   // `token`: empty for none.
   Watch(const std::string& token, const Begin& begin) {
-    ShowToken(token, context_.get());
-    reader_ = begin(context_.get());
+    ShowToken(token, &context_);
+    reader_ = begin(&context_);
   }
   // Ends the stream.
   ~Watch() {
@@ -42,28 +41,24 @@ class Watch {
   Watch& operator=(const Watch&) = delete;
 
   // Returns the current value on the first call; later calls block until the next change. Errors:
-  // those of the server; CANCELLED after Stop; DATA_LOSS a malformed response. After an error all
-  // calls return it.
+  // those of the server; CANCELLED after Stop. After an error all calls return it.
   absl::StatusOr<Response> Next() {
     Response response;
     if (end_.ok() && reader_->Read(&response)) {
       return response;
     }
     if (end_.ok()) {
-      grpc::Status status;
-      end_ = AwaitEnd<Response>(context_, reader_.get(), &status);
-      if (end_.ok()) {
-        end_ = status.ok() ? absl::UnavailableError("the server ended the stream")
-                           : ToAbslStatus(status);
-      }
+      const grpc::Status status = reader_->Finish();
+      end_ = status.ok() ? absl::UnavailableError("the server ended the stream")
+                         : ToAbslStatus(status);
     }
     return end_;
   }
   // Makes Next return CANCELLED, also one that is blocked.
-  void Stop() { context_->TryCancel(); }
+  void Stop() { context_.TryCancel(); }
 
  private:
-  const std::shared_ptr<grpc::ClientContext> context_ = std::make_shared<grpc::ClientContext>();
+  grpc::ClientContext context_;
   std::unique_ptr<grpc::ClientReader<Response>> reader_;
   absl::Status end_;  // OK while the stream is open
 };

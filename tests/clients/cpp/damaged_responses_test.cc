@@ -10,7 +10,6 @@
 #include "absl/strings/str_cat.h"
 #include "gmock/gmock.h"
 #include "grpcpp/create_channel.h"
-#include "grpcpp/generic/async_generic_service.h"
 #include "grpcpp/server.h"
 #include "grpcpp/server_builder.h"
 #include "gtest/gtest.h"
@@ -165,39 +164,6 @@ TEST_F(DamagedResponsesTest, FramesOfAnotherSizeAreErrors) {
                 StatusIs(absl::StatusCode::kInternal, testing::_));
     EXPECT_THAT(pool->Render(0, 64, /*whole_level=*/false, absl::MakeSpan(frame)), IsOk());
   }
-}
-
-// A server that answers any call with an unparsable response and does not end it.
-class Mumbler final : public grpc::CallbackGenericService {
- public:
-  grpc::ServerGenericBidiReactor* CreateReactor(
-      grpc::GenericCallbackServerContext* /*context*/) override {
-    class Mumble final : public grpc::ServerGenericBidiReactor {
-     public:
-      Mumble() { StartWrite(&response_); }
-      void OnCancel() override { Finish(grpc::Status::CANCELLED); }
-      void OnDone() override { delete this; }
-
-     private:
-      const grpc::Slice bytes_{"\xff"};
-      const grpc::ByteBuffer response_{&bytes_, 1};
-    };
-    return new Mumble;
-  }
-};
-
-TEST(DamagedWatchTest, WatchEndsAfterInvalidMessages) {
-  Mumbler mumbler;
-  grpc::ServerBuilder builder;
-  int port = 0;
-  builder.AddListeningPort("127.0.0.1:0", grpc::InsecureServerCredentials(), &port);
-  builder.RegisterCallbackGenericService(&mumbler);
-  const auto server = builder.BuildAndStart();
-  const auto client = procgen_client::Client::FromChannel(
-      grpc::CreateChannel(absl::StrCat("127.0.0.1:", port), grpc::InsecureChannelCredentials()),
-      "");
-  const auto watch = client->Watch({});
-  EXPECT_THAT(watch->Next(), StatusIs(absl::StatusCode::kDataLoss, HasSubstr("is malformed")));
 }
 
 }  // namespace

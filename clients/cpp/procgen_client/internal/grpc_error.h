@@ -2,7 +2,6 @@
 #define PROCGEN_CLIENT_INTERNAL_GRPC_ERROR_H_
 
 #include "absl/status/status.h"
-#include "grpcpp/client_context.h"
 #include "grpcpp/support/status.h"
 
 namespace procgen_client {
@@ -10,10 +9,6 @@ namespace procgen_client {
 // Converts a status of a server. Control characters of its message, which a terminal would execute
 // as escape sequences, become "\x1b" and the like; everything else stays.
 absl::Status ToAbslStatus(const grpc::Status& status);
-
-// Whether a stream that ended with `status` ended because its connection broke, so that a retry may
-// succeed. False for an error of the server, and for a server that drains.
-bool IsBrokenConnection(const grpc::Status& status, const grpc::ClientContext& context);
 
 }  // namespace procgen_client
 
