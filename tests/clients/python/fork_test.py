@@ -58,66 +58,6 @@ if __name__ == "__main__":
     env.close()
 """
 
-# The workers are those of gymnasium/vector/async_vector_env.py (1.4.0) in brief: a process for each
-# environment, which is made in it, commands by pipes and observations in shared memory.
-_ASYNC_VECTOR_ENV = """
-import multiprocessing
-import numpy as np
-from procgen_client import ProcgenEnv, ProcgenGymEnv
-
-def worker(index, make, pipe, parent_pipe, memory):
-    parent_pipe.close()
-    env = make()
-    observations = np.frombuffer(memory.get_obj(), np.uint8).reshape(-1, 64, 64, 3)
-    while True:
-        command, data = pipe.recv()
-        if command == "reset":
-            observations[index], result = env.reset(seed=data)
-        elif command == "step":
-            observations[index], *result = env.step(data)
-        else:
-            env.close()
-            pipe.send(None)
-            return
-        pipe.send(result)
-
-class AsyncVectorEnv:
-    def __init__(self, makes):
-        self.memory = multiprocessing.Array("B", len(makes) * 64 * 64 * 3)
-        self.pipes, self.processes = [], []
-        for index, make in enumerate(makes):
-            near, far = multiprocessing.Pipe()
-            arguments = (index, make, far, near, self.memory)
-            process = multiprocessing.Process(target=worker, args=arguments, daemon=True)
-            process.start()
-            far.close()
-            self.pipes.append(near)
-            self.processes.append(process)
-
-    def ask(self, command, data):
-        for pipe, each in zip(self.pipes, data):
-            pipe.send((command, each))
-        for pipe in self.pipes:
-            assert pipe.poll(60), "a worker hangs"
-        return [pipe.recv() for pipe in self.pipes]
-
-other = ProcgenEnv(4, "coinrun", num_levels=200)
-other.reset()
-for _ in range(2):
-    env = AsyncVectorEnv([lambda: ProcgenGymEnv("maze")] * 3)
-    other.step(np.full(4, 7))
-    env.ask("reset", range(3))
-    for _ in range(5):
-        assert [len(result) for result in env.ask("step", [3] * 3)] == [4] * 3
-        other.step(np.full(4, 7))
-    assert np.frombuffer(env.memory.get_obj(), np.uint8).any()
-    env.ask("close", [None] * 3)
-    for process in env.processes:
-        process.join(60)
-        assert process.exitcode == 0
-other.step(np.full(4, 7))
-"""
-
 _THE_PARENTS_OWN = """
 import os
 import sys
@@ -262,10 +202,6 @@ def test_children_make_environments_while_the_parent_has_some_on_a_server(
     server: ServerProcess, tmp_path: Path
 ) -> None:
     _run(_CHILDREN_MAKE_THEIR_OWN, "fork", repr({"server": server.address}), folder=tmp_path)
-
-
-def test_worker_processes_run_environments_while_the_parent_steps(tmp_path: Path) -> None:
-    _run(_ASYNC_VECTOR_ENV, folder=tmp_path)
 
 
 @pytest.mark.parametrize("place", ["process", "server"])

@@ -107,7 +107,7 @@ def test_replay_example_repeats_an_episode_after_an_incomplete_level(
 
 def test_restart_example_survives_a_restart(tmp_path: Path) -> None:
     guide = _examples_in(_PYTHON / "guides/checkpoint-and-resume.md")
-    (example,) = (each for each in guide if "reopen" in each)
+    (example,) = (each for each in guide if "UnavailableError" in each)
     address = f"unix:{tmp_path}/socket"
     source = example.replace("localhost:50051", address)
     with (

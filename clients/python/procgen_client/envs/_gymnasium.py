@@ -1,9 +1,9 @@
-"""Gymnasium's classes and ids, or equal classes where Gymnasium is not installed."""
+"""Gymnasium's classes and ids, or equal classes where Gymnasium 1.1 or later is not installed.
+"""
 
 from __future__ import annotations
 
 import enum
-import warnings
 from typing import Any
 
 import numpy as np
@@ -13,9 +13,6 @@ from procgen_client.options import GAMES
 
 # Namespace of the ids, e.g. "procgen_server/coinrun-v0".
 NAMESPACE = "procgen_server"
-
-# The first major version whose VectorEnv has the same contract as ProcgenVectorEnv.
-_VECTOR_VERSION_MIN = 1
 
 
 class _Environment:
@@ -73,13 +70,13 @@ class _Environment:
 try:
     import gymnasium
     from gymnasium import Env
+    from gymnasium.vector import AutoresetMode, VectorEnv
     from gymnasium.vector.utils import batch_space
 
     HAS_GYMNASIUM = True
-    HAS_VECTOR_CONTRACT = int(gymnasium.__version__.partition(".")[0]) >= _VECTOR_VERSION_MIN
     spaces: Any = gymnasium.spaces
-except ImportError:
-    HAS_GYMNASIUM = HAS_VECTOR_CONTRACT = False
+except ImportError:  # Also before 1.1, which has no AutoresetMode.
+    HAS_GYMNASIUM = False
     spaces = _spaces
 
     class Env(_Environment):  # type: ignore[no-redef]
@@ -99,10 +96,6 @@ except ImportError:
         return _spaces.Box(0, 255, (n, *space.shape), space.dtype)
 
 
-if HAS_VECTOR_CONTRACT:
-    from gymnasium.vector import VectorEnv
-else:
-
     class VectorEnv(_Environment):  # type: ignore[no-redef]
         """The part of gymnasium.vector.VectorEnv that is used here."""
 
@@ -118,11 +111,6 @@ else:
 
         def close_extras(self, **kwargs: Any) -> None:
             """Releases resources; subclasses override it."""
-
-
-try:
-    from gymnasium.vector import AutoresetMode  # Since 1.1.
-except ImportError:
 
     class AutoresetMode(enum.Enum):  # type: ignore[no-redef]
         """When the next episode starts, as gymnasium.vector.AutoresetMode."""
@@ -150,24 +138,14 @@ def vector_spaces(shape: tuple[int, ...], action_count: int, num_envs: int) -> d
 def register_environments() -> None:
     """Registers an environment for each game with Gymnasium, where Gymnasium is installed.
 
-    Also under upstream's ids: ``gymnasium.make("procgen_client:procgen-coinrun-v0")``. Before
-    Gymnasium 1.0 make_vec builds Gymnasium's own vector environments from ProcgenGymEnv.
+    Also under upstream's ids: ``gymnasium.make("procgen_client:procgen-coinrun-v0")``.
     """
     if not HAS_GYMNASIUM:
         return
-    entry_points = {"entry_point": "procgen_client:ProcgenGymEnv"}
-    if HAS_VECTOR_CONTRACT:
-        entry_points["vector_entry_point"] = "procgen_client:ProcgenVectorEnv"
+    entry_points = {
+        "entry_point": "procgen_client:ProcgenGymEnv",
+        "vector_entry_point": "procgen_client:ProcgenVectorEnv",
+    }
     for game in GAMES:
         for env_id in (f"{NAMESPACE}/{game}-v0", f"procgen-{game}-v0"):
             gymnasium.register(id=env_id, kwargs={"games": game}, **entry_points)
-
-
-def warn_of_old_gymnasium() -> None:
-    """Warns if the installed Gymnasium's VectorEnv has another contract."""
-    if HAS_GYMNASIUM and not HAS_VECTOR_CONTRACT:
-        warnings.warn(
-            f"Gymnasium {gymnasium.__version__} is installed: ProcgenVectorEnv is a subclass of "
-            f"its VectorEnv, as wrappers require, only with {_VECTOR_VERSION_MIN}.0 or later",
-            stacklevel=3,
-        )

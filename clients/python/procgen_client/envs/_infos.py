@@ -7,7 +7,6 @@ where it is false everywhere.
 
 from __future__ import annotations
 
-import time
 from typing import Any
 
 import numpy as np
@@ -65,35 +64,6 @@ def episode_infos(batch: Batch, ended: np.ndarray, same_step: bool) -> dict[str,
     infos |= {"final_obs": final_obs, "_final_obs": ended.copy()}
     infos |= {"final_info": final_info, "_final_info": ended.copy()}
     return infos
-
-
-class EpisodeRecorder:
-    """Makes the info `episode`, as Gymnasium's RecordEpisodeStatistics."""
-
-    def __init__(self, num_envs: int) -> None:
-        """Starts without episodes; call begin for those that a reset starts."""
-        self._begin_times = np.zeros(num_envs)
-
-    def begin(self, mask: np.ndarray) -> None:
-        """Starts the time of the episodes of `mask`, bool [N]."""
-        self._begin_times[mask] = time.perf_counter()
-
-    def infos(self, batch: Batch, ended: np.ndarray) -> dict[str, Any]:
-        """Returns return, length and time of the episodes that ended, `ended` bool [N]; or {}.
-
-        ``r`` float64 [N], ``l`` int64 [N], ``t`` float64 [N], in seconds.
-        """
-        infos: dict[str, Any] = {}
-        if ended.any():
-            seconds = np.round(time.perf_counter() - self._begin_times, 6)
-            episode = {
-                "r": batch.episode_returns.astype(np.float64) * ended,
-                "l": batch.episode_lengths.astype(np.int64) * ended,
-                "t": seconds * ended,
-            }
-            infos = {"episode": episode, "_episode": ended.copy()}
-        self.begin(batch.first)
-        return infos
 
 
 def level_dicts(batch: Batch) -> list[dict[str, Any]]:

@@ -23,10 +23,6 @@ if TYPE_CHECKING:
     from typing_extensions import Unpack
 
 
-class _VectorEnvOfOne(ProcgenVectorEnv):
-    _is_for_gymnasium = False
-
-
 class ProcgenGymEnv(Env):
     """One environment with the contract of gymnasium.Env, in this process or on a server.
 
@@ -36,8 +32,7 @@ class ProcgenGymEnv(Env):
     Observations are uint8 [64, 64, 3], or of the format in the options; actions are integers in
     [0, 15). The time limit truncates an episode, every other end terminates it; reset must follow.
     Infos are numbers: ``level_seed``, ``prev_level_seed``, ``prev_level_complete``; at the end of
-    an episode also ``episode_return`` and ``episode_length``; with record_episode_statistics
-    ``episode``, a dict of numbers.
+    an episode also ``episode_return`` and ``episode_length``.
 
     Threads: one at a time.
 
@@ -60,22 +55,20 @@ class ProcgenGymEnv(Env):
         render_mode: str | None = None,
         render_size_px: int = 512,
         frame_skip: int = 1,
-        record_episode_statistics: bool = False,
         **options: Unpack[PoolOptions],
     ) -> None:
         """Makes the environment.
 
         Args:
             games: The game's name.
-            server, art, render_mode, render_size_px, frame_skip, record_episode_statistics,
-            options: As for ProcgenVectorEnv.
+            server, art, render_mode, render_size_px, frame_skip, options: As for ProcgenVectorEnv.
 
         Errors as ProcgenVectorEnv.
         """
         if not isinstance(games, str):
             raise InvalidArgumentError(f"games is {games!r}; one environment plays one game")
         check_names(type(self).__name__, options, option_names() - {"num_envs", "autoreset_mode"})
-        self.vector_env = _VectorEnvOfOne(
+        self.vector_env = ProcgenVectorEnv(
             games,
             1,
             server=server,
@@ -84,7 +77,6 @@ class ProcgenGymEnv(Env):
             render_mode=render_mode,
             render_size_px=render_size_px,
             frame_skip=frame_skip,
-            record_episode_statistics=record_episode_statistics,
             **options,
         )
         self.env = self.vector_env
@@ -194,8 +186,6 @@ def _of_one(infos: dict[str, Any]) -> dict[str, Any]:
     """Returns the infos of the first environment of a vector environment."""
     return {
         name: values[0].item()
-        if isinstance(values, np.ndarray)
-        else {key: array[0].item() for key, array in values.items()}
         for name, values in infos.items()
         if not name.startswith("_") and infos[f"_{name}"][0]
     }

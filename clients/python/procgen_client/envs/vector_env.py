@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import functools
 import os
 from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
@@ -15,18 +14,8 @@ from procgen_client._out import writable_view
 from procgen_client._place import Server
 from procgen_client._requests import ACTION_COUNT, ENV_COUNT_MAX, Reset, in_range
 from procgen_client.batch import Batch
-from procgen_client.envs._gymnasium import (
-    AutoresetMode,
-    VectorEnv,
-    vector_spaces,
-    warn_of_old_gymnasium,
-)
-from procgen_client.envs._infos import (
-    EpisodeRecorder,
-    episode_infos,
-    level_dicts,
-    level_infos,
-)
+from procgen_client.envs._gymnasium import AutoresetMode, VectorEnv, vector_spaces
+from procgen_client.envs._infos import episode_infos, level_dicts, level_infos
 from procgen_client.envs._pools import autoreset_mode_of, check_render_mode, make_pool
 from procgen_client.envs._reset_arguments import reset_options_of, seeds_of
 from procgen_client.errors import FailedPreconditionError
@@ -47,10 +36,8 @@ class ProcgenVectorEnv(VectorEnv):
 
     They are stepped in this process, or on a server.
 
-    A subclass of gymnasium.vector.VectorEnv with Gymnasium 1.0 or later. Older versions have
-    another contract: there it only uses Gymnasium's spaces, and the constructor warns. Without
-    Gymnasium the spaces are small classes with the same names and attributes.
-    ``metadata["autoreset_mode"]`` is a member of AutoresetMode, Gymnasium's own since 1.1.
+    A subclass of gymnasium.vector.VectorEnv with Gymnasium 1.1 or later. Without it the spaces and
+    AutoresetMode are small classes with the same names and attributes.
 
     Shapes (N = num_envs): observations uint8 [N, 64, 64, 3], RGB, top row first; actions int [N],
     each in [0, 15), or -1, which is outside of the action space and ends the episode; rewards
@@ -69,8 +56,7 @@ class ProcgenVectorEnv(VectorEnv):
     - ``prev_level_seed`` int64 [N]: level that was stepped; ``prev_level_complete`` bool [N]: this
       step completed it. Not of environments whose observation is the first of an episode;
     - ``episode_return`` float64 [N], ``episode_length`` int64 [N]: of episodes that ended in this
-      step; with record_episode_statistics also ``episode``, as Gymnasium's wrapper
-      RecordEpisodeStatistics writes it: a dict with arrays ``r``, ``l`` and ``t`` (seconds);
+      step;
     - with SAME_STEP, where an episode ended: ``final_obs`` (array of objects: its last observation,
       or None) and ``final_info`` (dict: its last ``level_seed``, ``prev_level_seed``,
       ``prev_level_complete``, and ``episode_return``, ``episode_length``, with masks).
@@ -90,9 +76,6 @@ class ProcgenVectorEnv(VectorEnv):
         "autoreset_mode": AutoresetMode.NEXT_STEP,
     }
 
-    # Whether programs use it as a Gymnasium vector environment.
-    _is_for_gymnasium = True
-
     _untouched: bool  # Neither reset nor stepped yet.
     _ended: np.ndarray  # Episode over; with DISABLED to be reset.   bool [N]
     _next_levels: dict[int, int]  # Sent with the next step.
@@ -108,7 +91,6 @@ class ProcgenVectorEnv(VectorEnv):
         render_mode: str | None = None,
         render_size_px: int = 512,
         frame_skip: int = 1,
-        record_episode_statistics: bool = False,
         **options: Unpack[PoolOptions],
     ) -> None:
         """Makes the environments.
@@ -122,7 +104,6 @@ class ProcgenVectorEnv(VectorEnv):
             render_size_px: Side of render's square frames, in pixels.
             frame_skip: How often each action is repeated, in [1, 1000]. Only the last observation
                 is rendered, rewards are summed, and the end of an episode stops its environment.
-            record_episode_statistics: Add the info ``episode``, in place of the wrapper.
             **options: Options of Procgen 0.10.7 (distribution_mode, num_levels, start_level,
                 rand_seed, use_sequential_levels, ...), observation format (screen_size,
                 grayscale_obs, layout, frame_stack), num_threads and others: options.PoolOptions.
@@ -134,17 +115,12 @@ class ProcgenVectorEnv(VectorEnv):
             UnimplementedError: render_mode is "rgb_array", and the server has no rendering.
             ProcgenError: As Pool.
         """
-        if self._is_for_gymnasium:
-            warn_of_old_gymnasium()
         check_names(type(self).__name__, options, option_names())
         num_envs = in_range("num_envs", num_envs, 1, ENV_COUNT_MAX)
         mode = autoreset_mode_of(autoreset_mode)
         check_render_mode(render_mode)
         self._frame_skip = in_range("frame_skip", frame_skip, 1, 1000)
-        self._open_pool = functools.partial(
-            make_pool, games, num_envs, mode, server=server, art=art, **options
-        )
-        self.pool = self._open_pool()
+        self.pool = make_pool(games, num_envs, mode, server=server, art=art, **options)
         self.num_envs, self.render_mode = num_envs, render_mode
         self.autoreset_mode = mode
         self.metadata = self.metadata | {"autoreset_mode": mode}
@@ -152,8 +128,7 @@ class ProcgenVectorEnv(VectorEnv):
         self._render_size_px = render_size_px
         self._returns_final = mode is AutoresetMode.SAME_STEP
         self._everywhere, self._nowhere = np.ones(num_envs, np.bool_), np.zeros(num_envs, np.bool_)
-        self._begin()
-        self._recorder = EpisodeRecorder(num_envs) if record_episode_statistics else None
+        self._untouched, self._ended, self._next_levels = True, self._nowhere.copy(), {}
 
     def __enter__(self) -> ProcgenVectorEnv:
         """Returns the environment itself."""
@@ -200,8 +175,6 @@ class ProcgenVectorEnv(VectorEnv):
             )
         self._untouched = False
         self._ended[mask] = False
-        if self._recorder is not None:
-            self._recorder.begin(mask)
         return batch.observations, level_infos(batch, mask, self._nowhere)
 
     def step(
@@ -376,26 +349,6 @@ class ProcgenVectorEnv(VectorEnv):
         self._ended, self._untouched, self._next_levels = state
         return observed
 
-    def reopen(
-        self, path: str | os.PathLike[str] | None = None
-    ) -> tuple[np.ndarray, dict[str, Any]]:
-        """Makes the pool again, after a restart of the server ended it with a NotFoundError.
-
-        Args:
-            path: Checkpoint of :meth:`save`, from which it continues. None: new episodes.
-
-        Returns:
-            Observations and infos, as reset.
-
-        Raises:
-            ProcgenError: As Pool and :meth:`load`.
-        """
-        pool = self._open_pool()
-        self.pool.close()
-        self.pool = pool
-        self._begin()
-        return self.reset() if path is None else self.load(path)
-
     def get_info(self) -> list[dict[str, Any]]:
         """Returns infos as upstream's gym3 environment does.
 
@@ -424,11 +377,6 @@ class ProcgenVectorEnv(VectorEnv):
         if hasattr(self, "pool"):  # False if __init__ failed.
             self.pool.close()
 
-    def _begin(self) -> None:
-        self._untouched = True
-        self._ended = self._nowhere.copy()
-        self._next_levels = {}
-
     def _require_open(self) -> None:
         if self.closed:
             raise FailedPreconditionError("the environment is closed: make another one")
@@ -455,14 +403,10 @@ class ProcgenVectorEnv(VectorEnv):
         infos = level_infos(batch, self._everywhere, self._stepped(batch))
         if np.count_nonzero(ended):  # Five times as fast as any().
             infos |= episode_infos(batch, ended, self._returns_final)
-        if self._recorder is not None:
-            infos |= self._recorder.infos(batch, ended)
         return batch.observations, batch.rewards.astype(_FLOAT64), terminated, truncated, infos
 
     def _observe(self) -> tuple[np.ndarray, dict[str, Any]]:
         batch = self.pool.observe()
-        if self._recorder is not None:
-            self._recorder.begin(self._everywhere)
         self._untouched = False
         # `first`: saved in a pool with "same_step", where the next episode has already started.
         self._ended = batch.ended & ~batch.first

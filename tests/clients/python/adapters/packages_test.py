@@ -19,6 +19,7 @@ import pytest
 
 _HERE = Path(__file__).resolve().parent
 _PROGRAMS = "../procgen_package/programs_test.py"
+_ENVS = "../envs/gymnasium_test.py"
 
 
 class Group(NamedTuple):
@@ -43,7 +44,7 @@ _GROUPS = {
     "gym 0.23": _gym("0.23.1"),
     "gym 0.26": _gym("0.26.2"),
     "gymnasium": Group(
-        ("dm_env_test.py", "jax_test.py", "openenv_test.py", "pages_test.py", _PROGRAMS),
+        ("dm_env_test.py", "jax_test.py", "openenv_test.py", "pages_test.py", _PROGRAMS, _ENVS),
         ("pytest", "gymnasium", "dm-env", "jax", "openenv", "pillow"),
     ),
     "torch": Group(

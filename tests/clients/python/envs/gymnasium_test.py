@@ -1,271 +1,143 @@
-"""With Gymnasium installed, the client uses its base classes, enumeration and spaces.
-
-Debian has no Gymnasium. Where it is missing, a stub package replaces it in a second Python process.
-The stub has the exported names of Gymnasium 1.4.0, 1.0.0 and 0.29.1. The tests show that the client
-finds and uses these names; they do not test Gymnasium.
-"""
+"""Gymnasium's own classes, ids, wrappers and vector environments with these environments."""
 
 from __future__ import annotations
 
-import importlib.util
-import os
-import subprocess
-import sys
-from pathlib import Path
+from typing import Any
 
+import numpy as np
 import pytest
 
-from procgen_client import ServerProcess
+gymnasium = pytest.importorskip("gymnasium", minversion="1.1")
 
-_IN_ITS_PLACE = {
-    # gymnasium/__init__.py exports spaces and vector.
-    # It and gymnasium/core.py: Env; gymnasium/envs/registration.py: register, make, make_vec, which
-    # hands the keyword arguments of both to the entry point.
-    "__init__.py": """
-import importlib
-from gymnasium import spaces, vector
+from gymnasium import spaces  # noqa: E402
+from gymnasium.vector import AsyncVectorEnv, SyncVectorEnv  # noqa: E402
+from gymnasium.vector.utils import batch_space  # noqa: E402
+from gymnasium.wrappers.vector import RecordEpisodeStatistics  # noqa: E402
 
-__version__ = "VERSION"
+from procgen_client import AutoresetMode, ProcgenEnv, ProcgenGymEnv, ProcgenVectorEnv  # noqa: E402
 
-class Env:
-    metadata = {}
-    spec = None
+_N = 5
+_OPTIONS = {"distribution_mode": "easy"}
+# With SAME_STEP Gymnasium has them in final_info only.
+_ALSO_BESIDE_FINAL_INFO = {"episode_return", "episode_length"}
 
-    @property
-    def unwrapped(self):
-        return self
 
-    def reset(self, *, seed=None, options=None):
-        self.was_seeded_with = seed
+def test_classes_and_spaces_are_gymnasiums() -> None:
+    assert AutoresetMode is gymnasium.vector.AutoresetMode
+    assert issubclass(ProcgenVectorEnv, gymnasium.vector.VectorEnv)
+    assert issubclass(ProcgenGymEnv, gymnasium.Env)
+    atari = {"screen_size": 84, "grayscale_obs": True, "frame_stack": 4}
+    for options, shape in (({}, (64, 64, 3)), (atari, (4, 84, 84, 1))):
+        box, discrete = spaces.Box(0, 255, shape, np.uint8), spaces.Discrete(15)
+        with ProcgenVectorEnv("maze", 2, **options) as env:
+            assert env.single_observation_space == box
+            assert env.single_action_space == discrete
+            assert env.observation_space == batch_space(box, 2)
+            assert env.action_space == batch_space(discrete, 2)
+            assert env.observation_space.contains(env.reset(seed=1)[0])
+    venv = ProcgenEnv(1, "maze")
+    assert isinstance(venv.observation_space, spaces.Dict)
+    venv.close()
 
-registry = {}
 
-def register(id, entry_point=None, vector_entry_point=None, kwargs=None):
-    registry[id] = (entry_point, vector_entry_point, kwargs or {})
-
-def _load(name):
-    module, attribute = name.split(":")
-    return getattr(importlib.import_module(module), attribute)
-
-class EnvSpec:
-    def __init__(self, id, max_episode_steps):
-        self.id, self.max_episode_steps = id, max_episode_steps
-
-def make(id, **kwargs):
-    # It assigns a minimal spec without max_episode_steps, and adds the wrapper TimeLimit if the
-    # registered one has them.
-    env = _load(registry[id][0])(**(registry[id][2] | kwargs))
-    env.unwrapped.spec = EnvSpec(id, max_episode_steps=None)
-    return env
-
-def make_vec(id, num_envs=1, **kwargs):
-    if registry[id][1] is None:  # envs/registration.py: vectorises what entry_point makes.
-        return [make(id, **kwargs) for _ in range(num_envs)]
-    env = _load(registry[id][1])(num_envs=num_envs, **(registry[id][2] | kwargs))
-    env.unwrapped.spec = id
-    return env
-""",
-    # gymnasium/spaces/box.py and discrete.py: Box(low, high, shape, dtype), Discrete(n).
-    "spaces.py": """
-from dataclasses import dataclass
-
-@dataclass
-class Box:
-    low: int
-    high: int
-    shape: tuple
-    dtype: type
-
-@dataclass
-class Discrete:
-    n: int
-
-@dataclass
-class Dict:
-    spaces: dict
-""",
-    # gymnasium/vector/__init__.py exports AutoresetMode and VectorEnv (vector/vector_env.py).
-    "vector/__init__.py": """
-import enum
-
-class AutoresetMode(enum.Enum):
-    NEXT_STEP = "NextStep"
-    SAME_STEP = "SameStep"
-    DISABLED = "Disabled"
-
-class VectorEnv:
-    metadata = {}
-    spec = None
-    render_mode = None
-    closed = False
-
-    @property
-    def unwrapped(self):
-        return self
-
-    def close(self, **kwargs):
-        if not self.closed:
-            self.close_extras(**kwargs)
-            self.closed = True
-""",
-    # gymnasium/vector/utils/space_utils.py: batch_space(space, n).
-    "vector/utils.py": """
-def batch_space(space, n):
-    return (space, n)
-""",
-}
-
-# gymnasium/vector/__init__.py before 1.1 has no AutoresetMode, and before 1.0 another VectorEnv.
-_VECTOR_BEFORE_1_1 = _IN_ITS_PLACE["vector/__init__.py"].replace("AutoresetMode", "_Mode")
-_VECTOR_BEFORE_1_0 = """
-from gymnasium import Env
-
-class VectorEnv(Env):
-    def __init__(self, num_envs, observation_space, action_space):
-        raise AssertionError("this contract is another")
-"""
-
-_PROGRAM_BEFORE_1_1 = """
-import sys
-import warnings
-import gymnasium
-import numpy as np
-
-warnings.simplefilter("error")
-from procgen_client import AutoresetMode, ProcgenGymEnv, ProcgenVectorEnv
-
-is_1_0 = gymnasium.__version__ == "1.0.0"
-with warnings.catch_warnings(record=True) as caught:
-    warnings.simplefilter("always")
-    env = ProcgenVectorEnv("maze", 2)
-assert len(caught) == (0 if is_1_0 else 1)
-assert is_1_0 or "Gymnasium 0.29.1 is installed" in str(caught[0].message)
-assert is_1_0 or caught[0].filename == sys.argv[0]
-assert issubclass(ProcgenVectorEnv, gymnasium.vector.VectorEnv) == is_1_0
-assert env.metadata["autoreset_mode"] is AutoresetMode.NEXT_STEP
-assert env.single_action_space == gymnasium.spaces.Discrete(15)
-assert env.action_space == gymnasium.vector.utils.batch_space(gymnasium.spaces.Discrete(15), 2)
-env.reset(seed=1)
-env.step([0, -1])
-env.close()
-
-assert issubclass(ProcgenGymEnv, gymnasium.Env)
-for name in ("procgen_server/maze-v0", "procgen-maze-v0"):
-    one = gymnasium.make(name)
-    assert isinstance(one.observation_space, gymnasium.spaces.Box)
+def test_ids_make_environments() -> None:
+    vector = gymnasium.make_vec("procgen_server/coinrun-v0", num_envs=3)
+    assert isinstance(vector, ProcgenVectorEnv)
+    assert (vector.pool.games, vector.num_envs) == (("coinrun",), 3)
+    vector.close()
+    one = gymnasium.make("procgen_client:procgen-maze-v0", render_mode="rgb_array")
+    assert isinstance(one.unwrapped, ProcgenGymEnv)
     one.reset(seed=5)
+    assert one.unwrapped.np_random_seed == 5
     one.step(4)
+    assert one.render().shape == (512, 512, 3)
     one.close()
-several = gymnasium.make_vec("procgen_server/maze-v0", num_envs=2)
-assert isinstance(several, ProcgenVectorEnv if is_1_0 else list)
-"""
-
-_PROGRAM = """
-import sys
-import gymnasium
-import numpy as np
-from procgen_client import AutoresetMode, ProcgenEnv, ProcgenGymEnv, ProcgenVectorEnv
-
-assert AutoresetMode is gymnasium.vector.AutoresetMode
-assert issubclass(ProcgenVectorEnv, gymnasium.vector.VectorEnv)
-env = ProcgenVectorEnv("maze", 2, autoreset_mode="SameStep")
-assert env.metadata["autoreset_mode"] is gymnasium.vector.AutoresetMode.SAME_STEP
-box, discrete = gymnasium.spaces.Box(0, 255, (64, 64, 3), np.uint8), gymnasium.spaces.Discrete(15)
-assert env.single_observation_space == box
-assert env.single_action_space == discrete
-batch_space = gymnasium.vector.utils.batch_space
-assert env.observation_space == batch_space(box, 2)
-assert env.action_space == batch_space(discrete, 2)
-env.reset(seed=1)
-env.step([0, -1])
-env.close()
-env.close()
-assert env.closed
-
-# gymnasium/envs/registration.py, make_vec: a vector_entry_point is called with num_envs and the
-# registered keyword arguments; spec is set. Ours: a namespace of its own.
-# And upstream's ids, which are Gym's: procgen-coinrun-v0.
-assert len(gymnasium.registry) == 32
-vector = gymnasium.make_vec("procgen_server/coinrun-v0", num_envs=3)
-assert isinstance(vector, ProcgenVectorEnv)
-assert vector.pool.games == ("coinrun",)
-assert vector.num_envs == 3
-vector.close()
-
-one = gymnasium.make("procgen_server/maze-v0", render_mode="rgb_array")
-assert isinstance(one, ProcgenGymEnv)
-assert issubclass(ProcgenGymEnv, gymnasium.Env)
-assert one.observation_space == gymnasium.spaces.Box(0, 255, (64, 64, 3), np.uint8)
-assert one.action_space == gymnasium.spaces.Discrete(15)
-one.reset(seed=5)
-assert one.was_seeded_with == 5, "core.py, Env.reset: subclasses call it"
-one.step(4)
-assert one.render().shape == (512, 512, 3)
-one.close()
-
-# Ours: the time limit is the environment's own; its spec has it for programs that read it there.
-for game, limit, options in (
-    ("maze", 500, {}),
-    ("bigfish", 6000, {}),
-    ("jumper", 2000, {"distribution_mode": "memory"}),
-    ("coinrun", 250, {"frame_skip": 4}),
-):
-    one = gymnasium.make(f"procgen_server/{game}-v0", **options)
-    assert one.spec.max_episode_steps == limit, game
-    assert one.spec.id == f"procgen_server/{game}-v0"
-    one.close()
-assert ProcgenGymEnv("maze").spec is None
-
-venv = ProcgenEnv(1, "maze")
-assert isinstance(venv.observation_space, gymnasium.spaces.Dict)
-venv.close()
-
-atari = {"screen_size": 84, "grayscale_obs": True, "frame_stack": 4}
-with ProcgenVectorEnv("maze", 2, **atari) as env:
-    box = gymnasium.spaces.Box(0, 255, (4, 84, 84, 1), np.uint8)
-    assert env.single_observation_space == box
-    assert env.observation_space == batch_space(box, 2)
-"""
 
 
-def _install(folder: Path, version: str) -> None:
-    vector = {"1.0.0": _VECTOR_BEFORE_1_1, "0.29.1": _VECTOR_BEFORE_1_0}
-    modules = _IN_ITS_PLACE | {
-        "__init__.py": _IN_ITS_PLACE["__init__.py"].replace("VERSION", version)
-    }
-    if version in vector:
-        modules["vector/__init__.py"] = vector[version]
-    if version == "0.29.1":  # There, VectorEnv is a subclass of Env.
-        body = modules["__init__.py"].replace("from gymnasium import spaces, vector\n", "")
-        modules["__init__.py"] = body + "\nfrom gymnasium import spaces, vector\n"
-    for name, text in modules.items():
-        file = folder / "gymnasium" / name
-        file.parent.mkdir(parents=True, exist_ok=True)
-        file.write_text(text)
+@pytest.mark.parametrize(
+    ("game", "limit", "options"),
+    [
+        ("maze", 500, {}),
+        ("bigfish", 6000, {}),
+        ("jumper", 2000, {"distribution_mode": "memory"}),
+        ("coinrun", 250, {"frame_skip": 4}),
+    ],
+)
+def test_the_spec_has_the_time_limit(game: str, limit: int, options: dict[str, Any]) -> None:
+    with gymnasium.make(f"procgen_server/{game}-v0", **options) as env:
+        assert env.unwrapped.spec.max_episode_steps == limit
 
 
-def _run(program: str, folder: Path, server: ServerProcess) -> None:
-    file = folder / "program.py"
-    file.write_text(program)
-    result = subprocess.run(
-        [sys.executable, str(file), server.address],
-        env=os.environ | {"PYTHONPATH": os.pathsep.join([str(folder), *sys.path])},
-        capture_output=True,
-        text=True,
-        check=False,
-    )
-    assert result.returncode == 0, result.stderr
+@pytest.mark.parametrize("mode", list(AutoresetMode))
+def test_record_episode_statistics_counts_each_episode(mode: AutoresetMode) -> None:
+    with ProcgenVectorEnv("bigfish", _N, autoreset_mode=mode) as inner:
+        env = RecordEpisodeStatistics(inner)
+        env.reset(seed=1)
+        for t in range(40):
+            actions = np.where(np.arange(_N) == t % _N, -1, 4)
+            _, _, terminations, truncations, infos = env.step(actions)
+            ended = terminations | truncations
+            if mode is not AutoresetMode.SAME_STEP:  # It counts that step to the next episode.
+                np.testing.assert_array_equal(infos["episode"]["l"], infos["episode_length"])
+            np.testing.assert_array_equal(infos["episode"]["r"], infos["episode_return"])
+            if mode is AutoresetMode.DISABLED:
+                env.reset(options={"reset_mask": ended})
 
 
-def test_gymnasium_classes_and_spaces_are_used(server: ServerProcess, tmp_path: Path) -> None:
-    if importlib.util.find_spec("gymnasium") is None:
-        _install(tmp_path, "1.4.0")
-    _run(_PROGRAM, tmp_path, server)
+def test_workers_of_an_async_vector_env_step_while_the_parent_does() -> None:
+    with ProcgenVectorEnv("coinrun", 4) as other:
+        other.reset()
+        for _ in range(2):
+            env = AsyncVectorEnv([lambda: ProcgenGymEnv("maze", rand_seed=3)] * 3)
+            other.step(np.full(4, 7))
+            env.reset(seed=1)
+            for _ in range(5):
+                observations, *_ = env.step(np.full(3, 3))
+                other.step(np.full(4, 7))
+            assert observations.shape == (3, 64, 64, 3)
+            assert observations.any()
+            env.close()
 
 
-@pytest.mark.parametrize("version", ["1.0.0", "0.29.1"])
-def test_older_gymnasium_versions_are_supported(
-    version: str, server: ServerProcess, tmp_path: Path
-) -> None:
-    _install(tmp_path, version)
-    _run(_PROGRAM_BEFORE_1_1, tmp_path, server)
+@pytest.mark.parametrize("mode", list(AutoresetMode))
+def test_infos_equal_those_of_a_sync_vector_env(mode: AutoresetMode) -> None:
+    makers = [lambda: ProcgenGymEnv("bigfish", **_OPTIONS)] * _N
+    sync = SyncVectorEnv(makers, autoreset_mode=mode)
+    own = ProcgenVectorEnv("bigfish", _N, autoreset_mode=mode, **_OPTIONS)
+    may_have = _ALSO_BESIDE_FINAL_INFO if mode is AutoresetMode.SAME_STEP else set()
+    _assert_equal(own.reset(seed=3)[1], sync.reset(seed=3)[1], set())
+    rng, end_count = np.random.default_rng(0), 0
+    for _ in range(150):
+        actions = rng.integers(0, 15, _N)
+        # -1 is outside of the action space, but SyncVectorEnv passes it to the environments.
+        actions[rng.random(_N) < 0.05] = -1
+        step, theirs = own.step(actions), sync.step(actions)
+        ended = step[2] | step[3]
+        np.testing.assert_array_equal(ended, theirs[2] | theirs[3])
+        _assert_equal(step[-1], theirs[-1], may_have)
+        end_count += np.count_nonzero(ended)
+        if mode is AutoresetMode.DISABLED and ended.any():
+            # SyncVectorEnv removes reset_mask from its options.
+            options = [{"reset_mask": ended, "level_seed": 9} for _ in range(2)]
+            _assert_equal(
+                own.reset(options=options[0])[1], sync.reset(options=options[1])[1], set()
+            )
+    assert end_count > 20
+    own.close()
+    sync.close()
+
+
+def _assert_equal(own: dict[str, Any], theirs: dict[str, Any], may_have: set[str]) -> None:
+    surplus = {key.removeprefix("_") for key in own.keys() - theirs.keys()}
+    assert theirs.keys() <= own.keys()
+    assert surplus <= may_have
+    for key, value in theirs.items():
+        if isinstance(value, dict):
+            _assert_equal(own[key], value, set())
+            continue
+        assert own[key].dtype == value.dtype, key
+        if value.dtype == object:  # Frames, or None.
+            for left, right in zip(own[key], value, strict=True):
+                np.testing.assert_array_equal(left, right, err_msg=key)
+        else:
+            np.testing.assert_array_equal(own[key], value, err_msg=key)

@@ -16,11 +16,9 @@ from importlib import metadata
 from pathlib import Path
 
 import pytest
+from stub_gym import write_gym
 
 _PACKAGE = Path(__file__).resolve().parents[4] / "clients/python/procgen_package"
-sys.path.append(str(Path(__file__).resolve().parents[1] / "envs"))
-
-from stub_gym import write_gym  # noqa: E402
 
 _PROGRAMS = {
     # torchrl/envs/libs/procgen.py: finds the package, lists the games, wraps ProcgenEnv, and
@@ -163,6 +161,36 @@ assert observation in env.observation_space and infos["level_seed"] == 7
 env = gymnasium.make_vec("procgen:procgen-coinrun-v0", num_envs=3, distribution_mode="easy")
 assert env.reset(seed=0)[0] in env.observation_space
 """,
+    # Upstream, gym_registration.py: one environment, with the observation alone; the observation of
+    # the step that ends an episode is the one before it, and resets within one are ignored.
+    "gym environment": """
+import gym
+import procgen
+import warnings
+env = gym.make("procgen:procgen-maze-v0", distribution_mode="easy", rand_seed=1).unwrapped
+assert isinstance(env, gym.Env)
+env.reset()
+observation, reward, done, info = env.step(4)
+assert (type(reward), done) == (float, False)
+last, _, done, info = env.step(-1)
+assert done and set(info) == {"prev_level_seed", "prev_level_complete", "level_seed"}
+np.testing.assert_array_equal(last, observation)
+after = env.reset()
+assert (after != last).any()
+np.testing.assert_array_equal(after, env.render("rgb_array"))
+for call in (lambda: env.seed(3), lambda: (env.step(4), env.reset())):
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        call()
+    assert len(caught) == 1
+env.close()
+try:
+    gym.make("procgen-maze-v0", render_mode="human")
+except ValueError as error:
+    assert "no window" in str(error)
+else:
+    raise AssertionError("render_mode='human' is not rejected")
+""",
     # Programs that import this client before Gym.
     "order of imports": """
 import procgen_client
@@ -183,7 +211,7 @@ _PROGRAMS |= {f"README {i}": example for i, example in enumerate(_EXAMPLES)}
 def test_program_runs(name: str, tmp_path: Path) -> None:
     if name == "gymnasium":
         pytest.importorskip("gymnasium")
-    if name == "pufferlib" and _gym_is_new():
+    if name in ("pufferlib", "gym environment") and _gym_is_new():
         pytest.skip("wrappers of Gym 0.26 take other environments than upstream's, too")
     variables = dict(os.environ)
     if importlib.util.find_spec("gym") is None:

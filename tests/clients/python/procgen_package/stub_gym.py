@@ -18,6 +18,10 @@ class Env:
     metadata = {}
     spec = None
 
+    @property
+    def unwrapped(self):
+        return self
+
 class Wrapper(Env):
     def __init__(self, env):
         self.env = env
@@ -71,8 +75,7 @@ class Dict(Space):
     def __getitem__(self, name):
         return self.spaces[name]
 """,
-    # transform_observation.py, record_episode_statistics.py, record_video.py with
-    # monitoring/video_recorder.py, of Gym 0.21 to 0.23.
+    # transform_observation.py, record_episode_statistics.py of Gym 0.21 to 0.23.
     "wrappers.py": """
 import numpy as np
 import gym
@@ -103,19 +106,6 @@ class RecordEpisodeStatistics(gym.Wrapper):
                 infos[i] = infos[i] | {"episode": {"r": self.returns[i]}}
                 self.returns[i] = 0
         return observation, rewards, dones, infos
-
-class RecordVideo(gym.Wrapper):
-    def __init__(self, env, folder):
-        super().__init__(env)
-        assert "rgb_array" in env.metadata.get("render.modes", [])
-        self.frames_per_second = env.metadata["video.frames_per_second"]
-        self.frames = []
-
-    def step(self, action):
-        frame = self.env.render(mode="rgb_array")
-        assert frame.shape[0] < 4096 and frame.shape[1] < 4096, "no encoder takes more"
-        self.frames.append(frame)
-        return self.env.step(action)
 """,
 }
 
