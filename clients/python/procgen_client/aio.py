@@ -3,34 +3,25 @@
     async with await create_pool("coinrun", 64) as pool:
         batch = await pool.step([7] * 64)
 
-    async with await connect("localhost:50051") as client:
-        async with await client.create_pool("coinrun", 64) as pool:
-            batch = await pool.step([7] * 64)
-
-Batches, options and errors are those of :class:`procgen_client.Pool` and
-:class:`procgen_client.Client`, whose calls run on threads here.
+Batches, options and errors are those of :class:`procgen_client.Pool`, whose calls run on a thread
+here.
 """
 
 from __future__ import annotations
 
 import asyncio
 import functools
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Coroutine, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from typing import TYPE_CHECKING, Any, TypeVar
 
-import numpy.typing as npt
-
-from procgen_client._requests import Reset
-from procgen_client.batch import Batch
 from procgen_client.errors import CancelledError
-from procgen_client.objects import Objects
 from procgen_client.pool import Pool
 
 if TYPE_CHECKING:
-    from procgen_client._proto import catalog_pb2, pools_pb2
-    from procgen_client.client import Client
-    from procgen_client.credentials import Credentials
+    from typing_extensions import Concatenate, ParamSpec
+
+    _Parameters = ParamSpec("_Parameters")
 
 _Result = TypeVar("_Result")
 
@@ -43,70 +34,18 @@ async def create_pool(
     return AsyncPool(await asyncio.get_running_loop().run_in_executor(None, make))
 
 
-async def connect(
-    address: str,
-    *,
-    timeout: float | None = None,
-    reconnect_timeout: float = 60.0,
-    credentials: Credentials | None = None,
-) -> AsyncClient:
-    """Connects to a server.
+def _on_thread(
+    method: Callable[Concatenate[Pool, _Parameters], _Result]
+) -> Callable[Concatenate[AsyncPool, _Parameters], Coroutine[Any, Any, _Result]]:
+    """Returns a method of AsyncPool that calls one of its pool."""
 
-    Args:
-        address, timeout, reconnect_timeout, credentials: As for procgen_client.Client.
+    @functools.wraps(method)
+    async def call(
+        self: AsyncPool, /, *arguments: _Parameters.args, **keywords: _Parameters.kwargs
+    ) -> _Result:
+        return await self._run(lambda: method(self.pool, *arguments, **keywords))
 
-    Errors as procgen_client.Client.
-    """
-    from procgen_client.client import Client
-
-    connect_client = functools.partial(
-        Client,
-        address,
-        timeout=timeout,
-        reconnect_timeout=reconnect_timeout,
-        credentials=credentials,
-    )
-    return AsyncClient(await asyncio.get_running_loop().run_in_executor(None, connect_client))
-
-
-class AsyncClient:
-    """A connection to a server; made by :func:`connect`. An asynchronous context manager.
-
-    Tasks: any number of one event loop; a pool belongs to one task at a time.
-
-    Attributes:
-        client: The procgen_client.Client.
-    """
-
-    def __init__(self, client: Client) -> None:
-        """For :func:`connect`."""
-        self.client = client
-
-    async def __aenter__(self) -> AsyncClient:
-        """Returns the client itself."""
-        return self
-
-    async def __aexit__(self, *exception: object) -> None:
-        """Closes the connection."""
-        await self.close()
-
-    async def close(self) -> None:
-        """Closes the connection; running calls end with CancelledError."""
-        self.client.close()
-
-    def catalog(self) -> catalog_pb2.Catalog:
-        """Returns the server's catalog, as procgen_client.Client.catalog."""
-        return self.client.catalog()
-
-    async def create_pool(
-        self, games: str | Sequence[str], env_count: int = 64, **arguments: Any
-    ) -> AsyncPool:
-        """Makes a pool; arguments and errors as procgen_client.Client.create_pool."""
-        return await create_pool(games, env_count, server=self.client, **arguments)
-
-    async def list_pools(self) -> list[pools_pb2.Pool]:
-        """Returns the pools, oldest first."""
-        return await asyncio.get_running_loop().run_in_executor(None, self.client.list_pools)
+    return call
 
 
 class AsyncPool:
@@ -140,43 +79,15 @@ class AsyncPool:
         """Number of requests whose answers were not received."""
         return self.pool.in_flight
 
-    async def step(self, actions: npt.ArrayLike, **arguments: Any) -> Batch:
-        """Steps environments, and waits for the batch; arguments and errors as Pool.step."""
-        return await self._run(lambda: self.pool.step(actions, **arguments))
-
-    async def observe(self, **arguments: Any) -> Batch:
-        """Returns the current state without stepping; arguments and errors as Pool.observe."""
-        return await self._run(lambda: self.pool.observe(**arguments))
-
-    async def reset(
-        self, resets: Iterable[int | Reset] | None = None, **arguments: Any
-    ) -> Batch:
-        """Starts new episodes in some environments; arguments and errors as Pool.reset."""
-        return await self._run(lambda: self.pool.reset(resets, **arguments))
-
-    async def send_step(self, actions: npt.ArrayLike, **arguments: Any) -> None:
-        """Begins a step, for receive; arguments and errors as Pool.send_step."""
-        await self._run(lambda: self.pool.send_step(actions, **arguments))
-
-    async def receive(self) -> Batch:
-        """Waits for the batch of the oldest unanswered request; errors as Pool.receive."""
-        return await self._run(self.pool.receive)
-
-    async def save_states(self, environments: Sequence[int] | None = None) -> list[bytes]:
-        """Returns snapshots of environments; arguments and errors as Pool.save_states."""
-        return await self._run(lambda: self.pool.save_states(environments))
-
-    async def restore_states(self, states: Mapping[int, bytes] | Sequence[bytes]) -> None:
-        """Restores environments from snapshots; arguments and errors as Pool.restore_states."""
-        await self._run(lambda: self.pool.restore_states(states))
-
-    async def clone_states(self, pairs: Iterable[tuple[int, int]]) -> None:
-        """Copies states between environments of the pool; errors as Pool.clone_states."""
-        await self._run(lambda: self.pool.clone_states(pairs))
-
-    async def objects(self, objects_max: int = 64, **arguments: Any) -> Objects:
-        """Returns the objects of environments as arrays; arguments and errors as Pool.objects."""
-        return await self._run(lambda: self.pool.objects(objects_max, **arguments))
+    step = _on_thread(Pool.step)
+    observe = _on_thread(Pool.observe)
+    reset = _on_thread(Pool.reset)
+    send_step = _on_thread(Pool.send_step)
+    receive = _on_thread(Pool.receive)
+    save_states = _on_thread(Pool.save_states)
+    restore_states = _on_thread(Pool.restore_states)
+    clone_states = _on_thread(Pool.clone_states)
+    objects = _on_thread(Pool.objects)
 
     async def close(self) -> None:
         """Closes the pool, after what is in flight. May be called again."""

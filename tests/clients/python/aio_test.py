@@ -155,39 +155,23 @@ def test_levels_can_be_sampled(make: _Make) -> None:
     asyncio.run(play())
 
 
-def test_clients_connect_list_and_close(server: ServerProcess) -> None:
-    async def play() -> None:
-        with pytest.raises(errors.UnavailableError, match="no server listens at 127.0.0.1:1: "):
-            await aio.connect("127.0.0.1:1", timeout=0.3)
-        async with await aio.connect(server.address) as client:
-            assert len(client.catalog().games) == 16
-            async with await client.create_pool("maze", 2) as pool:
-                assert pool.pool.name in [each.name for each in await client.list_pools()]
-            assert pool.pool.name not in [each.name for each in await client.list_pools()]
-        with pytest.raises(errors.CancelledError, match="closed"):
-            await client.list_pools()
-
-    asyncio.run(play())
-
-
 def test_closing_a_client_ends_the_calls_of_its_tasks(server: ServerProcess) -> None:
     async def play() -> None:
         for _ in range(3):
-            closed = await aio.connect(server.address)
-            pool = await closed.create_pool("coinrun", 1024)  # A step of a second.
+            closed = Client(server.address)
+            pool = await aio.create_pool("coinrun", 1024, server=closed)  # A step of a second.
             await pool.send_step([4] * 1024, observe=False, repeat_count=1000)
             waiting = asyncio.create_task(pool.receive())
             await asyncio.sleep(0.01)  # It waits now.
             assert not waiting.done()
-            await closed.close()
+            closed.close()
             with pytest.raises(errors.CancelledError):
                 await asyncio.wait_for(waiting, 20)
             with pytest.raises(errors.CancelledError):
                 await pool.observe()
             await pool.close()
-        async with await aio.connect(server.address) as other:
-            async with await other.create_pool("maze", 2) as pool:
-                assert (await asyncio.wait_for(pool.observe(), 20)).env_count == 2
+        async with await aio.create_pool("maze", 2, server=server) as pool:
+            assert (await asyncio.wait_for(pool.observe(), 20)).env_count == 2
 
     asyncio.run(play())
 
