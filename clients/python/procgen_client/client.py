@@ -26,7 +26,6 @@ from procgen_client._proto import (
     render_pb2,
 )
 from procgen_client._requests import in_range
-from procgen_client._address import check_addresses
 from procgen_client.credentials import Credentials
 from procgen_client.errors import (
     DataLossError,
@@ -35,7 +34,7 @@ from procgen_client.errors import (
     InvalidArgumentError,
     UnauthenticatedError,
 )
-from procgen_client.options import PoolOptions
+from procgen_client.options import PoolOptions, text
 from procgen_client.pool import Pool
 
 if TYPE_CHECKING:
@@ -103,13 +102,13 @@ class Client:
                 has none, or its certificate is not valid for `credentials`. The message has the
                 reason.
             UnauthenticatedError: The server requires a token, or another one.
-            InvalidArgumentError, NotFoundError: `address` has no port; as Credentials.arguments.
+            InvalidArgumentError, NotFoundError: `address` has no port; or `credentials`
+                are incomplete, or would send a token to another machine in plain text.
             UnimplementedError: The address belongs to another kind of server.
             FailedPreconditionError: This process was forked from one that has connections.
             OSError: libprocgen_remote is not installed.
         """
-        check_addresses(address)
-        self.address = address
+        self.address = text("address", address)
         self.reconnect_timeout = reconnect_timeout
         self._closed = False
         self._process_id = os.getpid()
@@ -121,7 +120,7 @@ class Client:
                 timeout=timeout,
                 call_timeout=call_timeout,
                 reconnect_timeout=reconnect_timeout,
-                **shown.arguments(address),
+                **shown.arguments(),
             )
             try:
                 self._catalog = self._first_catalog()
@@ -305,19 +304,6 @@ class Client:
         """
         return self._call(
             "ListNodes", cluster_pb2.ListNodesRequest(), cluster_pb2.ListNodesResponse
-        )
-
-    def watch_nodes(self) -> Iterator[cluster_pb2.WatchNodesResponse]:
-        """Yields the servers of the cluster: first the current ones, then after each change.
-
-        The iteration ends with an error or when it is closed; breaking out of a loop closes it.
-
-        Raises:
-            UnavailableError: The server stops, or the connection broke.
-            CancelledError: This client was closed.
-        """
-        return self._watch(
-            "WatchNodes", cluster_pb2.WatchNodesRequest(), cluster_pb2.WatchNodesResponse
         )
 
     # Internals.

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import ipaddress
 import os
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Union
 
-from procgen_client.errors import InvalidArgumentError, NotFoundError
+from procgen_client.errors import NotFoundError
 
 # Environment variables of the defaults: paths of PEM files, and the token itself.
 CA_VARIABLE = "PROCGEN_SERVER_CA"
@@ -48,43 +47,12 @@ class Credentials:
             token=os.environ.get(TOKEN_VARIABLE) or None,
         )
 
-    def check(self, address: str) -> None:
-        """Validates the credentials for `address`.
-
-        Raises:
-            InvalidArgumentError: A certificate without its key or without `ca`; or a token with
-                white space, or that would be sent to another machine in plain text.
-        """
-        if (self.certificate is None) != (self.key is None):
-            raise InvalidArgumentError(
-                "a client certificate or its key is given alone; give both or none"
-            )
-        if self.token and len(self.token.split()) != 1:
-            raise InvalidArgumentError(
-                "the token contains white space; of a line 'OWNER TOKEN' of the server's file it "
-                "is the second word"
-            )
-        if self.ca is not None:
-            return
-        if self.certificate is not None:
-            raise InvalidArgumentError(
-                "a client certificate is given without the server's CA certificates; give ca, or "
-                f"set {CA_VARIABLE}"
-            )
-        if self.token and not self.token_in_plain_text and not is_this_machine(address):
-            raise InvalidArgumentError(
-                f"the token would go to {address} in plain text; give the server's CA certificates "
-                f"(ca, or {CA_VARIABLE}), or set token_in_plain_text"
-            )
-
-    def arguments(self, address: str) -> dict[str, Any]:
+    def arguments(self) -> dict[str, Any]:
         """Returns the arguments of a connection, with the contents of files.
 
         Raises:
-            InvalidArgumentError: As check.
             NotFoundError: A file cannot be read.
         """
-        self.check(address)
         return {
             "ca": _pem(self.ca, "ca"),
             "certificate": _pem(self.certificate, "certificate"),
@@ -92,22 +60,6 @@ class Credentials:
             "token": self.token or "",
             "token_in_plain_text": self.token_in_plain_text,
         }
-
-
-def is_this_machine(address: str) -> bool:
-    """Whether all of `address` is loopback or unix sockets, where plain text is safe."""
-    if "," in address:
-        return all(is_this_machine(each) for each in address.split(","))
-    if address.startswith("unix:"):
-        return True
-    host = address.rpartition(":")[0].removeprefix("dns:///")
-    if host.lower() == "localhost":
-        return True
-    try:
-        # Parsed as a whole, because "127.0.0.1.example.com" is a host name.
-        return ipaddress.ip_address(host.removeprefix("[").removesuffix("]")).is_loopback
-    except ValueError:
-        return False
 
 
 def _pem(given: Pem | None, name: str) -> bytes:

@@ -147,9 +147,9 @@ def checked_options(options: Mapping[str, Any]) -> dict[str, Any]:
                 raise InvalidArgumentError(f"{name} is {value!r}; it is True or False")
             checked[name] = int(value)
         elif name == "name":
-            checked[name] = _text("name", value)
+            checked[name] = text("name", value)
         elif name == "variant":
-            checked[name] = _text("variant", value).encode()
+            checked[name] = text("variant", value).encode()
         elif name == "labels":
             checked[name] = _labels(value)
         else:
@@ -200,7 +200,8 @@ def game_names(games: str | Sequence[str]) -> list[str]:
     return names
 
 
-def _text(name: str, given: object) -> str:
+def text(name: str, given: object) -> str:
+    """Returns a text; raises InvalidArgumentError unless it is one without NUL."""
     if not isinstance(given, str) or "\0" in given:
         raise InvalidArgumentError(f"{name} is {given!r}; it is text without NUL")
     return given
@@ -211,9 +212,9 @@ def _labels(given: object) -> dict[str, str]:
         raise InvalidArgumentError(f"labels is {given!r}; it maps text to text")
     labels = {}
     for key, value in given.items():
-        if "=" in _text("a key of labels", key):
+        if "=" in text("a key of labels", key):
             raise InvalidArgumentError(f"labels has the key {key!r}; keys have no '='")
-        labels[key] = _text(f"labels[{key!r}]", value)
+        labels[key] = text(f"labels[{key!r}]", value)
     return labels
 
 

@@ -58,26 +58,6 @@ def test_server_without_a_cluster_lists_itself(client: Client) -> None:
     assert listed.nodes[0].healthy
 
 
-def test_watchers_receive_each_change(client: Client) -> None:
-    watch = client.watch_nodes()
-    assert next(watch).nodes[0].environment_capacity > 0
-    with client.create_pool("maze", 5, pool_id="watched"):
-        assert any(message.nodes[0].env_count >= 5 for message in watch)
-    # any() ended the loop; the watch can be read until it is closed.
-    watch.close()
-    with pytest.raises(StopIteration):
-        next(watch)
-
-
-def test_watchers_are_notified_when_the_server_stops() -> None:
-    with ServerProcess(server_binary()) as own:
-        watch = connect(own.address).watch_nodes()
-        next(watch)
-        own.stop()
-        with pytest.raises(errors.UnavailableError, match="the server stops"):
-            list(watch)
-
-
 def test_unresolvable_address_is_unavailable() -> None:
     with pytest.raises(errors.UnavailableError, match="no server answers at nowhere.invalid:1"):
         connect("nowhere.invalid:1", timeout=0.3)

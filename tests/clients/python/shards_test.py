@@ -130,9 +130,8 @@ def _step_until(pool: Pool, expected: Iterator[Batch], condition: Callable[[], b
 
 def _await_members(server: ServerProcess, count: int) -> None:
     with Client(server.address) as client:
-        for members in client.watch_nodes():
-            if len(members.nodes) == count:
-                return
+        while len(client.list_nodes().nodes) != count:
+            time.sleep(0.05)
 
 
 def _expected() -> Iterator[Batch]:

@@ -1,4 +1,4 @@
-"""Infos of environments; gymnasium_test.py compares them with those of Gymnasium's SyncVectorEnv."""
+"""Infos of environments; gymnasium_test.py compares them with those of SyncVectorEnv."""
 
 from __future__ import annotations
 
