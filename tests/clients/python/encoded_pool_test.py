@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from conftest import assert_same
 
-from procgen_client import Client, Pool, ProcgenVectorEnv, Reset
+from procgen_client import Client, Pool, Reset
 
 _ENCODING = "delta_zstd"
 _FORMATS: dict[str, dict[str, Any]] = {
@@ -56,12 +56,11 @@ def assert_equal_batches(raw: Pool, encoded: Pool, request_count: int, seed: int
 
 
 @pytest.mark.parametrize("form", _FORMATS)
-@pytest.mark.parametrize("game", ["coinrun", "fruitbot", "maze"])
-def test_encoded_batches_equal_raw_ones(client: Client, game: str, form: str) -> None:
+def test_encoded_batches_equal_raw_ones(client: Client, form: str) -> None:
     options = _OPTIONS | _FORMATS[form]
     with (
-        client.create_pool(game, _ENV_COUNT, **options) as raw,
-        client.create_pool(game, _ENV_COUNT, encoding=_ENCODING, **options) as encoded,
+        client.create_pool("fruitbot", _ENV_COUNT, **options) as raw,
+        client.create_pool("fruitbot", _ENV_COUNT, encoding=_ENCODING, **options) as encoded,
     ):
         assert_equal_batches(raw, encoded, request_count=200, seed=3)
         states = raw.save_states()
@@ -84,19 +83,3 @@ def test_encoded_batches_of_several_answers_equal_raw_ones(client: Client) -> No
                 raw.step(actions, final_observations=True),
                 encoded.step(actions, final_observations=True),
             )
-
-
-def test_encoded_vector_environments_equal_raw_ones(client: Client) -> None:
-    arguments: dict[str, Any] = {"num_envs": 4, "server": client, **_OPTIONS}
-    with (
-        ProcgenVectorEnv("bigfish", **arguments) as raw,
-        ProcgenVectorEnv("bigfish", encoding=_ENCODING, **arguments) as encoded,
-    ):
-        np.testing.assert_array_equal(raw.reset(seed=1)[0], encoded.reset(seed=1)[0])
-        kept = []
-        for step in range(200):
-            actions = np.random.default_rng(step).integers(0, 15, 4)
-            observations = raw.step(actions)[0]
-            kept.append((observations, encoded.step(actions)[0]))
-        for expected, seen in kept:
-            np.testing.assert_array_equal(expected, seen)

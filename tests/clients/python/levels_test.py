@@ -13,10 +13,8 @@ import pytest
 from conftest import MakePool
 
 from procgen_client import (
-    Client,
     LevelSampler,
     Pool,
-    ProcgenVectorEnv,
     Reset,
     ServerProcess,
     errors,
@@ -64,12 +62,6 @@ def test_equal_samplers_choose_equal_levels_by_weight(make_pool: MakePool) -> No
     assert 150 < sum(level >= 50 for row in drawn for level in row) < 200, "0.9 of 200"
 
 
-def test_vector_environment_accepts_a_sampler(place: Client | None) -> None:
-    with ProcgenVectorEnv("maze", 3, server=place, level_sampler=LevelSampler([70])) as environment:
-        environment.reset()
-        assert environment.pool.observe().level_seeds.tolist() == [70] * 3
-
-
 @pytest.mark.parametrize(
     ("sampler", "message"),
     [
@@ -92,14 +84,6 @@ def test_invalid_samplers_are_rejected(
     with pytest.raises(errors.InvalidArgumentError, match=message):
         pool.set_level_sampler(sampler)
     assert pool.step([4, 4]).episode_lengths.tolist() == [1, 1], "the pool continues"
-
-
-def test_sampler_cannot_be_set_while_requests_are_in_flight(make_pool: MakePool) -> None:
-    pool = make_pool("maze", 2)
-    pool.send_observe()
-    with pytest.raises(errors.FailedPreconditionError, match="1 requests are unanswered"):
-        pool.set_level_sampler(LevelSampler([1]))
-    pool.receive()
 
 
 def test_example_prefers_some_levels(server: ServerProcess) -> None:

@@ -5,11 +5,8 @@ from __future__ import annotations
 import ctypes
 import gc
 import os
-import signal
 import subprocess
-import sys
 import threading
-import time
 from collections.abc import Callable
 from pathlib import Path
 
@@ -115,29 +112,6 @@ def test_thousands_of_environments_are_stepped() -> None:
             assert_same(part.step(actions[4090:]), pool.step(actions), slice(4090, 4096))
 
 
-def test_ctrl_c_ends_a_loop_of_large_steps_soon() -> None:
-    with Pool("coinrun", 4096, distribution_mode="easy") as pool:
-        actions = np.full(4096, 4)
-        for _ in range(10):  # Of which one is soon: the machine may be busy.
-            sent: list[float] = []
-
-            def interrupt(sent: list[float] = sent) -> None:
-                sent.append(time.monotonic())
-                os.kill(os.getpid(), signal.SIGINT)
-
-            timer = threading.Timer(0.3, interrupt)
-            timer.start()
-            with pytest.raises(KeyboardInterrupt):
-                while True:
-                    pool.step(actions)
-            duration = time.monotonic() - sent[0]
-            timer.join()
-            assert pool.step(actions).env_count == 4096
-            if duration < 0.1:
-                return
-    pytest.fail(f"{duration:.2f} s")
-
-
 def test_pools_on_threads_of_their_own_are_equal() -> None:
     results: list[list[Batch]] = []
 
@@ -200,27 +174,3 @@ def test_many_pools_leave_no_thread_no_file_and_no_memory(closes: bool) -> None:
     after = _resources()
     assert after[:2] == (threads, files)
     assert after[2] < memory + 20_000
-
-
-def test_killed_program_leaves_no_process_and_no_file() -> None:
-    folders = [Path(name) for name in ("/tmp", "/dev/shm", "/run")]
-
-    def files() -> set[Path]:
-        return {path for folder in folders for path in folder.iterdir() if "procgen" in path.name}
-
-    before = files()
-    with subprocess.Popen(
-        [sys.executable, "-c", _PROGRAM],
-        stdout=subprocess.PIPE,
-        start_new_session=True,
-        text=True,
-    ) as program:
-        assert program.stdout is not None
-        assert program.stdout.readline() == "stepping\n"
-        children = Path(f"/proc/{program.pid}/task/{program.pid}/children").read_text()
-        assert children == "", "it has no child process"
-        assert files() == before
-        os.kill(program.pid, signal.SIGKILL)
-    assert files() == before
-    with pytest.raises(ProcessLookupError):
-        os.killpg(program.pid, 0)

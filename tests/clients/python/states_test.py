@@ -124,18 +124,6 @@ def test_invalid_states_are_rejected_and_change_nothing(pool: Pool) -> None:
     assert pool.save_states() == before
 
 
-def test_state_calls_are_rejected_while_requests_are_in_flight(pool: Pool) -> None:
-    states = pool.save_states()
-    pool.send_step([7] * _N)
-    for call in (pool.save_states, lambda: pool.restore_states(states)):
-        with pytest.raises(errors.FailedPreconditionError, match="receive them first"):
-            call()
-    with pytest.raises(errors.FailedPreconditionError, match="receive them first"):
-        pool.clone_states([(0, 1)])
-    pool.receive()
-    pool.restore_states(states)
-
-
 def test_vector_environment_returns_restored_observations_and_infos(env: ProcgenVectorEnv) -> None:
     saved_observations, *_, saved_infos = env.step([7] * _N)
     states = env.save_states()

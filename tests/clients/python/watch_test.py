@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from conftest import server_binary
 
-from procgen_client import Client, ProcgenVectorEnv, ServerProcess, connect
+from procgen_client import Client, ServerProcess, connect
 from procgen_client._proto import render_pb2
 from procgen_client.errors import (
     FailedPreconditionError,
@@ -60,26 +60,6 @@ def test_annotations_reach_watchers(client: Client) -> None:
         assert shown == {"value": [-1.5], "action_probabilities": probabilities[1].tolist()}
         pool.step([7, 4, 5])
         assert not next(responses).frames[0].step.annotations
-
-
-def test_annotations_of_a_vector_environment_reach_watchers(client: Client) -> None:
-    with ProcgenVectorEnv("maze", 2, server=client) as env:
-        env.reset()
-        request = render_pb2.WatchPoolRequest(
-            pool=env.pool.name, environments=[1], size_px=64, with_steps=True
-        )
-        responses = client._watch("WatchPool", request, render_pb2.WatchPoolResponse)
-
-        def shown() -> dict[str, list[float]]:
-            (frame,) = next(responses).frames
-            return {each.name: list(each.values) for each in frame.step.annotations}
-
-        assert shown() == {}
-        env.step([7, 4], annotations={"value": [0.5, -1.5]})
-        assert shown() == {"value": [-1.5]}
-        env.step_async([7, 4], annotations={"entropy": [2, 2.5]})
-        env.step_wait()
-        assert shown() == {"entropy": [2.5]}
 
 
 def test_invalid_annotations_are_rejected_and_change_nothing(client: Client) -> None:

@@ -36,16 +36,6 @@ def test_reset_and_step_follow_the_gymnasium_api(env: ProcgenGymEnv) -> None:
         env.reset(0)  # seed and options are keyword-only
 
 
-def test_equal_seeds_give_equal_episodes(env: ProcgenGymEnv) -> None:
-    # core.py, Env.reset: a seed makes what follows reproducible; np_random is seeded with it.
-    _, one = env.reset(seed=11)
-    assert env.np_random_seed == 11
-    _, unlike = env.reset()
-    _, other = env.reset(seed=11)
-    assert one["level_seed"] == other["level_seed"]
-    assert unlike["level_seed"] != one["level_seed"]
-
-
 def test_ended_episode_requires_a_reset(env: ProcgenGymEnv) -> None:
     # core.py, Env.step: after terminated or truncated the user calls reset.
     env.reset()

@@ -66,11 +66,6 @@ def test_unknown_option_is_rejected(
             env.reset(options={key: 5})
 
 
-def test_unknown_option_suggests_the_nearest(vector: ProcgenVectorEnv) -> None:
-    with pytest.raises(errors.InvalidArgumentError, match=r"did you mean 'reset_mask'\?"):
-        vector.reset(options={"reset_masks": np.ones(_N, bool)})
-
-
 @pytest.mark.parametrize(
     ("options", "message"),
     [

@@ -113,10 +113,6 @@ def test_every_game_has_normalization_constants_in_both_modes() -> None:
             assert low < high
 
 
-def test_client_lists_the_games_of_the_server(client: Client) -> None:
-    assert [game.name for game in client.catalog().games] == list(GAMES)
-
-
 @pytest.mark.parametrize(
     ("change", "message"),
     [

@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-import pytest
 
-from procgen_client import Pool, errors
+from procgen_client import Pool
 from procgen_client.tools.play_episodes import play_episodes
 
 _OPTIONS = {"distribution_mode": "easy", "rand_seed": 5}
@@ -32,17 +31,6 @@ def test_episodes_are_the_first_of_each_environment() -> None:
                 )
     assert [list(map(tuple, each)) for each in played] == [each[:3] for each in expected]
     assert {episode.level_seed for each in played for episode in each} <= {0, 1, 2}
-
-
-def test_progress_counts_episodes() -> None:
-    told: list[tuple[int, int]] = []
-    play_episodes(
-        *("maze", lambda observations: np.full(len(observations), -1)),
-        env_count=2,
-        episodes_per_env=3,
-        progress=lambda *counts: told.append(counts),
-    )
-    assert told == [(0, 6), (2, 6), (4, 6), (6, 6)]
 
 
 class _Recurrent:
@@ -91,8 +79,3 @@ def test_policy_owns_its_observations() -> None:
     assert len(kept) == 12
     for observations, value in kept:
         assert hash(observations.tobytes()) == value
-
-
-def test_invalid_actions_are_rejected() -> None:
-    with pytest.raises(errors.InvalidArgumentError, match="action 99"):
-        play_episodes("maze", lambda o: [99] * len(o), env_count=2, episodes_per_env=1)
