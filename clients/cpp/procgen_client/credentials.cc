@@ -7,7 +7,9 @@
 #include <fstream>
 #include <iterator>
 
+#include "absl/algorithm/container.h"
 #include "absl/status/status.h"
+#include "absl/strings/ascii.h"
 #include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/string_view.h"
@@ -74,6 +76,11 @@ absl::StatusOr<std::shared_ptr<grpc::ChannelCredentials>> ChannelCredentialsOf(
   if (credentials.certificate.empty() != credentials.key.empty()) {
     return absl::InvalidArgumentError(
         "a client certificate or its key is given alone, allowed: both or none");
+  }
+  if (absl::c_any_of(credentials.token, absl::ascii_isspace)) {
+    return absl::InvalidArgumentError(
+        "the token contains white space; of a line 'OWNER TOKEN' of the server's file it is the "
+        "second word");
   }
   if (!credentials.ca.empty()) {
     grpc::SslCredentialsOptions options;

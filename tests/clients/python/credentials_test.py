@@ -91,6 +91,8 @@ def test_token_errors_say_within_a_second_what_to_set(plain: ServerProcess) -> N
     begun = time.monotonic()
     with pytest.raises(errors.UnauthenticatedError, match="has no token.*set PROCGEN_SERVER_TOKEN"):
         connect(plain.address, credentials=Credentials())
+    with pytest.raises(errors.InvalidArgumentError, match="it is the second word"):
+        connect(plain.address, credentials=Credentials(token=f"alice {_TOKEN}"))
     assert time.monotonic() - begun < 1
 
 

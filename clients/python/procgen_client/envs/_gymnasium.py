@@ -1,9 +1,10 @@
-"""Gymnasium's classes and ids, or equal classes where Gymnasium 1.1 or later is not installed.
-"""
+"""Gymnasium's classes and ids, or equal classes where Gymnasium 1.1 or later is not installed."""
 
 from __future__ import annotations
 
 import enum
+import sys
+import warnings
 from typing import Any
 
 import numpy as np
@@ -78,6 +79,12 @@ try:
 except ImportError:  # Also before 1.1, which has no AutoresetMode.
     HAS_GYMNASIUM = False
     spaces = _spaces
+    if "gymnasium" in sys.modules:
+        warnings.warn(
+            f"Gymnasium {sys.modules['gymnasium'].__version__} is installed, and not used: "
+            "environments are Gymnasium's with 1.1 or later",
+            stacklevel=2,
+        )
 
     class Env(_Environment):  # type: ignore[no-redef]
         """The part of gymnasium.Env that is used here."""
@@ -94,7 +101,6 @@ except ImportError:  # Also before 1.1, which has no AutoresetMode.
         if isinstance(space, _spaces.Discrete):
             return _spaces.MultiDiscrete(np.full(n, space.n))
         return _spaces.Box(0, 255, (n, *space.shape), space.dtype)
-
 
     class VectorEnv(_Environment):  # type: ignore[no-redef]
         """The part of gymnasium.vector.VectorEnv that is used here."""
