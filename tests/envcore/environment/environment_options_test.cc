@@ -49,12 +49,6 @@ TEST(ResolveOptionsTest, UnknownGamesAreNotFoundAndTheErrorListsTheGames) {
   EXPECT_THAT(std::string(status.message()), HasSubstr("bigfish, "));
 }
 
-TEST(ResolveOptionsTest, EveryGameAcceptsTheDefaults) {
-  for (const GameSpec& game : GameCatalog()) {
-    EXPECT_TRUE(ResolveOptions(game.name, {}).ok()) << game.name;
-  }
-}
-
 TEST(ResolveOptionsTest, AVariantOfAnotherGameIsRejectedAndTheErrorListsTheVariants) {
   EnvironmentOptions options;
   options.variant = Variant::kCoinRandom;
@@ -106,22 +100,6 @@ TEST(ResolveOptionsTest, ExplorationRejectsNumLevelsAndStartLevel) {
   ExpectInvalid("maze", options,
                 "distribution_mode exploration plays one level of its own: num_levels and "
                 "start_level must be 0, are 5 and 6");
-}
-
-TEST(ResolveOptionsTest, OtherOptionsAreUnchanged) {
-  EnvironmentOptions options;
-  options.num_levels = 3;
-  options.start_level = 4;
-  options.rand_seed = -5;
-  options.use_sequential_levels = true;
-  options.debug_mode = 14;
-  const auto resolved = ResolveOptions("coinrun", options);
-  ASSERT_TRUE(resolved.ok());
-  EXPECT_EQ(resolved->num_levels, 3);
-  EXPECT_EQ(resolved->start_level, 4);
-  EXPECT_EQ(resolved->rand_seed, -5);
-  EXPECT_TRUE(resolved->use_sequential_levels);
-  EXPECT_EQ(resolved->debug_mode, 14);
 }
 
 }  // namespace

@@ -73,22 +73,6 @@ std::string CoinRunWith(int count, Json entity) {
   return Encoded(tree);
 }
 
-TEST(EnvironmentStateTest, TheResultIsRestored) {
-  Environment environment = Made("maze");
-  Step(environment, 7);
-  Step(environment, kEndEpisodeAction);
-  const auto restored = Restored(Saved(environment));
-  ASSERT_THAT(restored, IsOk());
-  const StepResult& expected = environment.result();
-  const StepResult& result = (*restored)->result();
-  EXPECT_EQ(result.first, true);
-  EXPECT_EQ(result.terminated, true);
-  EXPECT_EQ(result.level_seed, expected.level_seed);
-  EXPECT_EQ(result.prev_level_seed, expected.prev_level_seed);
-  EXPECT_EQ(result.episode_length, 2);
-  EXPECT_EQ(result.fingerprint, expected.fingerprint);
-}
-
 TEST(EnvironmentStateTest, ThePendingNextLevelIsRestored) {
   Environment environment = Made("maze");
   environment.SetNextLevel(77);
@@ -138,17 +122,6 @@ TEST(EnvironmentStateTest, ExplorationIsRestoredAsResolved) {
   ASSERT_THAT(restored, IsOk());
   Step(**restored, kEndEpisodeAction);
   EXPECT_EQ((*restored)->result().level_seed, environment.result().level_seed);
-}
-
-TEST(EnvironmentStateTest, TheChoiceOfLevelsContinues) {
-  Environment environment = Made("maze");
-  const auto restored = Restored(Saved(environment));
-  ASSERT_THAT(restored, IsOk());
-  for (int i = 0; i < 20; ++i) {
-    Step(environment, kEndEpisodeAction);
-    Step(**restored, kEndEpisodeAction);
-    EXPECT_EQ((*restored)->result().level_seed, environment.result().level_seed);
-  }
 }
 
 TEST(EnvironmentStateTest, OptionsOutOfRangeAreNamed) {
@@ -222,41 +195,6 @@ TEST(EnvironmentStateTest, CrowdedCratesAreRejected) {
     EXPECT_THAT(Restored(snapshot, "coinrun"),
                 StatusIs(absl::StatusCode::kInvalidArgument,
                          "level.own has more or other crates and walkers than levels can have"));
-  }
-}
-
-TEST(EnvironmentStateTest, EveryTruncatedOrChangedSnapshotIsDataLoss) {
-  Environment environment = Made("maze");
-  const std::string snapshot = Saved(environment);
-  for (size_t length = 0; length < snapshot.size(); ++length) {
-    EXPECT_EQ(Restored(snapshot.substr(0, length)).status().code(), absl::StatusCode::kDataLoss);
-  }
-  for (size_t i = 0; i < snapshot.size(); ++i) {
-    std::string changed = snapshot;
-    changed[i] = static_cast<char>(changed[i] ^ (1 << (i % 8)));
-    EXPECT_EQ(Restored(changed).status().code(), absl::StatusCode::kDataLoss) << i;
-  }
-}
-
-TEST(EnvironmentStateTest, RandomBytesAndBodiesAreRejected) {
-  RandomStream random(1);
-  Environment environment = Made("maze");
-  const std::string body = Saved(environment).substr(kSnapshotHeaderBytes);
-  for (int i = 0; i < 2000; ++i) {
-    std::string bytes(static_cast<size_t>(random.Int(200)), '\0');
-    for (char& byte : bytes) {
-      byte = static_cast<char>(random.Int(256));
-    }
-    EXPECT_EQ(Restored(bytes).status().code(), absl::StatusCode::kDataLoss);
-    EXPECT_FALSE(Restored(FrameSnapshot(bytes)).ok());
-    // With a valid checksum, a changed byte may give another valid snapshot; it must not crash.
-    std::string changed = body;
-    changed[static_cast<size_t>(random.Int(static_cast<int32_t>(body.size())))] =
-        static_cast<char>(random.Int(256));
-    auto restored = Restored(FrameSnapshot(changed));
-    for (int step = 0; restored.ok() && step < 20; ++step) {
-      Step(**restored, random.Int(kActionCount));
-    }
   }
 }
 

@@ -74,31 +74,6 @@ class DrawnSeeds {
   RandomStream stream_;
 };
 
-TEST(EnvironmentTest, StartsAtTheFirstStepOfADrawnLevel) {
-  LivingEnvironment environment;
-  EXPECT_TRUE(environment.result().first);
-  EXPECT_EQ(environment.result().reward, 0);
-  EXPECT_EQ(environment.result().level_seed, DrawnSeeds().Next());
-  EXPECT_EQ(environment.result().prev_level_seed, 0);
-  EXPECT_FALSE(environment.result().prev_level_complete);
-  EXPECT_EQ(environment.result().episode_length, 0);
-}
-
-TEST(EnvironmentTest, AStepWithinAnEpisodeKeepsTheLevel) {
-  LivingEnvironment environment;
-  const int32_t level_seed = environment.result().level_seed;
-  const StepResult& result = environment.Step(kRewardAction);
-  EXPECT_FALSE(result.first);
-  EXPECT_FALSE(result.terminated);
-  EXPECT_FALSE(result.truncated);
-  EXPECT_EQ(result.reward, 1);
-  EXPECT_EQ(result.level_seed, level_seed);
-  EXPECT_EQ(result.prev_level_seed, level_seed);
-  EXPECT_EQ(result.episode_return, 1);
-  EXPECT_EQ(result.episode_length, 1);
-  EXPECT_EQ(environment.last_picture_count(), 0);
-}
-
 TEST(EnvironmentTest, AnEndedEpisodeIsFollowedByADrawnLevelInTheSameStep) {
   LivingEnvironment environment;
   DrawnSeeds seeds;
@@ -124,22 +99,6 @@ TEST(EnvironmentTest, TheLastFrameCanBeDrawnBeforeTheNewLevel) {
   EXPECT_EQ(environment.last_picture_seed(), static_cast<uint32_t>(old_seed));
 }
 
-TEST(EnvironmentTest, ReturnAndLengthRestartWithTheEpisode) {
-  LivingEnvironment environment;
-  environment.Step(kEndAction);
-  const StepResult& result = environment.Step(kRewardAction);
-  EXPECT_EQ(result.episode_return, 1);
-  EXPECT_EQ(result.episode_length, 1);
-}
-
-TEST(EnvironmentTest, ACompletedLevelEndsTheEpisode) {
-  LivingEnvironment environment;
-  const StepResult& result = environment.Step(kCompleteAction);
-  EXPECT_TRUE(result.first);
-  EXPECT_TRUE(result.terminated);
-  EXPECT_TRUE(result.prev_level_complete);
-}
-
 // --- The step limit and the action that ends an episode.
 
 TEST(EnvironmentTest, TheStepLimitTruncates) {
@@ -153,41 +112,7 @@ TEST(EnvironmentTest, TheStepLimitTruncates) {
   EXPECT_EQ(environment->game().step_number(), 0);
 }
 
-TEST(EnvironmentTest, AnEndInTheLastStepIsTerminatedNotTruncated) {
-  LivingEnvironment environment;
-  environment.StepTimes(kNoAction, kStepLimit - 1);
-  const StepResult& result = environment.Step(kEndAction);
-  EXPECT_TRUE(result.terminated);
-  EXPECT_FALSE(result.truncated);
-}
-
-TEST(EnvironmentTest, ActionMinusOneIsPlayedAsNoneAndTerminates) {
-  LivingEnvironment environment;
-  LivingEnvironment other;
-  const int32_t old_seed = environment.result().level_seed;
-  const StepResult& result = environment.Step(kEndEpisodeAction);
-  EXPECT_TRUE(result.first);
-  EXPECT_TRUE(result.terminated);
-  EXPECT_EQ(result.reward, 0);
-  EXPECT_EQ(result.prev_level_seed, old_seed);
-  EXPECT_EQ(result.episode_length, 1);
-}
-
 // --- Sequential levels.
-
-TEST(EnvironmentTest, InASequenceACompletedLevelIsFollowedByItsSeedPlus997) {
-  LivingEnvironment environment(Sequential());
-  const int32_t old_seed = environment.result().level_seed;
-  const StepResult& result = environment.Step(kCompleteAction);
-  EXPECT_FALSE(result.first);
-  EXPECT_FALSE(result.terminated);
-  EXPECT_FALSE(result.truncated);
-  EXPECT_TRUE(result.prev_level_complete);
-  EXPECT_EQ(result.prev_level_seed, old_seed);
-  EXPECT_EQ(result.level_seed, old_seed + 997);
-  EXPECT_EQ(environment->game().random().seed(), static_cast<uint32_t>(old_seed + 997));
-  EXPECT_EQ(environment.last_picture_count(), 0);
-}
 
 TEST(EnvironmentTest, AnEpisodeOfASequenceSumsRewardsOverItsLevels) {
   LivingEnvironment environment(Sequential());
@@ -216,29 +141,6 @@ TEST(EnvironmentTest, InASequenceCompletionInTheLastStepContinues) {
   EXPECT_EQ(result.level_seed, old_seed + 997);
 }
 
-TEST(EnvironmentTest, ACompleteLevelThatIsNotOverContinues) {
-  LivingEnvironment environment(Sequential());
-  const int32_t old_seed = environment.result().level_seed;
-  const StepResult& result = environment.Step(kCompleteOnlyAction);
-  EXPECT_TRUE(result.prev_level_complete);
-  EXPECT_EQ(result.level_seed, old_seed);
-}
-
-TEST(EnvironmentTest, AFailedSequenceDrawsANewLevel) {
-  LivingEnvironment environment(Sequential());
-  DrawnSeeds seeds;
-  seeds.Next();
-  environment.Step(kCompleteAction);
-  const StepResult& result = environment.Step(kEndAction);
-  EXPECT_TRUE(result.first);
-  EXPECT_EQ(result.level_seed, seeds.Next()) << "the completed level took no draw";
-}
-
-TEST(EnvironmentTest, ActionMinusOneEndsASequence) {
-  LivingEnvironment environment(Sequential());
-  EXPECT_TRUE(environment.Step(kEndEpisodeAction).first);
-}
-
 TEST(EnvironmentTest, SequencesWrapAndIgnoreTheRangeOfLevels) {
   EnvironmentOptions options = Sequential();
   options.num_levels = 1;
@@ -259,19 +161,6 @@ std::set<int32_t> SeedsOfManyLevels(const EnvironmentOptions& options) {
     environment.Step(kEndAction);
   }
   return seeds;
-}
-
-TEST(EnvironmentTest, LevelsAreThoseOfTheRange) {
-  EnvironmentOptions options;
-  options.start_level = 300;
-  options.num_levels = 4;
-  EXPECT_THAT(SeedsOfManyLevels(options), ElementsAre(300, 301, 302, 303));
-}
-
-TEST(EnvironmentTest, StartLevelIsIgnoredWithUnlimitedLevels) {
-  EnvironmentOptions options;
-  options.start_level = 300;
-  EXPECT_EQ(LivingEnvironment(options).result().level_seed, DrawnSeeds().Next());
 }
 
 TEST(EnvironmentTest, ARangePastTheLargestSeedWraps) {
@@ -321,14 +210,6 @@ TEST(EnvironmentTest, WithDisabledAnEndedEpisodeAwaitsAReset) {
   EXPECT_FALSE(environment.result().first);
   EXPECT_TRUE(environment.Reset().first);
   EXPECT_FALSE(environment->awaits_reset());
-}
-
-TEST(EnvironmentTest, OtherModesNeverAwaitAReset) {
-  for (const AutoresetMode autoreset_mode : {AutoresetMode::kSameStep, AutoresetMode::kNextStep}) {
-    LivingEnvironment environment({}, autoreset_mode);
-    environment.Step(kEndAction);
-    EXPECT_FALSE(environment->awaits_reset());
-  }
 }
 
 TEST(EnvironmentTest, SequencesContinueInEveryAutoresetMode) {
@@ -381,14 +262,6 @@ TEST(EnvironmentTest, AResetBeginsADrawnEpisodeWithoutReward) {
   EXPECT_EQ(environment.Step(kRewardAction).episode_return, 1);
 }
 
-TEST(EnvironmentTest, AResetToALevelTakesNoDraw) {
-  LivingEnvironment environment;
-  DrawnSeeds seeds;
-  seeds.Next();
-  EXPECT_EQ(environment.Reset(5).level_seed, 5);
-  EXPECT_EQ(environment.Step(kEndAction).level_seed, seeds.Next());
-}
-
 TEST(EnvironmentTest, AResetWithARandSeedReseedsTheChoiceOfLevels) {
   LivingEnvironment environment;
   DrawnSeeds seeds(-9);
@@ -423,23 +296,6 @@ TEST(EnvironmentTest, ARepeatStopsAtTheEpisodesEnd) {
   EXPECT_EQ(result.episode_length, kStepLimit);
   EXPECT_EQ(environment->game().step_number(), 0);
   EXPECT_EQ(environment.last_picture_count(), 1);
-}
-
-TEST(EnvironmentTest, ARepeatStopsAtTheEndInEveryAutoresetMode) {
-  for (const AutoresetMode autoreset_mode : {AutoresetMode::kNextStep, AutoresetMode::kDisabled}) {
-    LivingEnvironment environment({}, autoreset_mode);
-    EXPECT_EQ(environment.Step(kEndAction, 3).reward, 2);
-    EXPECT_EQ(environment.result().episode_length, 1);
-  }
-}
-
-TEST(EnvironmentTest, ARepeatStopsAtACompletedLevelOfASequence) {
-  LivingEnvironment environment(Sequential());
-  const int32_t old_seed = environment.result().level_seed;
-  const StepResult& result = environment.Step(kCompleteAction, 3);
-  EXPECT_EQ(result.reward, 4);
-  EXPECT_EQ(result.level_seed, old_seed + 997);
-  EXPECT_TRUE(result.prev_level_complete);
 }
 
 }  // namespace

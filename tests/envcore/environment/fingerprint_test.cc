@@ -49,14 +49,5 @@ TEST(FingerprintTest, ContainsAVariantOnlyIfThereIsOne) {
             HashOf(std::string("maze\0\x01\0\0\0\0\0\0\0\x01\x01\0\0\0\0\0V\x02\0\0\0", 25)));
 }
 
-TEST(FingerprintTest, DoesNotDependOnEarlierEpisodes) {
-  Fingerprint used;
-  used.AddLevel(5);
-  used.Begin("maze", {});
-  Fingerprint fresh;
-  fresh.Begin("maze", {});
-  EXPECT_EQ(used.value(), fresh.value());
-}
-
 }  // namespace
 }  // namespace procgen

@@ -62,12 +62,6 @@ TEST(ProcgenStateTest, AStateThatNoLevelCanHaveIsRejected) {
   EXPECT_THAT(outcome.output, HasSubstr("procgen-state: game: no game is named \"pong\""));
 }
 
-TEST(ProcgenStateTest, TheStandardInputCanBeRead) {
-  const std::string path = Written(MinerSnapshot());
-  EXPECT_EQ(RunState(absl::StrCat("dump - < ", path)).output,
-            RunState(absl::StrCat("dump ", path)).output);
-}
-
 TEST(ProcgenStateTest, AFileThatCannotBeReadIsNamed) {
   for (const std::string path : {"/nowhere/at.all", "/"}) {
     const ProgramRun outcome = RunState(absl::StrCat("dump ", path));
@@ -84,33 +78,12 @@ TEST(ProcgenStateTest, ADamagedSnapshotIsRejected) {
   EXPECT_EQ(outcome.output, "procgen-state: the snapshot's checksum does not match its body\n");
 }
 
-TEST(ProcgenStateTest, ASnapshotOfAnotherVersionIsRejected) {
-  std::string snapshot = MinerSnapshot();
-  snapshot[4] = 9;
-  const ProgramRun outcome = RunState(absl::StrCat("dump ", Written(snapshot)));
-  EXPECT_EQ(outcome.exit_status, 1);
-  EXPECT_EQ(outcome.output,
-            "procgen-state: the snapshot is of version 9, this engine supports version 1\n");
-}
-
-TEST(ProcgenStateTest, AnEmptyFileIsRejected) {
-  const ProgramRun outcome = RunState(absl::StrCat("dump ", Written("")));
-  EXPECT_EQ(outcome.exit_status, 1);
-  EXPECT_THAT(outcome.output, HasSubstr("the snapshot has 0 bytes"));
-}
-
 TEST(ProcgenStateTest, WrongArgumentsPrintTheUsage) {
   for (const std::string arguments : {"", "dump", "dump a b", "load a"}) {
     const ProgramRun outcome = RunState(arguments);
     EXPECT_EQ(outcome.exit_status, 2) << arguments;
     EXPECT_THAT(outcome.output, HasSubstr("usage: procgen-state dump FILE\n"));
   }
-}
-
-TEST(ProcgenStateTest, HelpPrintsTheUsage) {
-  const ProgramRun outcome = RunState("--help");
-  EXPECT_EQ(outcome.exit_status, 0);
-  EXPECT_THAT(outcome.output, HasSubstr("usage: procgen-state dump FILE\n"));
 }
 
 }  // namespace

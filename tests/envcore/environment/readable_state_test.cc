@@ -93,15 +93,6 @@ TEST(ReadableStateTest, EveryKindOfEveryGameHasAName) {
   }
 }
 
-TEST(ReadableStateTest, NamesOfKindsAreDifferent) {
-  for (const GameSpec& game : GameCatalog()) {
-    for (const KindName& kind : KindNamesOf(game.name)) {
-      EXPECT_EQ(FindKind(game.name, kind.name), kind.kind) << game.name << " " << kind.name;
-      EXPECT_EQ(NameOfKind(game.name, kind.kind), kind.name) << game.name;
-    }
-  }
-}
-
 // Otherwise a small change elsewhere in a state that was played would be rejected.
 TEST(ReadableStateTest, AgentsAreNeverInBlocks) {
   RandomStream random(9);
@@ -164,23 +155,6 @@ TEST(ReadableStateTest, AnEditChangesTheFingerprintAndIsKept) {
   EXPECT_THAT(FromJson(json), IsOkAndHolds(*changed));
   json["edited"] = false;
   EXPECT_EQ(JsonOf(FromJson(json).value())["edited"], true);
-}
-
-TEST(ReadableStateTest, AStateWithoutAChecksumCountsAsEdited) {
-  const auto snapshot = Edited("bigfish", [](Json& json) { json.erase("checksum"); });
-  ASSERT_THAT(snapshot, IsOk());
-  EXPECT_EQ(JsonOf(*snapshot)["edited"], true);
-}
-
-TEST(ReadableStateTest, NumbersAreRounded) {
-  const auto snapshot = Edited("bigfish", [](Json& json) {
-    json["agent"]["x"] = 3;
-    json["agent"]["y"] = 4.1;
-  });
-  ASSERT_THAT(snapshot, IsOk());
-  const Json agent = JsonOf(*snapshot)["agent"];
-  EXPECT_EQ(agent["x"], 3.0);
-  EXPECT_EQ(agent["y"], 4.1);
 }
 
 TEST(ReadableStateTest, EntitiesCanBeAddedByTheirKind) {
@@ -257,10 +231,6 @@ TEST(ReadableStateTest, TextThatIsNotTheJsonOfAStateIsRejected) {
         std::string(100000, '['), "{\"game\": \"maze\", \"agent\": " + std::string(100, '[')}) {
     EXPECT_EQ(SnapshotFromJson(text).status().code(), absl::StatusCode::kInvalidArgument);
   }
-}
-
-TEST(ReadableStateTest, DamagedSnapshotsAreDataLoss) {
-  EXPECT_EQ(SnapshotToJson("PGST").status().code(), absl::StatusCode::kDataLoss);
 }
 
 // Random changes: what is accepted can be played, saved and restored.

@@ -54,18 +54,8 @@ TEST(SmoothCaveTest, EveryCellTakesTheMajorityOfItsOldBlock) {
                                        ".......", "#.....#"));
 }
 
-TEST(RoomOfTest, ContainsCellsReachedByHorizontalAndVerticalSteps) {
-  const Grid grid = MakeGrid({"..#.", ".##.", "#..."});
-  EXPECT_THAT(Drawn(grid, RoomOf(grid, grid.IndexOf(3, 2))), ElementsAre("..#x", ".##x", "#xxx"));
-}
-
 TEST(RoomOfTest, AnIsolatedCellHasAnEmptyRoom) {
   EXPECT_THAT(RoomOf(MakeGrid({"###", "#.#", "###"}), 4), IsEmpty());
-}
-
-TEST(BestRoomTest, IsTheLargest) {
-  const Grid grid = MakeGrid({"..#.#", "#.#..", "###..", ".#..."});
-  EXPECT_THAT(Drawn(grid, BestRoom(grid)), ElementsAre("..#x#", "#.#xx", "###xx", ".#xxx"));
 }
 
 TEST(BestRoomTest, TiesGoToTheSmallestIndex) {
@@ -73,25 +63,8 @@ TEST(BestRoomTest, TiesGoToTheSmallestIndex) {
   EXPECT_THAT(Drawn(grid, BestRoom(grid)), ElementsAre("xx#..", "xx#.."));
 }
 
-TEST(FindPathTest, SearchesLeftBelowAboveRight) {
-  const Grid grid = MakeGrid({"...", ".#.", "..."});
-  EXPECT_THAT(FindPath(grid, 0, 8), ElementsAre(0, 3, 6, 7, 8));
-  EXPECT_THAT(FindPath(grid, 8, 0), ElementsAre(8, 7, 6, 3, 0));
-  EXPECT_THAT(FindPath(grid, 2, 6), ElementsAre(2, 1, 0, 3, 6));
-}
-
-TEST(FindPathTest, PathToTheSameCellIsThatCell) {
-  EXPECT_THAT(FindPath(MakeGrid({".."}), 1, 1), ElementsAre(1));
-}
-
 TEST(FindPathTest, PathFromAWallIsEmpty) {
   EXPECT_THAT(FindPath(MakeGrid({"#."}), 0, 1), IsEmpty());
-}
-
-TEST(WidenedTest, ExtendsOverOpenCellsInAllEightDirections) {
-  const Grid grid = MakeGrid({".....", ".....", "#####", "....."});
-  EXPECT_THAT(Drawn(grid, Widened(grid, {grid.IndexOf(0, 3)}, 2)),
-              ElementsAre("xxx..", "xxx..", "#####", "....."));
 }
 
 TEST(WidenedTest, DoesNotExtendFromCellsThatAreNotOpen) {

@@ -138,15 +138,6 @@ TEST(PoolSizeTest, LargeFramesAreDrawnAndNotRescaled) {
   EXPECT_LT(alike, 64 * 64 / 2) << "blocks of 8 x 8 pixels of one color";
 }
 
-TEST(PoolFormatErrorTest, ABatchOfAnotherSizeIsRejected) {
-  ObservationFormat format;
-  format.frame_stack = 2;
-  const auto pool = FormattedPool("maze", format);
-  BatchBuffers buffers(kEnvCount);
-  EXPECT_EQ(pool->Observe(0, kEnvCount, buffers.Whole()).message(),
-            "the batch's observations have 49152 values, must have 98304 or none");
-}
-
 TEST(PoolFormatErrorTest, AFormatOutOfRangeIsRejected) {
   PoolOptions options = OptionsOf({"maze"});
   options.observation_format.frame.size_px = 15;

@@ -227,20 +227,5 @@ TEST(PoolStackStateTest, ObservingARestoredEnvironmentBeforeItStepsChangesNothin
   }
 }
 
-TEST(PoolStackStateTest, AsynchronousStepsGiveTheSame) {
-  const auto pool = FormattedPool("fruitbot", StackOf(4));
-  PoolOptions options = pool->options();
-  const auto parallel = MadePool(options, 2);
-  for (int step = 0; step < 20; ++step) {
-    const std::vector<int32_t> actions = AllTake(step % 9);
-    BatchBuffers buffers(kEnvCount, parallel->observation_bytes());
-    absl::Notification done;
-    parallel->StepAsync({.count = kEnvCount, .actions = actions}, buffers.Whole(),
-                        [&done](const absl::Status& /*status*/) { done.Notify(); });
-    done.WaitForNotification();
-    ASSERT_EQ(buffers, Stepped(*pool, actions));
-  }
-}
-
 }  // namespace
 }  // namespace procgen

@@ -58,16 +58,6 @@ TEST(PoolCreateTest, AShardsSizeNeedNotBeAMultipleOfTheGameCount) {
   EXPECT_EQ(MadePool(options)->env_count(), 1);
 }
 
-TEST(PoolCreateTest, EnvironmentsStartAtTheFirstStepOfTheirLevels) {
-  const BatchBuffers observed = Observed(*MazePool());
-  EXPECT_THAT(observed.first, Each(1));
-  EXPECT_THAT(observed.rewards, Each(0));
-  EXPECT_THAT(observed.prev_level_seeds, Each(0));
-  EXPECT_EQ(std::set<int32_t>(observed.level_seeds.begin(), observed.level_seeds.end()).size(),
-            static_cast<size_t>(kEnvCount))
-      << "each environment draws its own levels";
-}
-
 TEST(PoolCreateTest, GamesAreAssignedInTurn) {
   const BatchBuffers joint = Observed(*MadePool(OptionsOf({"maze", "miner"})));
   const BatchBuffers mazes = Observed(*MazePool());
@@ -95,23 +85,6 @@ TEST(PoolStepTest, WritesOnlyRequestedArrays) {
   EXPECT_THAT(rewards, Each(0));
   EXPECT_TRUE(pool->Step({.count = kEnvCount, .actions = AllTake(kNoAction)}, {}).ok());
   EXPECT_THAT(Observed(*pool).episode_lengths, Each(2));
-}
-
-TEST(PoolStepTest, ASliceChangesNoOtherEnvironment) {
-  const auto pool = MazePool();
-  BatchBuffers buffers(2);
-  EXPECT_TRUE(
-      pool->Step({.first = 1, .count = 2, .actions = AllTake(kNoAction, 2)}, buffers.Whole()).ok());
-  EXPECT_THAT(Observed(*pool).episode_lengths, ElementsAre(0, 1, 1, 0));
-}
-
-TEST(PoolStepTest, ActionsBelongToTheirEnvironments) {
-  const auto pool = MazePool();
-  const BatchBuffers buffers =
-      Stepped(*pool, {kNoAction, kEndEpisodeAction, kNoAction, kEndEpisodeAction});
-  EXPECT_THAT(buffers.first, ElementsAre(0, 1, 0, 1));
-  EXPECT_THAT(buffers.terminated, ElementsAre(0, 1, 0, 1));
-  EXPECT_THAT(buffers.episode_lengths, Each(1));
 }
 
 TEST(PoolStepTest, FinalObservationsAreWrittenOnlyForEndedEpisodes) {
@@ -173,16 +146,6 @@ TEST(PoolStepTest, ObservingChangesNothing) {
   BatchBuffers observed = Observed(*pool);
   observed.final_observations = stepped.final_observations;
   EXPECT_TRUE(observed == stepped);
-}
-
-TEST(PoolStepTest, ARejectedStepDoesNotPreventTheNext) {
-  PoolOptions options = OptionsOf({"maze"});
-  options.autoreset_mode = AutoresetMode::kDisabled;
-  const auto pool = MadePool(options);
-  Stepped(*pool, {kEndEpisodeAction, kNoAction, kNoAction, kNoAction});
-  const std::vector<int32_t> actions = AllTake(kNoAction, 3);
-  EXPECT_FALSE(pool->Step({.count = kEnvCount, .actions = AllTake(kNoAction)}, {}).ok());
-  EXPECT_TRUE(pool->Step({.first = 1, .count = 3, .actions = actions}, {}).ok());
 }
 
 // --- One call at a time.

@@ -35,17 +35,6 @@ TEST(SharedArtTest, EverySlotOfEveryGameHasABuiltInImage) {
   }
 }
 
-TEST(SharedArtTest, EveryBackgroundHasABuiltInImage) {
-  const std::shared_ptr<const ArtPack> pack = ArtPack::Embedded();
-  for (const BackgroundGroup group :
-       {BackgroundGroup::kPlatform, BackgroundGroup::kSpace, BackgroundGroup::kTopdown,
-        BackgroundGroup::kTopdownSimple, BackgroundGroup::kWater, BackgroundGroup::kWaterSurface}) {
-    for (const BackgroundSlot& slot : BackgroundsOf(group)) {
-      EXPECT_NE(pack->Background(slot), nullptr) << slot.name;
-    }
-  }
-}
-
 // A folder of painted art for one test.
 class PaintedFolder {
  public:

@@ -258,12 +258,5 @@ TEST(WorkerPoolTest, JobsAfterALongOneDoNotWaitForIt) {
   long_done.WaitForNotification();
 }
 
-TEST(WorkerPoolTest, AnIdleWorkerPoolCanBeDestroyed) {
-  for (int i = 0; i < 20; ++i) {
-    const WorkerPool workers(4);
-    EXPECT_EQ(workers.thread_count(), 4);
-  }
-}
-
 }  // namespace
 }  // namespace procgen

@@ -12,7 +12,6 @@ namespace procgen {
 namespace {
 
 using ::testing::ElementsAre;
-using ::testing::IsEmpty;
 using ::testing::SizeIs;
 
 constexpr int kBallKind = 8;
@@ -47,15 +46,6 @@ class ContactsTest : public testing::Test {
   std::vector<std::string> log_;
   std::vector<int> kinds_;  // of the cells that were touched
 };
-
-TEST_F(ContactsTest, EntitiesAreVisitedFromTheLastToTheFirst) {
-  World world = DrawWorld(kEmptyRoom, 1.5F, 1.5F);
-  AddBall(world, 1);
-  AddBall(world, 2);
-  AddBall(world, 3);
-  MeetAll(world, rules_);
-  EXPECT_THAT(log_, ElementsAre("agent-3", "agent-2", "agent-1"));
-}
 
 TEST_F(ContactsTest, EachMeetsTheAgentThenEntitiesThenCells) {
   World world = DrawWorld({"....", ".#..", "....", "...."}, 1.5F, 2.5F);
@@ -140,46 +130,13 @@ TEST_F(ContactsTest, CellsAreMetColumnByColumnFromBelowAndEmptyOnesAreNot) {
   EXPECT_THAT(log_, ElementsAre("cell(0,1)", "cell(0,2)", "cell(1,1)", "cell(1,2)", "cell(2,1)"));
 }
 
-TEST_F(ContactsTest, ABoxFlushWithACellDoesNotMeetIt) {
-  World world = DrawWorld({"###", "#.#", "###"}, 1.5F, 1.5F, 0.5F);
-  MeetAll(world, rules_);
-  EXPECT_THAT(log_, IsEmpty());
-}
-
-TEST_F(ContactsTest, CellsOutsideAreMetWithTheOutOfBoundsKind) {
-  World world = DrawWorld(kEmptyRoom, 3.8F, 1.5F);
-  world.out_of_bounds_kind = 15;
-  MeetAll(world, rules_);
-  EXPECT_THAT(log_, ElementsAre("cell(4,1)"));
-  EXPECT_THAT(kinds_, ElementsAre(15));
-}
-
 TEST_F(ContactsTest, HalfACellLeftOfTheWorldStillCountsAsColumnZero) {
   World world = DrawWorld({"#...", "#..."}, 0.1F, 0.5F, 0.4F);
   MeetAll(world, rules_);
   EXPECT_THAT(log_, ElementsAre("cell(0,0)"));
 }
 
-TEST_F(ContactsTest, EntitiesThatAreNotSmartMeetNoCells) {
-  World world = DrawWorld({"##", "##"}, 1, 1);
-  world.agent().smart = false;
-  MeetAll(world, rules_);
-  EXPECT_THAT(log_, IsEmpty());
-}
-
 // --- Removal.
-
-TEST(RemoveGoneTest, RemovesMarkedAndOutsideEntitiesAndKeepsTheOrder) {
-  World world = DrawWorld(kEmptyRoom, 1.5F, 1.5F);
-  AddBall(world, 1);
-  AddBall(world, 2).marked = true;
-  AddBall(world, 3).x = -0.6F;
-  AddBall(world, 4).x = -0.4F;
-  RemoveGone(world);
-  ASSERT_THAT(world.entities, SizeIs(3));
-  EXPECT_EQ(world.entities[1].theme, 1);
-  EXPECT_EQ(world.entities[2].theme, 4);
-}
 
 TEST(RemoveGoneTest, KeepsEntitiesThatMayLeaveTheWorldUnlessMarked) {
   World world = DrawWorld(kEmptyRoom, 1.5F, 1.5F);
@@ -191,12 +148,6 @@ TEST(RemoveGoneTest, KeepsEntitiesThatMayLeaveTheWorldUnlessMarked) {
   }
   RemoveGone(world);
   EXPECT_THAT(world.entities, SizeIs(2));
-}
-
-TEST(RemoveGoneTest, KeepsTheAgent) {
-  World world = DrawWorld(kEmptyRoom, -9, 1.5F);
-  RemoveGone(world);
-  EXPECT_THAT(world.entities, SizeIs(1));
 }
 
 }  // namespace

@@ -6,18 +6,6 @@
 namespace procgen {
 namespace {
 
-TEST(DirectionTest, ArtThatFacesRightIsTurnedClockwiseToLookDown) {
-  Entity entity;
-  TurnTo(entity, 0, -1, 0);
-  EXPECT_EQ(entity.rotation, kHalfPi);
-}
-
-TEST(DirectionTest, TheOffsetIsAdded) {
-  Entity entity;
-  TurnTo(entity, 1, 0, -kHalfPi);
-  EXPECT_EQ(entity.rotation, -kHalfPi);
-}
-
 TEST(DirectionTest, AZeroDirectionKeepsTheRotation) {
   Entity entity;
   entity.rotation = 0.25F;

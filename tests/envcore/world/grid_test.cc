@@ -9,15 +9,6 @@ namespace {
 
 using ::testing::ElementsAre;
 
-TEST(GridTest, CellIndicesGoRowByRowFromTheBottomLeft) {
-  Grid grid;
-  grid.Reset(3, 2, kEmptyKind);
-  grid.Set(1, 1, kWallKind);
-  EXPECT_EQ(grid.IndexOf(1, 1), 4);
-  EXPECT_EQ(grid.At(4), kWallKind);
-  EXPECT_THAT(Drawn(grid, WallLegend()), ElementsAre(".#.", "..."));
-}
-
 TEST(GridTest, ContainsItsCellsAndNoOthers) {
   Grid grid;
   grid.Reset(3, 2, kEmptyKind);
@@ -29,13 +20,6 @@ TEST(GridTest, ContainsItsCellsAndNoOthers) {
   EXPECT_FALSE(grid.Contains(0, 2));
 }
 
-TEST(GridTest, FillStopsBeforeTheFarEdges) {
-  Grid grid;
-  grid.Reset(5, 4, kEmptyKind);
-  grid.Fill(1, 0, 3, 2, kWallKind);
-  EXPECT_THAT(Drawn(grid, WallLegend()), ElementsAre(".....", ".....", ".###.", ".###."));
-}
-
 TEST(GridTest, FillOfNoColumnsOrRowsChangesNothing) {
   Grid grid;
   grid.Reset(2, 2, kEmptyKind);
@@ -43,14 +27,6 @@ TEST(GridTest, FillOfNoColumnsOrRowsChangesNothing) {
   grid.Fill(0, 0, 2, 0, kWallKind);
   grid.Fill(0, 0, 2, -1, kWallKind);
   EXPECT_THAT(Drawn(grid, WallLegend()), ElementsAre("..", ".."));
-}
-
-TEST(GridTest, ResetReplacesSizeAndCells) {
-  Grid grid;
-  grid.Reset(4, 4, kWallKind);
-  grid.Reset(2, 1, kEmptyKind);
-  EXPECT_EQ(grid.size(), 2);
-  EXPECT_THAT(Drawn(grid, WallLegend()), ElementsAre(".."));
 }
 
 }  // namespace

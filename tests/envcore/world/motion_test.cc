@@ -25,66 +25,12 @@ const Drawing kRoom = {".....",  //
                        ".....",  //
                        ".....",  //
                        "....."};
-const Drawing kCell = {"###",  //
-                       "#.#",  //
-                       "###"};
 
 Entity& AddBall(World& world, float x, float y, float radius = 0.5F) {
   Entity& ball = world.entities.emplace_back(Entity::Make(kBallKind, x, y, 0, 0, radius, radius));
   ball.smart = true;
   return ball;
 }
-
-TEST(MoveSmartTest, AFreePathIsMovedCompletely) {
-  World world = DrawWorld(kRoom, 2.5F, 2.5F);
-  ScriptedRules rules;
-  world.agent().vx = 0.5F;
-  world.agent().vy = -0.25F;
-  MoveSmart(world, rules, world.agent());
-  EXPECT_EQ(world.agent().x, 3);
-  EXPECT_EQ(world.agent().y, 2.25F);
-  EXPECT_EQ(world.agent().vx, 0.5F);
-  EXPECT_EQ(world.agent().vy, -0.25F);
-}
-
-struct Direction {
-  const char* name;
-  float vx, vy;  // cells per step
-  float x, y;    // stopped by the cell's edge, with a box of half-size 0.4
-};
-
-class MoveSmartAgainstWallTest : public testing::TestWithParam<Direction> {};
-
-TEST_P(MoveSmartAgainstWallTest, StopsFlushWithTheEdgeAndLosesItsSpeed) {
-  World world = DrawWorld(kCell, 1.5F, 1.5F);
-  ScriptedRules rules;
-  world.agent().vx = GetParam().vx;
-  world.agent().vy = GetParam().vy;
-  MoveSmart(world, rules, world.agent());
-  EXPECT_EQ(world.agent().x, GetParam().x);
-  EXPECT_EQ(world.agent().y, GetParam().y);
-  EXPECT_EQ(world.agent().vx, 0);
-  EXPECT_EQ(world.agent().vy, 0);
-}
-
-TEST_P(MoveSmartAgainstWallTest, StopsAtTheWorldsEdgeAsAtAWall) {
-  World world = DrawWorld({"."}, 0.5F, 0.5F);
-  ScriptedRules rules;
-  world.agent().vx = GetParam().vx;
-  world.agent().vy = GetParam().vy;
-  MoveSmart(world, rules, world.agent());
-  EXPECT_FLOAT_EQ(world.agent().x, GetParam().x - 1);
-  EXPECT_FLOAT_EQ(world.agent().y, GetParam().y - 1);
-  EXPECT_EQ(world.agent().vx, 0);
-  EXPECT_EQ(world.agent().vy, 0);
-}
-
-INSTANTIATE_TEST_SUITE_P(Directions, MoveSmartAgainstWallTest,
-                         testing::Values(Direction{"Left", -0.5F, 0, 1 + 0.4F, 1.5F},
-                                         Direction{"Right", 0.5F, 0, 2 - 0.4F, 1.5F},
-                                         Direction{"Down", 0, -0.5F, 1.5F, 1 + 0.4F},
-                                         Direction{"Up", 0, 0.5F, 1.5F, 2 - 0.4F}),
-                         [](const auto& info) { return info.param.name; });
 
 TEST(MoveSmartTest, SpeedKeepsTheFractionOfFreeSubSteps) {
   // One of four sub-steps is free before the box touches the wall.
@@ -124,13 +70,6 @@ TEST(MoveSmartTest, AMoveByZeroIsVertical) {
   EXPECT_THAT(rules.cell_questions,
               AllOf(SizeIs(2), Each(Field(&ScriptedRules::Question::axis, Axis::kVertical))))
       << "after one sub-step without effect the others are skipped";
-}
-
-TEST(MoveSmartTest, AnEntityAtRestInAWallIsPutOnTop) {
-  World world = DrawWorld({"...", "###", "..."}, 1.5F, 1.5F);
-  ScriptedRules rules;
-  MoveSmart(world, rules, world.agent());
-  EXPECT_EQ(world.agent().y, 2.4F);
 }
 
 TEST(MoveSmartTest, AnEntityBlockedOnBothAxesStopsAtOnce) {
@@ -174,62 +113,7 @@ TEST(MoveSmartTest, TheVelocityAfterAStopAppliesToTheRestOfThePath) {
   EXPECT_EQ(stops, 1);
 }
 
-TEST(MoveSmartTest, MarkedEntitiesDoNotMove) {
-  World world = DrawWorld(kRoom, 2.5F, 2.5F);
-  ScriptedRules rules;
-  world.agent().vx = 0.5F;
-  world.agent().marked = true;
-  MoveSmart(world, rules, world.agent());
-  EXPECT_EQ(world.agent().x, 2.5F);
-  EXPECT_EQ(world.agent().vx, 0.5F);
-  EXPECT_THAT(rules.cell_questions, SizeIs(0));
-}
-
 // --- The order of the axes.
-
-Axis FirstAxis(World& world, Entity& entity) {
-  ScriptedRules rules;
-  MoveSmart(world, rules, entity);
-  return rules.cell_questions.front().axis;
-}
-
-Axis FirstAxisOfAgent(float horizontal, float vertical) {
-  World world = DrawWorld(kRoom, 2.5F, 2.5F);
-  world.controls = {.horizontal = horizontal, .vertical = vertical, .turn = 0};
-  world.agent().vx = 0.1F;
-  world.agent().vy = 0.3F;
-  return FirstAxis(world, world.agent());
-}
-
-Axis FirstAxisOfBall(float vx, float vy, int32_t shared_random) {
-  World world = DrawWorld(kRoom, 1, 1);
-  world.controls = {.horizontal = 1, .vertical = 1, .turn = 0};
-  world.shared_random = shared_random;
-  Entity& ball = AddBall(world, 3.5F, 3.5F);
-  ball.vx = vx;
-  ball.vy = vy;
-  return FirstAxis(world, ball);
-}
-
-TEST(MoveSmartTest, TheAgentsControlsDecideWhichAxisComesFirst) {
-  EXPECT_EQ(FirstAxisOfAgent(1, 0), Axis::kHorizontal);
-  EXPECT_EQ(FirstAxisOfAgent(0, -1), Axis::kVertical);
-  EXPECT_EQ(FirstAxisOfAgent(-1, 1), Axis::kVertical) << "a diagonal goes up or down first";
-}
-
-TEST(MoveSmartTest, WithoutControlsTheAgentsFasterAxisComesFirst) {
-  EXPECT_EQ(FirstAxisOfAgent(0, 0), Axis::kVertical);
-}
-
-TEST(MoveSmartTest, TheFasterAxisOfOtherEntitiesComesFirst) {
-  EXPECT_EQ(FirstAxisOfBall(0.2F, -0.1F, 1), Axis::kHorizontal);
-  EXPECT_EQ(FirstAxisOfBall(0.1F, -0.2F, 0), Axis::kVertical);
-}
-
-TEST(MoveSmartTest, EqualSpeedsFollowTheSharedRandomInteger) {
-  EXPECT_EQ(FirstAxisOfBall(0.2F, -0.2F, 4), Axis::kHorizontal);
-  EXPECT_EQ(FirstAxisOfBall(0.2F, -0.2F, 5), Axis::kVertical);
-}
 
 TEST(MoveSmartTest, ADiagonalAtACornerTurnsUpFirst) {
   // Right first would run into the wall; up first slides past it.
@@ -249,32 +133,6 @@ TEST(MoveSmartTest, ADiagonalAtACornerTurnsUpFirst) {
 
 // --- Reflection.
 
-TEST(MoveSmartTest, ReflectedFromACellItKeepsItsSpeed) {
-  World world = DrawWorld({"...#"}, 0.5F, 0.5F);
-  Entity& ball = AddBall(world, 2.4F, 0.5F, 0.4F);
-  ball.vx = 0.5F;
-  ScriptedRules rules;
-  rules.cell_blocks = [](int /*kind*/, Axis /*axis*/) { return false; };
-  rules.reflects = [](int kind) { return kind == kWallKind; };
-  MoveSmart(world, rules, ball);
-  // 2.525; 2.65 reaches 0.05 too far and becomes 2.55; then two sub-steps back.
-  EXPECT_THAT(ball.x, FloatNear(2.3F, 1e-5F));
-  EXPECT_EQ(ball.vx, -0.5F);
-}
-
-TEST(MoveSmartTest, ReflectedDownwardAndLeftwardToo) {
-  World world = DrawWorld(kCell, 1.5F, 1.5F);
-  Entity& ball = AddBall(world, 1.5F, 1.45F, 0.4F);
-  ball.vy = -0.2F;
-  ScriptedRules rules;
-  rules.cell_blocks = [](int /*kind*/, Axis /*axis*/) { return false; };
-  rules.reflects = [](int kind) { return kind == kWallKind; };
-  MoveSmart(world, rules, ball);
-  // 1.40; 1.35 becomes 1.45; 1.50; 1.55.
-  EXPECT_THAT(ball.y, FloatNear(1.55F, 1e-5F));
-  EXPECT_EQ(ball.vy, 0.2F);
-}
-
 TEST(MoveSmartTest, BlockedAndReflectedIsReflectedAndLosesTheSpeedOfOneSubStep) {
   World world = DrawWorld({"...#"}, 0.5F, 0.5F);
   Entity& ball = AddBall(world, 2.4F, 0.5F, 0.4F);
@@ -288,28 +146,6 @@ TEST(MoveSmartTest, BlockedAndReflectedIsReflectedAndLosesTheSpeedOfOneSubStep) 
 }
 
 // --- Other entities.
-
-TEST(MoveSmartTest, IsPushedOutOfABlockingEntityAndStops) {
-  World world = DrawWorld(kRoom, 1.5F, 1.5F, 0.5F);
-  AddBall(world, 2.6F, 1.5F);
-  world.agent().vx = 0.5F;
-  ScriptedRules rules;
-  rules.entity_blocks = [](const Entity& other) { return other.kind == kBallKind; };
-  MoveSmart(world, rules, world.agent());
-  EXPECT_THAT(world.agent().x, FloatEq(1.6F));
-  EXPECT_EQ(world.agent().vx, 0);
-}
-
-TEST(MoveSmartTest, IsPushedUpwardWhenItFallsOnABlockingEntity) {
-  World world = DrawWorld(kRoom, 1.5F, 2.6F, 0.5F);
-  AddBall(world, 1.5F, 1.5F);
-  world.agent().vy = -0.5F;
-  ScriptedRules rules;
-  rules.entity_blocks = [](const Entity& other) { return other.kind == kBallKind; };
-  MoveSmart(world, rules, world.agent());
-  EXPECT_THAT(world.agent().y, FloatEq(2.5F));
-  EXPECT_EQ(world.agent().vy, 0);
-}
 
 TEST(MoveSmartTest, AfterAFarPushItMeetsTheEntitiesThere) {
   World world = DrawWorld({"..........."}, 2.0F, 0.5F, 0.25F);
@@ -393,66 +229,6 @@ TEST(MoveSmartTest, PushesNestAtMostFiveDeep) {
   MoveSmart(world, rules, world.agent());
   EXPECT_EQ(rules.entity_question_count, 2 * (1 + 5)) << "both axes are blocked in one sub-step";
   EXPECT_EQ(world.agent().x, 1.5F);
-}
-
-TEST(MoveSmartTest, APushIsStoppedByCells) {
-  // The ball pushes the agent 0.7 to the left, into the wall. The agent stops at its edge.
-  World world = DrawWorld({"#...."}, 1.5F, 0.5F, 0.5F);
-  AddBall(world, 1.9F, 0.5F);
-  world.agent().vx = 0.4F;
-  ScriptedRules rules;
-  rules.entity_blocks = [](const Entity& other) { return other.kind == kBallKind; };
-  MoveSmart(world, rules, world.agent());
-  EXPECT_EQ(world.agent().x, 1.5F);
-}
-
-TEST(MoveSmartTest, IsReflectedByAnEntity) {
-  World world = DrawWorld(kRoom, 4, 4);
-  Entity& other = AddBall(world, 2.6F, 1.5F);
-  other.kind = kBallKind + 1;
-  Entity& ball = AddBall(world, 1.5F, 1.5F);
-  ball.vx = 0.5F;
-  ScriptedRules rules;
-  rules.reflects = [](int kind) { return kind == kBallKind + 1; };
-  MoveSmart(world, rules, ball);
-  // 1.625 reaches 0.025 too far and becomes 1.575; then three sub-steps back.
-  EXPECT_THAT(ball.x, FloatNear(1.2F, 1e-5F));
-  EXPECT_EQ(ball.vx, -0.5F) << "this does not count as blocked";
-}
-
-TEST(MoveSmartTest, IsReflectedUpward) {
-  World world = DrawWorld(kRoom, 4, 4);
-  Entity& other = AddBall(world, 1.5F, 1.5F);
-  other.kind = kBallKind + 1;
-  Entity& ball = AddBall(world, 1.5F, 2.6F);
-  ball.vy = -0.5F;
-  ScriptedRules rules;
-  rules.reflects = [](int kind) { return kind == kBallKind + 1; };
-  MoveSmart(world, rules, ball);
-  EXPECT_THAT(ball.y, FloatNear(2.9F, 1e-5F));
-  EXPECT_EQ(ball.vy, 0.5F);
-}
-
-// --- Whole cells.
-
-TEST(MoveSmartTest, WholeCellMotionMovesOneCell) {
-  World world = DrawWorld(kRoom, 1.5F, 1.5F, 0.5F);
-  world.whole_cell_motion = true;
-  world.agent().vx = -1;
-  ScriptedRules rules;
-  MoveSmart(world, rules, world.agent());
-  EXPECT_EQ(world.agent().x, 0.5F);
-  EXPECT_EQ(world.agent().vx, -1);
-}
-
-TEST(MoveSmartTest, WholeCellMotionStopsBeforeAWallWithVelocityZero) {
-  World world = DrawWorld(kCell, 1.5F, 1.5F, 0.5F);
-  world.whole_cell_motion = true;
-  world.agent().vy = 1;
-  ScriptedRules rules;
-  MoveSmart(world, rules, world.agent());
-  EXPECT_EQ(world.agent().y, 1.5F);
-  EXPECT_EQ(world.agent().vy, 0);
 }
 
 }  // namespace

@@ -7,33 +7,12 @@
 namespace procgen {
 namespace {
 
-TEST(PixelTest, MulIsExactAtBothEnds) {
-  for (uint32_t c = 0; c < 256; ++c) {
-    EXPECT_EQ(Mul(c, 255), c);
-    EXPECT_EQ(Mul(c, 0), 0);
-  }
-}
-
-TEST(PixelTest, MulRoundsAsSpecified) { EXPECT_EQ(Mul(200, 100), 78); }
-
 TEST(PixelTest, LayOverDoesNotOverflow) {
   for (uint32_t a = 0; a < 256; ++a) {
     for (uint32_t below = 0; below < 256; ++below) {
       EXPECT_LE(Mul(255, a) + Mul(below, 255 - a), 255U);
     }
   }
-}
-
-TEST(PixelTest, LayOverOfATransparentPixelKeepsThePixelBelow) {
-  Rgba below = {1, 127, 255, 255};
-  BlendOver({0, 0, 0, 0}, below);
-  EXPECT_EQ(below, (Rgba{1, 127, 255, 255}));
-}
-
-TEST(PixelTest, LayOverOfAnOpaquePixelReplacesThePixelBelow) {
-  Rgba below = {1, 127, 255, 255};
-  BlendOver({4, 5, 6, 255}, below);
-  EXPECT_EQ(below, (Rgba{4, 5, 6, 255}));
 }
 
 TEST(PixelTest, FourChannelsAreMultipliedLikeOne) {

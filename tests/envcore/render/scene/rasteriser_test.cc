@@ -32,20 +32,10 @@ class RasteriserTest : public ::testing::Test {
     return frame;
   }
 
-  static uint8_t RedAt(const std::vector<uint8_t>& frame, int x, int y) {
-    const int byte = (y * kSizePx + x) * 3;
-    return frame[static_cast<size_t>(byte)];
-  }
-
-  // The red of kind 0 in flat colors.
-  static constexpr uint8_t kRed0 = 127;
-
   Rasteriser rasteriser_;
   GameArt art_;
   Scene scene_;
 };
-
-TEST_F(RasteriserTest, AnEmptySceneIsBlack) { EXPECT_THAT(AgentView(), ::testing::Each(0)); }
 
 TEST_F(RasteriserTest, PixelsOutsideTheBackgroundAreBlackAgain) {
   scene_.above_cells.push_back({.x = 8, .y = 8, .rx = 8, .ry = 8});
@@ -100,16 +90,6 @@ TEST_F(RasteriserTest, AStaticLayerChangesNoPixel) {
   }
 }
 
-TEST_F(RasteriserTest, SpritesAreDrawnInTheirBox) {
-  scene_.above_cells.push_back({.x = 2, .y = 15, .rx = 1, .ry = 0.5F});
-  const std::vector<uint8_t> frame = AgentView();
-  EXPECT_EQ(RedAt(frame, 3, 2), 0);
-  EXPECT_EQ(RedAt(frame, 4, 2), kRed0);
-  EXPECT_EQ(RedAt(frame, 11, 5), kRed0);
-  EXPECT_EQ(RedAt(frame, 12, 5), 0);
-  EXPECT_EQ(RedAt(frame, 4, 6), 0);
-}
-
 // A box of 2 x 1 cells of the 16 in view, with its upper left corner at (1, 0.5).
 TEST_F(RasteriserTest, SpritesScaleWithTheRequestedSize) {
   scene_.above_cells.push_back({.x = 2, .y = 15, .rx = 1, .ry = 0.5F});
@@ -127,66 +107,6 @@ TEST_F(RasteriserTest, SpritesScaleWithTheRequestedSize) {
         ASSERT_EQ(frame[static_cast<size_t>(y * box.side + x)] != 0, inside)
             << x << ", " << y << " of " << box.side;
       }
-    }
-  }
-}
-
-TEST_F(RasteriserTest, CellsLieBetweenTheTwoListsOfSprites) {
-  Grid grid;
-  grid.Reset(16, 16, 51);
-  scene_.cells.grid = &grid;
-  scene_.cells.last_column = 15;
-  scene_.cells.last_row = 15;
-  scene_.below_cells.push_back({.x = 4, .y = 4, .rx = 1, .ry = 1});
-  scene_.above_cells.push_back({.x = 12, .y = 4, .rx = 1, .ry = 1});
-  const std::vector<uint8_t> frame = AgentView();
-  EXPECT_EQ(RedAt(frame, 16, 48), 191);
-  EXPECT_EQ(RedAt(frame, 48, 48), kRed0);
-}
-
-TEST_F(RasteriserTest, EmptyAndHiddenCellsAreNotDrawn) {
-  Grid grid;
-  grid.Reset(16, 16, kEmptyKind);
-  grid.Fill(0, 0, 8, 16, 3);
-  scene_.cells.grid = &grid;
-  scene_.cells.first_column = -3;
-  scene_.cells.last_column = 20;
-  scene_.cells.first_row = -3;
-  scene_.cells.last_row = 20;
-  scene_.cells.looks[3].image_kind = -1;
-  EXPECT_THAT(AgentView(), ::testing::Each(0));
-}
-
-TEST_F(RasteriserTest, OutsideTheWorldTheOutOfBoundsKindIsShown) {
-  Grid grid;
-  grid.Reset(1, 1, kEmptyKind);
-  scene_.cells.grid = &grid;
-  scene_.cells.first_column = 1;
-  scene_.cells.last_column = 1;
-  scene_.cells.first_row = 15;
-  scene_.cells.last_row = 15;
-  scene_.cells.out_of_bounds_kind = 0;
-  EXPECT_EQ(RedAt(AgentView(), 6, 2), kRed0);
-}
-
-TEST_F(RasteriserTest, VelocityIsShownInGrayOnTop) {
-  scene_.velocity = {.shown = true, .vx = 1, .vy = -3, .vx_max = 1, .vy_max = 1};
-  const std::vector<uint8_t> frame = AgentView();
-  EXPECT_EQ(RedAt(frame, 0, 0), 255);
-  EXPECT_EQ(RedAt(frame, 12, 12), 255);
-  EXPECT_EQ(RedAt(frame, 13, 0), 0);
-  scene_.velocity.vy = 0;
-  EXPECT_EQ(RedAt(AgentView(), 25, 12), 127);
-  EXPECT_EQ(RedAt(AgentView(), 26, 12), 0);
-}
-
-TEST_F(RasteriserTest, TiledSpritesAreDividedIntoEqualParts) {
-  scene_.art_style = ArtStyle::kGenerated;
-  scene_.above_cells.push_back({.x = 8, .y = 8, .rx = 8, .ry = 2, .tile_ratio = 1});
-  const std::vector<uint8_t> frame = AgentView();
-  for (int y = 24; y < 40; ++y) {
-    for (int x = 0; x < 48; ++x) {
-      EXPECT_EQ(RedAt(frame, x, y), RedAt(frame, x + 16, y));
     }
   }
 }
