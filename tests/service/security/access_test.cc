@@ -9,6 +9,7 @@
 #include "gmock/gmock.h"
 #include "google/protobuf/descriptor.h"
 #include "gtest/gtest.h"
+#include "procgen/v1/catalog.grpc.pb.h"
 #include "tests/service/raw_call.h"
 #include "tests/service/security/access_fixture.h"
 #include "tests/service/service_fixture.h"

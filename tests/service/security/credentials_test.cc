@@ -6,6 +6,7 @@
 #include "absl/strings/str_cat.h"
 #include "gmock/gmock.h"
 #include "gtest/gtest.h"
+#include "procgen/v1/catalog.grpc.pb.h"
 #include "tests/service/security/access_fixture.h"
 #include "tests/service/service_fixture.h"
 #include "tests/status_matchers.h"
