@@ -23,8 +23,7 @@ inline void RelaxProcessor() {
 
 // Polls `ready()` up to kSpinIterations times. It may return before `ready()` is true: a caller
 // that needs the event must still wait for it. The thread keeps its core meanwhile: a thread that
-// yields gives its time to other programs, and gets half of its share on a busy machine
-// (tests/benchmark, busy_machine_benchmark.py).
+// yields gives its time to other programs, and gets half of its share on a busy machine.
 template <typename Ready>
 void SpinUntil(Ready ready) {
   for (int i = 0; i < kSpinIterations && !ready(); ++i) {
