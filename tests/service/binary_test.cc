@@ -85,12 +85,6 @@ TEST(BinaryTest, HelpListsTheFlags) {
   }
 }
 
-TEST(BinaryTest, InvalidFlagsAreReported) {
-  ServerProcess process({"--workers=-3"});
-  EXPECT_EQ(process.Wait(), 2);
-  EXPECT_THAT(process.rest(), HasSubstr("--workers is -3, allowed: 1 to 1024"));
-}
-
 TEST(BinaryTest, FlagsThatCannotBeParsedExitWithTwo) {
   const TemporaryFolder temporary;
   const std::string flag_file = temporary.At("flags");
@@ -123,15 +117,6 @@ TEST(BinaryTest, ArtDirIsDrawnAndReported) {
   const std::string other = FirstPictureOf(painted_address, "folder");
   EXPECT_EQ(own.size(), other.size());
   EXPECT_NE(own, other);
-}
-
-TEST(BinaryTest, ArtDirWithoutArtIsReported) {
-  const TemporaryFolder temporary;
-  const std::string folder = temporary.At("none");
-  ServerProcess process({"--address=127.0.0.1:0", "--art_dir=" + folder});
-  EXPECT_EQ(process.Wait(), 2);
-  EXPECT_THAT(process.rest(),
-              HasSubstr("--art_dir: art folder '" + folder + "': there is no such folder"));
 }
 
 TEST(BinaryTest, AddressInUseIsAnError) {

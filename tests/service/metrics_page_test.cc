@@ -101,19 +101,5 @@ TEST_F(MetricsPageOfServerTest, EndsWithTheServer) {
   EXPECT_EQ(Page(), "");
 }
 
-TEST(MetricsAddressTest, IsNotServedByDefault) {
-  ServerProcess process({"--address=127.0.0.1:0"});
-  ASSERT_NE(process.Address(), "");
-  EXPECT_THAT(process.beginning(), HasSubstr("metrics=none"));
-}
-
-TEST(MetricsAddressTest, RemoteAddressesNeedAllowInsecure) {
-  ServerProcess process({"--address=127.0.0.1:0", "--metrics_address=0.0.0.0:0"});
-  EXPECT_EQ(process.Wait(), 2);
-  EXPECT_THAT(process.rest(), HasSubstr("--metrics_address is 0.0.0.0:0, which other machines"));
-  ServerProcess open({"--address=127.0.0.1:0", "--metrics_address=0.0.0.0:0", "--allow_insecure"});
-  EXPECT_NE(open.Address(), "");
-}
-
 }  // namespace
 }  // namespace procgen

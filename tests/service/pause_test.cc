@@ -84,35 +84,6 @@ TEST_F(PauseTest, RequestsWaitAndPassOneByOne) {
   EXPECT_FALSE(IsPaused(stream->name()));
 }
 
-TEST_F(PauseTest, StepsMayBeSentAhead) {
-  const auto stream = StartPool(MazeSpec(1));
-  Pause pause(channel_, stream->name());
-  pause.Send();
-  pause.Send();
-  for (int i = 0; i < 3; ++i) {
-    ASSERT_TRUE(pause.IsAnswered());
-  }
-  v1::Batch batch;
-  ASSERT_THAT(stream->Step({4}, &batch), IsOk());
-  ASSERT_THAT(stream->Step({4}, &batch), IsOk());
-  stream->Write(StepRequest({4}));
-  ExpectNoRequestPasses(stream->name(), 2);
-}
-
-TEST_F(PauseTest, CancelledPausesEndAndSeveralLastUntilTheLast) {
-  const auto stream = StartPool(MazeSpec(1));
-  auto first = std::make_unique<Pause>(channel_, stream->name());
-  auto second = std::make_unique<Pause>(channel_, stream->name());
-  ASSERT_TRUE(first->IsAnswered());
-  ASSERT_TRUE(second->IsAnswered());
-  stream->Write(StepRequest({4}));
-  first.reset();
-  ExpectNoRequestPasses(stream->name(), 0);
-  second.reset();
-  v1::Batch batch;
-  EXPECT_THAT(stream->Read(&batch), IsOk());
-}
-
 TEST_F(PauseTest, APausedPoolEndsWithItsStreamAndEndsThePause) {
   auto stream = StartPool(MazeSpec(1));
   Pause pause(channel_, stream->name());

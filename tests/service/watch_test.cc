@@ -92,25 +92,6 @@ TEST_F(WatchTest, AgentViewEqualsTheObservations) {
   }
 }
 
-TEST_F(WatchTest, AgentViewIsTheSameForEveryObservationFormat) {
-  const auto plain = StartPool(MazeSpec(1));
-  v1::Batch batch;
-  ASSERT_THAT(plain->Step({5}, &batch), IsOk());
-  for (const v1::Color color : {v1::COLOR_RGB, v1::COLOR_GRAYSCALE}) {
-    for (const int32_t stack : {1, 3}) {
-      v1::PoolSpec spec = MazeSpec(1);
-      spec.mutable_observation_format()->set_color(color);
-      spec.mutable_observation_format()->set_frame_stack(stack);
-      const auto stream = StartPool(spec);
-      const auto watch = client_->Watch(WatchRequest(stream->name(), {0}));
-      v1::Batch other;
-      ASSERT_THAT(stream->Step({5}, &other), IsOk());
-      EXPECT_EQ(ResponseAfter(1, watch.get()).frames(0).image(), ObservationOf(batch, 0));
-      EXPECT_THAT(stream->Close(), IsOk());
-    }
-  }
-}
-
 TEST_F(WatchTest, HumanViewEqualsRender) {
   const auto stream = StartPool(MazeSpec(2));
   const auto watch = client_->Watch(WatchRequest(stream->name(), {1}, 100));

@@ -189,19 +189,6 @@ TEST_F(PoolSessionTest, ObserversSeeValuesThatTheLearnerDoesNotAskFor) {
   EXPECT_EQ(observer->last_request, 1);
 }
 
-TEST_F(PoolSessionTest, OnlyStepsAndRestoresChangeTheChangeNumber) {
-  const std::unique_ptr<PoolSession> session = Make();
-  const std::vector<int32_t> actions(kEnvCount, 4);
-  const int64_t made = session->change_number();
-  ASSERT_THAT(Execute(session.get(), StepOf(actions)), IsOk());
-  const int64_t stepped = session->change_number();
-  EXPECT_NE(stepped, made);
-  ASSERT_THAT(Execute(session.get(), RequestOf(Request::Kind::kObserve, kEnvCount)), IsOk());
-  EXPECT_EQ(session->change_number(), stepped);
-  EXPECT_THAT(Restore(session.get(), 0, Save(session.get(), 1)), IsOk());
-  EXPECT_NE(session->change_number(), stepped);
-}
-
 TEST_F(PoolSessionTest, StateIncludesThePendingReset) {
   const std::unique_ptr<PoolSession> session = Make(AutoresetMode::kDisabled);
   const std::vector<int32_t> actions(kEnvCount, 4);

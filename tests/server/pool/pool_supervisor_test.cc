@@ -51,19 +51,6 @@ class PoolSupervisorTest : public testing::Test {
   PoolSupervisor supervisor_{SmallLimits(), 1, &metrics_};
 };
 
-TEST_F(PoolSupervisorTest, CreatedPoolIsFoundByItsName) {
-  const CreateResult pool = Create("maze-7", MazeOptions(1));
-  ASSERT_THAT(pool, IsOk());
-  EXPECT_EQ((*pool)->name(), "pools/maze-7");
-  EXPECT_THAT(supervisor_.Find("", "pools/maze-7"), IsOk());
-}
-
-TEST_F(PoolSupervisorTest, PoolWithoutIdGetsANumber) {
-  const CreateResult pool = Create("", MazeOptions(1));
-  ASSERT_THAT(pool, IsOk());
-  EXPECT_EQ((*pool)->name(), "pools/1");
-}
-
 TEST_F(PoolSupervisorTest, PoolsOfOtherOwnersAreNotFound) {
   ASSERT_THAT(Create("a", MazeOptions(1), "alice"), IsOk());
   EXPECT_THAT(supervisor_.Find("alice", "pools/a"), IsOk());

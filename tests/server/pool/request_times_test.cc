@@ -5,13 +5,6 @@
 namespace procgen {
 namespace {
 
-TEST(RequestTimesTest, PercentilesAreUnsetWithoutRequests) {
-  const RequestTimes::Summary none = RequestTimes().Read();
-  EXPECT_EQ(none.count, 0);
-  EXPECT_EQ(none.sum, absl::ZeroDuration());
-  EXPECT_EQ(none.p99, absl::ZeroDuration());
-}
-
 TEST(RequestTimesTest, PercentilesCoverTheLatestRequests) {
   RequestTimes times;
   for (int i = 1; i <= 100; ++i) {

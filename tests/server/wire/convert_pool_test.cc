@@ -53,23 +53,6 @@ TEST(ConvertPoolTest, UnknownModeNumberIsRejected) {
                                  "DISTRIBUTION_MODE_EASY, DISTRIBUTION_MODE_HARD")));
 }
 
-TEST(ConvertPoolTest, NegativeLevelCountIsRejected) {
-  v1::PoolSpec spec = MazeSpec();
-  spec.mutable_options()->set_num_levels(-1);
-  EXPECT_THAT(PoolOptionsOf(spec),
-              StatusIs(absl::StatusCode::kInvalidArgument,
-                       "spec.options.num_levels is -1, allowed: 0 to 2147483647"));
-}
-
-TEST(ConvertPoolTest, ExplorationTakesNoLevels) {
-  v1::PoolSpec spec = MazeSpec();
-  spec.mutable_options()->set_distribution_mode(v1::DISTRIBUTION_MODE_EXPLORATION);
-  EXPECT_THAT(PoolOptionsOf(spec), IsOk());
-  spec.mutable_options()->set_num_levels(3);
-  EXPECT_THAT(PoolOptionsOf(spec),
-              StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr("num_levels is 3")));
-}
-
 TEST(ConvertPoolTest, ShardBeyondThePoolIsRejected) {
   v1::PoolSpec spec = MazeSpec();
   spec.set_first_env(10);

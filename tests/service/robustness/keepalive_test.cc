@@ -1,13 +1,14 @@
 // Keepalive pings detect peers that vanish silently.
 
 #include <memory>
+#include <utility>
 
 #include "grpcpp/create_channel.h"
 #include "grpcpp/security/credentials.h"
 #include "gtest/gtest.h"
 #include "procgen_client/client.h"
+#include "procgen_client/remote_pool.h"
 #include "server/rpc/server.h"
-#include "tests/service/robustness/broken_connection.h"
 #include "tests/service/robustness/fault_proxy.h"
 #include "tests/service/service_fixture.h"
 #include "tests/status_matchers.h"
@@ -45,13 +46,19 @@ TEST_F(KeepaliveTest, ServerFreesThePoolOfAVanishedLearner) {
 }
 
 TEST_F(KeepaliveTest, ClientDetectsAVanishedServer) {
+  auto client = procgen_client::Client::Connect(
+      proxy_->address(), {.keepalive_time = kSoon, .keepalive_timeout = kSoon});
+  ASSERT_THAT(client, IsOk());
+  PoolOptions maze;
+  maze.games = {"maze"};
+  maze.env_count = 1;
   procgen_client::RemotePoolOptions options;
   options.recovery.reconnect_timeout = absl::ZeroDuration();
-  const auto pool = CreateRemotePool(proxy_->address(), {"maze"}, 1, options,
-                                     {.keepalive_time = kSoon, .keepalive_timeout = kSoon});
+  const auto pool = procgen_client::RemotePool::Create(*std::move(client), maze, options);
+  ASSERT_THAT(pool, IsOk());
   proxy_->Freeze();
   const int32_t action = 4;
-  EXPECT_THAT(pool->Step({.count = 1, .actions = {&action, 1}}, {}, {}),
+  EXPECT_THAT((*pool)->Step({.count = 1, .actions = {&action, 1}}, {}, {}),
               StatusIs(absl::StatusCode::kUnavailable, testing::_));
 }
 

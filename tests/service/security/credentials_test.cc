@@ -171,24 +171,6 @@ TEST_F(CredentialsTest, InvalidFilesAreNamedAtStartup) {
   }
 }
 
-TEST_F(CredentialsTest, RemoteListeningNeedsTlsAndAuthenticationOrAllowInsecure) {
-  const std::vector<std::string> tls = TlsFlags();
-  for (const char* address : {"0.0.0.0:0", "[::]:0"}) {
-    const std::string flag = absl::StrCat("--address=", address);
-    EXPECT_THAT(StartupErrorOf({flag}), AllOf(HasSubstr("--tls_certificate"), HasSubstr("--tokens"),
-                                              HasSubstr("--allow_insecure")));
-    EXPECT_THAT(StartupErrorOf({flag, tls[0], tls[1]}),
-                HasSubstr("give --tokens or --tls_client_ca"));
-    EXPECT_THAT(StartupErrorOf({flag, "--tokens=" + certificates_.Path("tokens")}),
-                HasSubstr("give --tls_certificate and --tls_key"));
-  }
-  ServerProcess open({"--address=0.0.0.0:0", "--allow_insecure"});
-  EXPECT_NE(open.Address(), "");
-  ServerProcess secure(
-      {"--address=0.0.0.0:0", tls[0], tls[1], "--tokens=" + certificates_.Path("tokens")});
-  EXPECT_NE(secure.Address(), "");
-}
-
 TEST_F(CredentialsTest, ClientsSendNoTokenToOtherMachinesInPlainText) {
   for (const char* address : {"example.com:1", "127.0.0.1.example.com:1", "10.0.0.1:1"}) {
     EXPECT_THAT(procgen_client::ChannelCredentialsOf(Token(kAliceToken), address),

@@ -125,30 +125,6 @@ TEST_F(EpisodesTest, EpisodeHasActionsAndRewards) {
   EXPECT_EQ(current.outcome(), v1::EPISODE_OUTCOME_UNDER_WAY);
 }
 
-TEST_F(EpisodesTest, EarlierEpisodesAreFoundByFingerprint) {
-  const auto stream = StartPool(MazeSpec(2));
-  const std::string pool = stream->name();
-  v1::Batch batch;
-  std::vector<v1::Episode> ended;
-  for (int32_t length = 1; length <= 5; ++length) {
-    for (int32_t step = 1; step < length; ++step) {
-      ASSERT_THAT(stream->Step({7, 3}, &batch), IsOk());
-    }
-    ASSERT_THAT(stream->Step({7, -1}, &batch), IsOk());
-    ended.push_back(Last(pool, 1));
-  }
-  for (const v1::Episode& episode : ended) {
-    const auto found = client_->FindEpisode(pool, 1, episode.fingerprint());
-    ASSERT_THAT(found, IsOk());
-    EXPECT_EQ(found->actions(), episode.actions());
-    EXPECT_EQ(found->level_seed(), episode.level_seed());
-    EXPECT_EQ(found->fingerprint(), episode.fingerprint());
-    ExpectReplayIsEqual(*found);
-  }
-  EXPECT_THAT(client_->FindEpisode(pool, 0, ended[0].fingerprint()),
-              StatusIs(absl::StatusCode::kNotFound, HasSubstr("has no recording of episode")));
-}
-
 TEST_F(EpisodesTest, RepeatedActionsAreRecordedOneByOne) {
   v1::PoolSpec spec = MazeSpec(1);
   spec.set_games(0, "bigfish");
@@ -210,46 +186,6 @@ TEST_F(EpisodesTest, SlicesMayBeSteppedInTurn) {
   EXPECT_THAT(Current(stream->name(), 0).actions(), SizeIs(100));
   EXPECT_THAT(Last(stream->name(), 3).actions(), SizeIs(21));
   ExpectReplayIsEqual(Last(stream->name(), 1));
-}
-
-// A server whose pools have little memory for episodes.
-class LittleMemoryEpisodesTest : public EpisodesTest {
- protected:
-  void SetUp() override {
-    EpisodesTest::SetUp();
-    Limits limits = TestLimits();
-    limits.episode_history_bytes_max = 260'500;
-    little_memory_ = StartServer(/*worker_count=*/2, limits);
-    ASSERT_NE(little_memory_, nullptr);
-    channel_ = ChannelTo(little_memory_->address());
-    auto client = procgen_client::Client::Connect(little_memory_->address());
-    ASSERT_THAT(client, IsOk());
-    client_ = *std::move(client);
-  }
-
- private:
-  std::unique_ptr<Server> little_memory_;
-};
-
-TEST_F(LittleMemoryEpisodesTest, OverlappingSlicesDropOnlyTheirOldestSteps) {
-  constexpr int32_t kCount = 66;
-  constexpr int32_t kRunAndJump[] = {7, 7, 7, 8, 8, 5};
-  v1::PoolSpec spec = MazeSpec(kCount);
-  spec.set_games(0, "coinrun");
-  spec.mutable_options()->set_use_sequential_levels(true);
-  const auto stream = StartPool(spec);
-  std::minstd_rand random(2);
-  v1::Batch batch;
-  v1::RunPoolRequest request;
-  for (int32_t step = 0; step < 1500; ++step) {
-    const auto first = static_cast<int32_t>(random() % 4);
-    request = SliceStepRequest(first, kCount - 3, kRunAndJump[random() % 6]);
-    request.mutable_step()->set_observation(v1::OBSERVATION_NONE);
-    ASSERT_THAT(stream->Call(request, &batch), IsOk());
-  }
-  const v1::Episode current = Current(stream->name(), 20);
-  ASSERT_THAT(current.actions(), Not(IsEmpty()));
-  EXPECT_EQ(current.actions().back(), static_cast<char>(request.step().actions(0)));
 }
 
 TEST_F(EpisodesTest, ResetEndsAnEpisodeThatWasStepped) {

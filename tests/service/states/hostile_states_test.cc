@@ -74,12 +74,5 @@ TEST_F(HostileStatesTest, EnvironmentsOutOfRangeOrRepeatedAreRejected) {
               twice("pairs[1].target_environment is 1"));
 }
 
-TEST_F(HostileStatesTest, EmptyRestoreOrCloneIsRejected) {
-  EXPECT_THAT(NewPool()->Restore({}), StatusIs(absl::StatusCode::kInvalidArgument,
-                                               "states is empty, allowed: at least one"));
-  EXPECT_THAT(NewPool()->Clone({}), StatusIs(absl::StatusCode::kInvalidArgument,
-                                             "pairs is empty, allowed: at least one"));
-}
-
 }  // namespace
 }  // namespace procgen

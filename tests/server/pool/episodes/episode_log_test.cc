@@ -169,27 +169,6 @@ TEST(EpisodeLogTest, AlternatingSlicesKeepTheLatestStepInSmallMemory) {
   EXPECT_GE(checked, 12);
 }
 
-TEST(EpisodeLogTest, MemoryIsReturned) {
-  ByteBudget bytes(kPlenty);
-  {
-    EpisodeLog log(10, &bytes);
-    FakePool pool(10, &log);
-    pool.Step(1, {}, 1);
-    EXPECT_GT(bytes.reserved_bytes(), 0);
-  }
-  EXPECT_EQ(bytes.reserved_bytes(), 0);
-}
-
-TEST(EpisodeLogTest, LogWithoutMemoryStoresNothing) {
-  ByteBudget bytes(50);
-  EpisodeLog log(10, &bytes);
-  FakePool pool(10, &log);
-  pool.Step(1);
-  pool.Step(-1, {3});
-  EXPECT_EQ(EpisodeOf(&log, 3, false).incomplete_reason, IncompleteReason::kTooOld);
-  EXPECT_EQ(bytes.reserved_bytes(), 0);
-}
-
 TEST(EpisodeLogTest, AnnotationsBelongToTheStepsOfTheirEpisode) {
   ByteBudget bytes(kPlenty);
   {

@@ -15,17 +15,6 @@ EndedEpisode EpisodeOf(int32_t i) {
   return episode;
 }
 
-TEST(RecentEpisodesTest, WithoutEpisodesStatisticsAreZero) {
-  ByteBudget bytes(0);
-  const RecentEpisodes episodes(&bytes);
-  const RecentEpisodes::Summary none = episodes.Read();
-  EXPECT_EQ(none.count, 0);
-  EXPECT_EQ(none.mean_return, 0);
-  EXPECT_EQ(none.mean_length, 0);
-  EXPECT_EQ(episodes.ReadReturnSpread().deviation, 0);
-  EXPECT_TRUE(episodes.ReadList(0).episodes.empty());
-}
-
 TEST(RecentEpisodesTest, StatisticsCoverTheLastHundred) {
   ByteBudget bytes(0);
   RecentEpisodes episodes(&bytes);
@@ -129,27 +118,6 @@ TEST(RecentEpisodesTest, RecordingsTakeHalfOfTheBudget) {
   episodes.Add(EpisodeWith(101), RecordingOf(1000, 1));
   EXPECT_EQ(episodes.ReadList(0).recorded_count, 0);
   EXPECT_EQ(episodes.ReadList(0).count, 101);
-}
-
-TEST(RecentEpisodesTest, AnnotationsAreDroppedBeforeRecordings) {
-  ByteBudget bytes(int64_t{1} << 30);
-  {
-    RecentEpisodes episodes(&bytes);
-    const std::vector<float> values(64, 1);
-    for (uint64_t i = 1; i <= 100; ++i) {
-      EpisodeRecording recording = RecordingOf(2000, 1000);
-      for (int32_t step = 0; step < 1000; ++step) {
-        const StepAnnotation annotation = {"x", values};
-        recording.annotations.Add(step, absl::MakeConstSpan(&annotation, 1));
-      }
-      episodes.Add(EpisodeWith(i), std::move(recording));
-      ASSERT_LE(bytes.reserved_bytes(), 20 << 20);
-    }
-    EXPECT_EQ(episodes.ReadList(0).recorded_count, 100);
-    EXPECT_TRUE(episodes.Find(3, 1)->Decode().annotations.empty());
-    EXPECT_EQ(episodes.Find(3, 100)->Decode().annotations[0].values.size(), 64'000U);
-  }
-  EXPECT_EQ(bytes.reserved_bytes(), 0);
 }
 
 TEST(RecentEpisodesTest, AnnotationsOfTheBestAndTheWorstEpisodeAreDroppedLast) {

@@ -109,9 +109,5 @@ TEST(PoolHistoryTest, LessMemoryKeepsFewerRowsOfEachResolution) {
   EXPECT_THAT(history.Read(absl::Minutes(10)).rows, SizeIs(1));
 }
 
-TEST(PoolHistoryTest, NewPoolHasNoRows) {
-  EXPECT_THAT(PoolHistory().Read(absl::Hours(24)).rows, IsEmpty());
-}
-
 }  // namespace
 }  // namespace procgen

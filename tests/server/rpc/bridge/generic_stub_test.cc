@@ -86,37 +86,6 @@ class GenericStubTest : public ServiceTest {
   }
 };
 
-TEST_F(GenericStubTest, UnaryCallReturnsOneMessageAndTheEnd) {
-  const auto stub = server_->MakeStub();
-  const auto events = std::make_shared<Events>();
-  const auto call = Start(stub.get(), "PoolService/ListPools", events);
-  call->Write(v1::ListPoolsRequest().SerializeAsString());
-  events->AwaitWritten(1);
-  call->HalfClose();
-  call->Read();
-  v1::ListPoolsResponse response;
-  EXPECT_TRUE(response.ParseFromString(events->AwaitMessage()));
-  EXPECT_EQ(response.pools_size(), 1);  // the control learner's
-  EXPECT_FALSE(events->HasEnded()) << "the end is noticed by a read";
-  call->Read();
-  EXPECT_THAT(events->AwaitEnd().status, IsOk());
-}
-
-TEST_F(GenericStubTest, StreamsRunUntilTheirPoolIsHalfClosed) {
-  const auto stub = server_->MakeStub();
-  const auto events = std::make_shared<Events>();
-  const auto call = StartRun(stub.get(), events);
-  for (int count = 2; count < 100; ++count) {
-    call->Write(StepRequest({7}).SerializeAsString());
-    call->Read();
-    EXPECT_NE(events->AwaitMessage(), "");
-    events->AwaitWritten(count);
-  }
-  call->HalfClose();
-  call->Read();
-  EXPECT_THAT(events->AwaitEnd().status, IsOk());
-}
-
 TEST_F(GenericStubTest, CancelledCallsEndWithAndWithoutARead) {
   const auto stub = server_->MakeStub();
   for (const bool reads : {false, true}) {
@@ -164,19 +133,6 @@ TEST_F(GenericStubTest, ErrorsHaveCodeMessageAndWhetherTheServerDrains) {
   call->Read();
   EXPECT_THAT(events->AwaitEnd().status, StatusIs(absl::StatusCode::kUnavailable, testing::_));
   EXPECT_TRUE(events->AwaitEnd().is_draining);
-}
-
-TEST_F(GenericStubTest, WhatCannotBeMetadataIsRejected) {
-  const auto stub = server_->MakeStub();
-  const std::string method = "/procgen.v1.PoolService/ListPools";
-  for (const auto& [path, token] :
-       {std::pair(std::string("x"), std::string()), std::pair(std::string("/\n"), std::string()),
-        std::pair("/" + std::string(256, 'x'), std::string()),
-        std::pair(method, std::string("a\nb")), std::pair(method, std::string("\xc3\xa9")),
-        std::pair(method, std::string(2049, 'x'))}) {
-    EXPECT_THAT(stub->Start(path, token, std::make_shared<Events>()).status(),
-                StatusIs(absl::StatusCode::kInvalidArgument, testing::_));
-  }
 }
 
 }  // namespace
