@@ -9,7 +9,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_join.h"
-#include "envcore/games/game_variants.h"
+#include "envcore/environment/environment_options.h"
 
 namespace procgen_client {
 namespace {
@@ -66,20 +66,6 @@ procgen::EnvironmentOptions EnvironmentOptionsOf(const ProcgenPoolOptions& optio
   return result;
 }
 
-// Errors: INVALID_ARGUMENT there is no such variant.
-procgen::StatusOr<procgen::Variant> VariantOf(const char* name) {
-  const auto variant = procgen::FindVariant(name == nullptr ? "" : name);
-  if (!variant.has_value()) {
-    return procgen::InvalidArgumentError(
-        absl::StrCat("variant is ", name, ", must be one of ",
-                     absl::StrJoin(procgen::VariantCatalog(), ", ",
-                                   [](std::string* text, const procgen::VariantSpec& spec) {
-                                     absl::StrAppend(text, spec.name, " (", spec.game, ")");
-                                   })));
-  }
-  return *variant;
-}
-
 }  // namespace
 
 ProcgenPoolOptions DefaultPoolOptions() {
@@ -124,7 +110,7 @@ procgen::StatusOr<procgen::PoolOptions> PoolOptionsOf(const ProcgenPoolOptions& 
   result.first_env = options.first_env;
   result.total_env_count = options.total_env_count;
   result.environment = EnvironmentOptionsOf(options);
-  const auto variant = VariantOf(options.variant);
+  const auto variant = procgen::RequireVariant(options.variant == nullptr ? "" : options.variant);
   if (!variant.ok()) {
     return variant.status();
   }

@@ -128,7 +128,7 @@ typedef struct ProcgenPoolOptions {
   const char* art;                           // folder of upstream's images; null: the built-in art
   int32_t num_threads;  // threads that step beside the caller, in [0, 1024]; -1: one a further core
   // Name of a variant of the games, which procgen_catalog_json lists: levels differ from upstream's
-  // by one change, such as the place of the coin. Null: upstream's. Only in this process.
+  // by one change, such as the place of the coin. Null or "": upstream's.
   const char* variant;
 } ProcgenPoolOptions;
 

@@ -225,11 +225,6 @@ procgen::Status CreatePoolOn(const ProcgenConnection& connection, const ProcgenP
   if (!pool_options.ok()) {
     return pool_options.status();
   }
-  if (pool_options->environment.variant != procgen::Variant::kNone) {
-    return procgen::InvalidArgumentError(
-        absl::StrCat("variant is ", options.variant,
-                     ", pools on servers have no variants: make it in this process"));
-  }
   const auto labels = LabelsOf(server_options);
   if (!labels.ok()) {
     return labels.status();

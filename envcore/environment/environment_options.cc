@@ -1,5 +1,6 @@
 #include "envcore/environment/environment_options.h"
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -7,7 +8,6 @@
 #include "absl/strings/str_join.h"
 #include "absl/strings/string_view.h"
 #include "envcore/games/game_catalog.h"
-#include "envcore/games/game_variants.h"
 #include "envcore/status/status.h"
 
 namespace procgen {
@@ -66,6 +66,18 @@ StatusOr<const GameSpec*> RequireGame(absl::string_view name) {
     return NotFoundError(absl::StrCat("no game is named \"", name, "\"; there are ", GameNames()));
   }
   return spec;
+}
+
+StatusOr<Variant> RequireVariant(absl::string_view name) {
+  const std::optional<Variant> variant = FindVariant(name);
+  if (!variant.has_value()) {
+    return InvalidArgumentError(absl::StrCat(
+        "variant is ", name, ", must be one of ",
+        absl::StrJoin(VariantCatalog(), ", ", [](std::string* text, const VariantSpec& spec) {
+          absl::StrAppend(text, spec.name, " (", spec.game, ")");
+        })));
+  }
+  return *variant;
 }
 
 StatusOr<EnvironmentOptions> ResolveOptions(absl::string_view game,

@@ -6,6 +6,7 @@
 #include "absl/strings/string_view.h"
 #include "envcore/games/game_catalog.h"
 #include "envcore/games/game_options.h"
+#include "envcore/games/game_variants.h"
 #include "envcore/status/status.h"
 
 namespace procgen {
@@ -20,6 +21,10 @@ struct EnvironmentOptions : GameOptions {
 
 // Returns the game with this name. Errors: NOT_FOUND (the message names all games).
 StatusOr<const GameSpec*> RequireGame(absl::string_view name);
+
+// Returns the variant with this name; "" is kNone. Errors: INVALID_ARGUMENT (the message names all
+// variants with their games).
+StatusOr<Variant> RequireVariant(absl::string_view name);
 
 // Checks `options` for `game` and returns them with kExploration resolved: hard mode with one
 // level, whose seed depends on the game. Errors: NOT_FOUND: no such game. INVALID_ARGUMENT: an

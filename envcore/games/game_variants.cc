@@ -7,6 +7,7 @@
 #include "envcore/games/game_kind_names.h"
 #include "envcore/random/random_stream.h"
 #include "envcore/world/placing.h"
+#include "envcore/world/world.h"
 
 namespace procgen {
 namespace {

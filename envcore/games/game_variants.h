@@ -7,9 +7,10 @@
 #include "absl/strings/string_view.h"
 #include "absl/types/span.h"
 #include "envcore/games/game_options.h"
-#include "envcore/world/world.h"
 
 namespace procgen {
+
+struct World;
 
 // A variant of a game: its levels are upstream's with one change, which is made when a level
 // begins. Draws for the change come from a stream of their own, so that the rest of the level, and

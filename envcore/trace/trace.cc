@@ -11,6 +11,7 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_join.h"
 #include "absl/strings/str_split.h"
+#include "envcore/environment/environment_options.h"
 #include "envcore/games/game_catalog.h"
 #include "envcore/games/game_variants.h"
 #include "envcore/status/status.h"
@@ -55,10 +56,9 @@ EnvironmentOptions OptionsOf(const Json& header) {
   options.restrict_themes = json.at("restrict_themes").get<bool>();
   options.paint_vel_info = json.at("paint_vel_info").get<bool>();
   options.debug_mode = json.at("debug_mode").get<int32_t>();
-  const auto variant_name = json.value("variant", std::string());
-  const auto variant = FindVariant(variant_name);
-  if (!variant.has_value()) {
-    throw std::invalid_argument(absl::StrCat("no variant is named \"", variant_name, "\""));
+  const StatusOr<Variant> variant = RequireVariant(json.value("variant", std::string()));
+  if (!variant.ok()) {
+    throw std::invalid_argument(std::string(variant.status().message()));
   }
   options.variant = *variant;
   return options;

@@ -40,6 +40,13 @@ void FillGame(const GameSpec& spec, v1::Game* game) {
     message->set_action(special.action);
     message->set_description(std::string(special.description));
   }
+  for (const VariantSpec& variant : VariantCatalog()) {
+    if (variant.game == spec.name) {
+      v1::Variant* message = game->add_variants();
+      message->set_name(std::string(variant.name));
+      message->set_description(std::string(variant.description));
+    }
+  }
 }
 
 // An option of EnvironmentOptions in the catalog. `min`, `max`: of integer options.
@@ -73,6 +80,7 @@ constexpr OptionInfo kOptions[] = {
      "false"},
     {"debug_mode", "Bit mask that only coinrun reads.", v1::OPTION_TYPE_INTEGER, "0", INT32_MIN,
      INT32_MAX},
+    {"variant", "One change of each level of a game.", v1::OPTION_TYPE_NAME, ""},
 };
 
 void FillOptions(v1::Catalog* catalog) {
@@ -89,6 +97,10 @@ void FillOptions(v1::Catalog* catalog) {
        {DistributionMode::kEasy, DistributionMode::kHard, DistributionMode::kExtreme,
         DistributionMode::kMemory, DistributionMode::kExploration}) {
     catalog->mutable_options(0)->add_names(std::string(DistributionModeName(mode)));
+  }
+  v1::Option* const variant = catalog->mutable_options(catalog->options_size() - 1);
+  for (const VariantSpec& spec : VariantCatalog()) {
+    variant->add_names(std::string(spec.name));
   }
 }
 

@@ -90,6 +90,13 @@ absl::Status RemotePool::Start() {
                      " environments with observations of ", pool_.observation_bytes(),
                      " bytes, expected: ", options_.env_count, " with ", format.frame.bytes()));
   }
+  // A server of an older version ignores the option.
+  const absl::string_view variant = procgen::VariantName(options_.environment.variant);
+  if (pool_.spec().options().variant() != variant) {
+    return absl::UnimplementedError(
+        absl::StrCat("variant is \"", variant, "\", the server plays \"",
+                     pool_.spec().options().variant(), "\": it is of another version"));
+  }
   if (format.frame_stack == 1) {
     return absl::OkStatus();
   }

@@ -150,6 +150,21 @@ TEST_F(DamagedResponsesTest, PoolsOfAnotherSizeAreErrors) {
   }
 }
 
+TEST_F(DamagedResponsesTest, AServerThatIgnoresTheVariantIsAnError) {
+  const DamagingServer between(channel_, 0, [](auto* response) {
+    v1::PoolSpec* spec = response->mutable_started()->mutable_pool()->mutable_spec();
+    EXPECT_EQ(spec->options().variant(), "cheese_corner");
+    spec->mutable_options()->clear_variant();
+  });
+  const auto servers = procgen_client::Servers::Connect(between.address());
+  ASSERT_THAT(servers, IsOk());
+  PoolOptions options = MazeOptions(kEnvCount);
+  options.environment.variant = Variant::kCheeseCorner;
+  EXPECT_THAT(procgen_client::CreatePool(*servers, options).status(),
+              StatusIs(absl::StatusCode::kUnimplemented,
+                       HasSubstr(R"(variant is "cheese_corner", the server plays "")")));
+}
+
 TEST_F(DamagedResponsesTest, FramesOfAnotherSizeAreErrors) {
   const Damage damages[] = {
       [](auto* r) { r->mutable_frames()->mutable_frames(0)->mutable_image()->push_back('x'); },

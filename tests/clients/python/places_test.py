@@ -90,5 +90,14 @@ def test_options_have_equal_effects(one_client: Client, options: dict[str, Any])
     assert assert_places_equal(one_client, games, distribution_mode="easy", **options) > 3
 
 
+@pytest.mark.parametrize(
+    ("game", "variant"),
+    [(game["name"], name) for game in catalog()["games"] for name in game["variants"]],
+)
+def test_variants_are_equal(one_client: Client, game: str, variant: str) -> None:
+    options = {"distribution_mode": "easy", "variant": variant}
+    assert assert_places_equal(one_client, game, **options) > 3
+
+
 def test_defaults_are_equal(one_client: Client) -> None:
     assert assert_places_equal(one_client, "coinrun") > 3

@@ -43,14 +43,24 @@ def test_steps_on_a_lost_server_fail(reconnect_timeout: float, words: str) -> No
             pool.close()
 
 
-@pytest.mark.parametrize("stop", [signal.SIGKILL, signal.SIGTERM])
-def test_pools_survive_the_end_of_their_server(tmp_path: Path, stop: signal.Signals) -> None:
+@pytest.mark.parametrize(
+    ("stop", "games", "variant"),
+    [
+        (signal.SIGKILL, _GAMES, None),
+        (signal.SIGTERM, _GAMES, None),
+        (signal.SIGKILL, "coinrun", "coin_random"),
+    ],
+)
+def test_pools_survive_the_end_of_their_server(
+    tmp_path: Path, stop: signal.Signals, games: str | list[str], variant: str | None
+) -> None:
     address = f"unix:{tmp_path}/socket"
+    options = {**_OPTIONS, "variant": variant}
     actions = np.random.default_rng(3).integers(-1, 15, (60, _ENV_COUNT))
-    with Pool(_GAMES, _ENV_COUNT, **_OPTIONS) as pool:
+    with Pool(games, _ENV_COUNT, **options) as pool:
         expected = [pool.step(each) for each in actions]
     server = ServerProcess(server_binary(), address=address)
-    with Client(address) as client, client.create_pool(_GAMES, _ENV_COUNT, **_OPTIONS) as pool:
+    with Client(address) as client, client.create_pool(games, _ENV_COUNT, **options) as pool:
         for i, (action, batch) in enumerate(zip(actions, expected, strict=True)):
             assert_same(batch, pool.step(action))
             if i % 20 == 10:

@@ -65,6 +65,11 @@ def test_unknown_variants_are_rejected() -> None:
         Pool("coinrun", 1, variant=3)
 
 
-def test_servers_have_none(client: Client) -> None:
-    with pytest.raises(errors.InvalidArgumentError, match="pools on servers have no variants"):
-        client.create_pool("coinrun", 1, variant="coin_random")
+def test_servers_list_variants_and_reject_other_games(client: Client) -> None:
+    listed = [(game.name, each.name) for game in client.catalog().games for each in game.variants]
+    assert listed == _VARIANTS
+    with pytest.raises(
+        errors.InvalidArgumentError,
+        match="variant is coin_random, maze has cheese_corner, two_objects",
+    ):
+        client.create_pool("maze", 1, variant="coin_random")

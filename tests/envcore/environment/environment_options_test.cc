@@ -49,6 +49,16 @@ TEST(ResolveOptionsTest, UnknownGamesAreNotFoundAndTheErrorListsTheGames) {
   EXPECT_THAT(std::string(status.message()), HasSubstr("bigfish, "));
 }
 
+TEST(RequireVariantTest, AnUnknownNameIsRejectedAndTheErrorListsAllWithTheirGames) {
+  EXPECT_EQ(*RequireVariant("two_objects"), Variant::kTwoObjects);
+  EXPECT_EQ(*RequireVariant(""), Variant::kNone);
+  const StatusOr<Variant> variant = RequireVariant("coins");
+  EXPECT_EQ(variant.status().code(), absl::StatusCode::kInvalidArgument);
+  EXPECT_EQ(variant.status().message(),
+            "variant is coins, must be one of coin_random (coinrun), cheese_corner (maze), "
+            "two_objects (maze)");
+}
+
 TEST(ResolveOptionsTest, AVariantOfAnotherGameIsRejectedAndTheErrorListsTheVariants) {
   EnvironmentOptions options;
   options.variant = Variant::kCoinRandom;

@@ -158,7 +158,7 @@ TEST(TraceTest, AVariantIsKeptAndAnUnknownOneIsNamed) {
   trace->options.variant = Variant::kCheeseCorner;
   EXPECT_EQ(ParseTrace(TraceFileOf(*trace)).value().options.variant, Variant::kCheeseCorner);
   ExpectDataLoss(Changed(R"("debug_mode":0)", R"("debug_mode":0,"variant":"blue")"),
-                 R"(no variant is named "blue")");
+                 "variant is blue, must be one of coin_random (coinrun)");
 }
 
 TEST(TraceTest, EveryRowNeedsObservationDigests) {

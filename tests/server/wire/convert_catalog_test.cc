@@ -2,6 +2,7 @@
 
 #include <set>
 #include <string>
+#include <vector>
 
 #include "gmock/gmock.h"
 #include "gtest/gtest.h"
@@ -25,6 +26,26 @@ TEST(ConvertCatalogTest, MazeHasItsModesAndConstants) {
     EXPECT_EQ(game.modes(3).distribution_mode(), v1::DISTRIBUTION_MODE_EXPLORATION);
     EXPECT_EQ(game.modes(3).level_seed(), 158988835);
   }
+}
+
+TEST(ConvertCatalogTest, EachGameHasItsVariants) {
+  const v1::Catalog catalog = CatalogMessageOf({}, Limits());
+  for (const v1::Game& game : catalog.games()) {
+    std::vector<std::string> names;
+    for (const v1::Variant& variant : game.variants()) {
+      names.push_back(variant.name());
+      EXPECT_FALSE(variant.description().empty());
+    }
+    if (game.name() == "coinrun") {
+      EXPECT_THAT(names, testing::ElementsAre("coin_random"));
+    } else if (game.name() == "maze") {
+      EXPECT_THAT(names, testing::ElementsAre("cheese_corner", "two_objects"));
+    } else {
+      EXPECT_THAT(names, testing::IsEmpty());
+    }
+  }
+  EXPECT_THAT(catalog.options(catalog.options_size() - 1).names(),
+              testing::ElementsAre("coin_random", "cheese_corner", "two_objects"));
 }
 
 TEST(ConvertCatalogTest, OptionsAreTheFieldsOfTheMessage) {

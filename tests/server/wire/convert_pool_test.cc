@@ -53,6 +53,21 @@ TEST(ConvertPoolTest, UnknownModeNumberIsRejected) {
                                  "DISTRIBUTION_MODE_EASY, DISTRIBUTION_MODE_HARD")));
 }
 
+TEST(ConvertPoolTest, AVariantIsReadAndReturnedAndAnUnknownOneIsRejected) {
+  v1::PoolSpec spec = MazeSpec();
+  EXPECT_EQ(PoolOptionsOf(spec)->environment.variant, Variant::kNone);
+  spec.mutable_options()->set_variant("cheese_corner");
+  const absl::StatusOr<PoolOptions> options = PoolOptionsOf(spec);
+  ASSERT_THAT(options, IsOk());
+  EXPECT_EQ(options->environment.variant, Variant::kCheeseCorner);
+  EXPECT_EQ(PoolSpecMessageOf(*options).options().variant(), "cheese_corner");
+  spec.mutable_options()->set_variant("cheese");
+  EXPECT_THAT(PoolOptionsOf(spec),
+              StatusIs(absl::StatusCode::kInvalidArgument,
+                       "spec.options.variant is cheese, must be one of coin_random (coinrun), "
+                       "cheese_corner (maze), two_objects (maze)"));
+}
+
 TEST(ConvertPoolTest, ShardBeyondThePoolIsRejected) {
   v1::PoolSpec spec = MazeSpec();
   spec.set_first_env(10);

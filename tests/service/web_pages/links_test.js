@@ -28,6 +28,8 @@ const WRONG = [
   ["game=maze&mode=easy&level=3&use_backgrounds=no", "The option use_backgrounds is “no”, allowed: true or false.", "Without use_backgrounds"],
   ["game=maze&mode=easy&level=3&speed=2", "There is no option “speed”.", "Without speed"],
   ["game=coinrun&mode=easy&level=3&debug_mode=x", "The option debug_mode is “x”, allowed: integers from", "Without debug_mode"],
+  ["game=maze&mode=easy&level=3&variant=coin_random", "The option variant is “coin_random”, allowed: cheese_corner, two_objects.", "Without variant"],
+  ["game=heist&mode=easy&level=3&variant=coin_random", "The option variant is “coin_random”, allowed: none in heist.", "Without variant"],
 ];
 
 for (const path of ["/play", "/gallery"]) {

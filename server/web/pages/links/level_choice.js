@@ -2,13 +2,16 @@
 
 import { element, setOptions } from "../elements/elements.js";
 
-// Shows the options below `place`, as check boxes and fields named after them.
+// Shows the options below `place`, as check boxes and fields named after them. drawGames fills the choice of a variant.
 export function drawOptions(place, catalog) {
   place.replaceChildren(...catalog.options.map((option) => {
     const name = option.name;
     if (option.type === "boolean") {
       const box = element("input", { type: "checkbox", name, checked: option.default });
       return element("label", { class: "check", title: option.description }, box, title(name));
+    }
+    if (option.type === "name") {
+      return element("label", { class: "field", title: option.description }, title(name), element("select", { name }));
     }
     const { min, max } = option;
     const number = element("input", { type: "number", name, min, max, step: 1, value: option.default });
@@ -27,12 +30,12 @@ function title(name) {
   return name.replaceAll("_", " ");
 }
 
-// The options of a form that differ from their defaults: true, false or a number by name.
+// The options of a form that differ from their defaults: true, false, a number or a text by name.
 export function optionsOf(form, catalog) {
   const chosen = {};
   for (const { name, type, default: usual } of catalog.options) {
     const input = form.elements[name];
-    const value = type === "boolean" ? input.checked : input.valueAsNumber;
+    const value = type === "boolean" ? input.checked : type === "name" ? input.value : input.valueAsNumber;
     if (value !== usual && !Number.isNaN(value)) {
       chosen[name] = value;
     }
@@ -40,10 +43,11 @@ export function optionsOf(form, catalog) {
   return chosen;
 }
 
-// Fills the choice of games, of modes of the selected game, and the level of a mode with a single level.
+// Fills the choice of games, of modes and variants of the selected game, and the level of a mode with a single level.
 export function drawGames(form, catalog) {
-  const { game, mode, level } = form.elements;
-  const modes = () => catalog.games.find(({ name }) => name === game.value).modes;
+  const { game, mode, level, variant } = form.elements;
+  const selected = () => catalog.games.find(({ name }) => name === game.value);
+  const modes = () => selected().modes;
   const drawLevel = () => {
     const only = modes().find(({ name }) => name === mode.value).levelSeed;
     level.readOnly = only !== undefined;
@@ -51,6 +55,7 @@ export function drawGames(form, catalog) {
   };
   const drawModes = () => {
     setOptions(mode, modes().map(({ name }) => [name, name]), mode.value || "easy");
+    setOptions(variant, [["", "none"], ...selected().variants.map((name) => [name, name])]);
     drawLevel();
   };
   game.addEventListener("change", drawModes);
@@ -67,7 +72,7 @@ export function readAddress(form, parameters) {
       setIfOffered(input, parameters.get(name));
     }
   }
-  for (const input of form.querySelectorAll("#options input")) {
+  for (const input of form.querySelectorAll("#options input, #options select")) {
     if (!parameters.has(input.name)) {
       continue;
     }

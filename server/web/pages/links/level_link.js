@@ -29,16 +29,20 @@ function problemsOf(catalog, query, own) {
     const option = named(catalog.options, name);
     if (!option && !["game", "mode", "level", ...own].includes(name)) {
       problems.push({ text: `There is no option “${name}”.`, name, values: [null] });
-    } else if (option && !isAllowed(option, value)) {
-      const allowed = option.type === "boolean" ? "true or false" : `integers from ${option.min} to ${option.max}`;
+    } else if (option && !isAllowed(option, value, game)) {
+      const allowed = option.type === "boolean" ? "true or false"
+        : option.type === "name" ? game.variants.join(", ") || `none in ${gameName}`
+        : `integers from ${option.min} to ${option.max}`;
       problems.push({ text: `The option ${name} is “${value}”, allowed: ${allowed}.`, name, values: [null] });
     }
   }
   return problems;
 }
 
-function isAllowed({ type, min, max }, value) {
-  return type === "boolean" ? ["true", "false"].includes(value) : /^-?\d+$/.test(value) && value >= min && value <= max;
+function isAllowed({ type, min, max }, value, { variants }) {
+  return type === "boolean" ? ["true", "false"].includes(value)
+    : type === "name" ? variants.includes(value)
+    : /^-?\d+$/.test(value) && value >= min && value <= max;
 }
 
 // A link to the page with another value of a parameter.

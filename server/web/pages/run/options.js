@@ -2,13 +2,14 @@
 
 const MODES = ["", "easy", "hard", "extreme", "memory", "exploration"];  // by number of DistributionMode
 
-// In the order of trace files, with upstream's defaults.
+// In the order of trace files, with upstream's defaults. `variant` is not upstream's.
 const DEFAULTS = {
   num_levels: 0, start_level: 0, rand_seed: 0, use_sequential_levels: false, center_agent: true, use_backgrounds: true,
   restrict_themes: false, use_monochrome_assets: false, use_generated_assets: false, paint_vel_info: false, debug_mode: 0,
+  variant: "",
 };
 
-// Whether each of upstream's options is there with a value of its type.
+// Whether each of the options is there with a value of its type.
 export function areOptions(values) {
   return Object.entries(DEFAULTS).every(([name, usual]) =>
     typeof values[name] === typeof usual && (typeof usual !== "number" || Number.isSafeInteger(values[name])));

@@ -28,6 +28,7 @@ function headerOf(bytes) {
   if (header?.format !== FORMAT) {
     throw damaged(`its format is ${JSON.stringify(header?.format)}, must be ${FORMAT}`);
   }
+  header.options = { variant: "", ...header.options };  // only traces with a variant name it
   const { options, num_envs: envCount, steps, arrays } = header;
   if (!(Number.isInteger(envCount) && envCount > 0 && Number.isInteger(steps) && steps >= 0 && Array.isArray(arrays))) {
     throw damaged("num_envs, steps or arrays is missing");
@@ -77,7 +78,8 @@ export function readTrace(bytes) {
 
 // Writes a Recording as a trace of one environment.
 export function writeTrace(recording) {
-  const { games, mode, options } = recording;
+  const { games, mode, options: { variant, ...upstreams } } = recording;
+  const options = variant ? { ...upstreams, variant } : upstreams;
   const columns = [
     ["action", "u1", recording.actions], ["reward", "f4", recording.rewards], ["first", "u1", recording.first],
     ["level_seed", "i4", recording.levelSeeds], ["prev_level_seed", "i4", recording.prevLevelSeeds],
