@@ -27,7 +27,7 @@ def test_first_minibatch_repeats_the_choices_of_the_rollout(kind: dict[str, int]
     environments = Environments("bigfish", 8, **environment_options(parsed, 0, 1))
     learner = ppo.Ppo(parsed, Ranks("gloo"), environments)
     for _ in range(2):  # The second rollout continues with the memory of the first.
-        assert learner.collect().episodes
+        assert learner.collector.collect().episodes
         count = len(learner.rollout.actions) // learner.row_count_of_index
         _, metrics = learner.minibatch_gradients(torch.arange(count))
         kl, clipped = metrics[3:].tolist()

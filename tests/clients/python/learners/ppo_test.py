@@ -15,6 +15,7 @@ import torch
 from small_runs import STEPS_OF_UPDATE, RestartedEnvironments, options, results, train
 
 from learners import ppo
+from learners.rollouts import Collector, estimate_advantages
 from procgen_client import ServerProcess
 
 
@@ -56,8 +57,8 @@ def test_steps_given_as_tensors_give_an_equal_run(
 ) -> None:
     """A CUDA graph cannot be called with an integer."""
     expected = train(tmp_path / "lstm", lstm=True, total_steps=2 * STEPS_OF_UPDATE)
-    steps, act = torch.arange(100).split(1), ppo.Ppo.act
-    monkeypatch.setattr(ppo.Ppo, "act", lambda self, t, rows: act(self, steps[t], rows))
+    steps, act = torch.arange(100).split(1), Collector.act
+    monkeypatch.setattr(Collector, "act", lambda self, t, rows: act(self, steps[t], rows))
     assert train(tmp_path / "plain") == uninterrupted
     found = train(tmp_path / "lstm_too", lstm=True, total_steps=2 * STEPS_OF_UPDATE)
     assert found == expected
@@ -70,7 +71,7 @@ def test_actions_sent_by_a_thread_give_an_equal_run(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     """A GPU chooses the actions of a half while the other is received."""
-    monkeypatch.setattr(ppo.Ppo, "sends_in_background", lambda self: True)
+    monkeypatch.setattr(Collector, "sends_in_background", lambda self: True)
     assert train(tmp_path) == uninterrupted
 
 
@@ -136,7 +137,7 @@ def test_training_survives_server_restarts(
     monkeypatch: pytest.MonkeyPatch,
     background: bool,  # noqa: FBT001 - a parameter of the test
 ) -> None:
-    monkeypatch.setattr(ppo.Ppo, "sends_in_background", lambda self: background)
+    monkeypatch.setattr(Collector, "sends_in_background", lambda self: background)
     with RestartedEnvironments.server_to_restart() as address:
         assert ppo.train(ppo.parse(options(tmp_path, address)), RestartedEnvironments) == 0
     assert RestartedEnvironments.restarts == 4
@@ -186,7 +187,7 @@ def test_ranks_on_different_gpus_can_resume_the_same_run(monkeypatch: pytest.Mon
 def test_advantages_are_generalized_advantage_estimates() -> None:
     rewards, ended = torch.tensor([[1.0], [0], [2]]), torch.tensor([[0.0], [1], [0]])
     values = torch.tensor([[0.5], [0.25], [1], [4]])
-    advantages = ppo.estimate_advantages(rewards, ended, values, gamma=0.9, lambda_=0.8)
+    advantages = estimate_advantages(rewards, ended, values, gamma=0.9, lambda_=0.8)
     last = 2 + 0.9 * 4 - 1
     second = 0 - 0.25
     first = 1 + 0.9 * 0.25 - 0.5 + 0.9 * 0.8 * second
@@ -198,7 +199,7 @@ def test_advantages_equal_those_of_float64() -> None:
     torch.manual_seed(0)
     rewards, values = torch.randn(256, 64), torch.randn(257, 64)
     ended = (torch.rand(256, 64) < 0.02).float()
-    found = ppo.estimate_advantages(rewards, ended, values, gamma=0.999, lambda_=0.95)
+    found = estimate_advantages(rewards, ended, values, gamma=0.999, lambda_=0.95)
     expected, following = np.zeros((256, 64)), np.zeros(64)
     x, v, alive = rewards.double().numpy(), values.double().numpy(), 1 - ended.double().numpy()
     for t in reversed(range(256)):

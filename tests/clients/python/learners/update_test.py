@@ -58,7 +58,7 @@ def test_update_on_the_path_of_a_gpu_equals_that_of_plain_layers(
     compiled: bool,  # noqa: FBT001 - a parameter of the test
 ) -> None:
     plain = _learner(environments, "cpu", "float32", compiled=False)
-    plain.collect()
+    plain.collector.collect()
     merged = _learner(environments, device, precision, compiled=compiled)
     if compiled and device == "cpu":
         merged.agent.compile(dynamic=False)
