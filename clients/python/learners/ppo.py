@@ -10,8 +10,10 @@ The checkpoint has the complete state of a run, so a run that is stopped and con
 from __future__ import annotations
 
 import argparse
+import copy
 import sys
 from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from functools import partial
 from typing import Any
 
@@ -27,7 +29,7 @@ from learners.gradients import ChunkedGradients
 from learners.networks import captured
 from learners.options import parsed, run_parser, set_device
 from learners.ranks import Ranks
-from learners.rollouts import Collector
+from learners.rollouts import Collector, Rollout, called
 from learners.training_run import TrainingRun, Update
 from procgen_client.errors import ProcgenError
 
@@ -52,14 +54,21 @@ class Ppo:
         self.policy = AgentPolicy(self.agent)  # For tests during the training.
         self.parameters = list(self.agent.parameters())
         self.optimizer = Adam(self.parameters, options.learning_rate, options.adam)
+        # The agent that acts. With a lag, its weights are those of before an update.
+        self.actor = copy.deepcopy(self.agent) if options.policy_lag else self.agent
         if on_gpu and options.compile:
             # Compiled twice: for the rows of a half and for those of a minibatch.
-            (self.agent.encoder if options.lstm else self.agent).compile(dynamic=False)
+            for agent in dict.fromkeys((self.agent, self.actor)):
+                (agent.encoder if options.lstm else agent).compile(dynamic=False)
         # The device's generator is for actions, the host's for minibatches.
         seed = options.seed + 1_000_003 * ranks.rank
         self.host_random = torch.Generator().manual_seed(seed)
-        self.collector = Collector(options, environments, self.agent, seed)
+        self.collector = Collector(options, environments, self.actor, seed)
         self.rollout = self.collector.rollout
+        if options.policy_lag:
+            self.rollout = Rollout(*(tensor.clone() for tensor in self.rollout))
+            self.has_rollout = self.has_learned = False
+            self.stream = torch.cuda.Stream(self.device) if on_gpu else None
         # With a memory, minibatches consist of environments, each with all of its steps.
         self.row_count_of_index = options.num_steps if options.lstm else 1
         self.rows = torch.arange(len(self.rollout.actions), device=self.device)
@@ -75,9 +84,37 @@ class Ppo:
 
     def update(self) -> Update:
         """Collects a rollout and learns from it."""
+        if self.options.policy_lag:
+            return self.update_with_lag()
         update = self.collector.collect()._replace(metrics=self.learn())
         self.collector.prepare()  # For tests of the agent.
         return update
+
+    def update_with_lag(self) -> Update:
+        """Collects a rollout with the weights of before, and meanwhile learns from the last one."""
+        with torch.no_grad():
+            for mine, its in zip(self.actor.parameters(), self.parameters, strict=True):
+                mine.copy_(its)
+        with ThreadPoolExecutor(1) as thread:
+            # At first in turn: others must not use a GPU while graphs are captured.
+            submit = thread.submit if self.has_learned else called
+            learning = submit(self.learn_on_stream)
+            update = self.collector.collect()._replace(metrics=learning.result())
+        for mine, its in zip(self.rollout, self.collector.rollout, strict=True):
+            mine.copy_(its)
+        self.has_rollout = True
+        return update
+
+    def learn_on_stream(self) -> list[float]:
+        """As learn, on a GPU beside other work there. NaN: there is no rollout yet."""
+        if not self.has_rollout:
+            return [float("nan")] * len(self.metric_names)
+        self.has_learned = True
+        if self.stream is None:
+            return self.learn()
+        self.stream.wait_stream(torch.cuda.default_stream(self.device))
+        with torch.cuda.stream(self.stream):
+            return self.learn()
 
     def learn(self) -> list[float]:
         """Optimises the agent on the rollout; returns metric_names, means over minibatches."""
@@ -163,7 +200,10 @@ class Ppo:
 
     def rank_state(self) -> dict[str, Any]:
         """Returns the state of this rank."""
-        return self.collector.state() | {"host_random": self.host_random.get_state()}
+        state = self.collector.state() | {"host_random": self.host_random.get_state()}
+        if self.options.policy_lag:
+            state["rollout"] = self.rollout  # There is one after each update.
+        return state
 
     def restore(self, state: dict[str, Any], rank_state: dict[str, Any]) -> None:
         """Continues from a checkpoint."""
@@ -171,6 +211,10 @@ class Ppo:
         self.optimizer.load_state_dict(state["optimizer"])
         self.host_random.set_state(rank_state["host_random"])
         self.collector.restore(rank_state)
+        if self.options.policy_lag:
+            self.has_rollout = True
+            for mine, its in zip(self.rollout, rank_state["rollout"], strict=True):
+                mine.copy_(its)
 
 
 def parse(arguments: Sequence[str] | None = None) -> argparse.Namespace:
@@ -187,6 +231,13 @@ def parse(arguments: Sequence[str] | None = None) -> argparse.Namespace:
     )
     add("--frame-stack", type=int, default=1, help="frames in an observation; default: 1")
     add("--lstm", action="store_true", help="an LSTM behind the encoder")
+    add(
+        "--policy-lag",
+        type=int,
+        default=0,
+        choices=(0, 1),
+        help="1: collect a rollout with the weights of one update ago, while learning; default: 0",
+    )
     add("--num-steps", type=int, default=256, help="per rollout; default: %(default)s")
     add("--epochs", type=int, default=3, help="default: %(default)s")
     add("--minibatches", type=int, default=8, help="default: %(default)s")

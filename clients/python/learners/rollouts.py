@@ -126,9 +126,9 @@ class Collector:
         self.prepare()
         clock = time.perf_counter
         begin = clock()
-        sending = _called(float)
+        sending = called(float)
         with ThreadPoolExecutor(1) as sender:
-            submit = sender.submit if self.sends_in_background() else _called
+            submit = sender.submit if self.sends_in_background() else called
             for t, rows, batch in self.environments.rollout(step_count, self.received):
                 received = clock()
                 choice = self.choose(t, rows, batch.ended)
@@ -250,7 +250,7 @@ class Collector:
             self.memories[-2] = state["memory"]
 
 
-def _called(function: Callable[..., float], *arguments: Any) -> Future[float]:  # noqa: ANN401
+def called(function: Callable[..., float], *arguments: Any) -> Future[float]:  # noqa: ANN401
     """Calls a function; returns the result as ThreadPoolExecutor.submit does."""
     future: Future[float] = Future()
     future.set_result(function(*arguments))
