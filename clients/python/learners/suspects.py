@@ -1,6 +1,6 @@
 """Short runs of PPO that each change one thing, beside OpenAI's published runs.
 
-    PROCGEN_ART=procgen python3 -m learners.suspects --output suspects --time-limit 840
+    PROCGEN_ART=procgen python3 -m learners.suspects --jobs 4 --output suspects --time-limit 780
 
 A quarter of an hour on a GPU: bigfish, 200 easy levels, 1M steps. Seeds take turns, so that an
 early end loses seeds, not variants; the same command continues. Each run has a folder with CSV

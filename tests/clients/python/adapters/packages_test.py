@@ -1,4 +1,4 @@
-"""The other test files of this folder, with the real packages from their index.
+"""The other test files of this folder, and of learners, with the real packages from their index.
 
 Each group of packages has a virtual environment, in the folder that the variable
 PROCGEN_TEST_ENVIRONMENTS names, which is then used again, or in a temporary one. All together have
@@ -20,6 +20,8 @@ import pytest
 _HERE = Path(__file__).resolve().parent
 _PROGRAMS = "../procgen_package/programs_test.py"
 _ENVS = "../envs/gymnasium_test.py"
+# Of PyTorch 2, which compiles networks; Debian has 1.13.
+_LEARNERS = ("adam", "memory", "networks", "policy_lag", "update")
 
 
 class Group(NamedTuple):
@@ -48,7 +50,10 @@ _GROUPS = {
         ("pytest", "gymnasium", "dm-env", "jax", "openenv", "pillow"),
     ),
     "torch": Group(
-        ("ray_test.py", "stable_baselines3_test.py", "torchrl_test.py", "pages_test.py"),
+        (
+            *("ray_test.py", "stable_baselines3_test.py", "torchrl_test.py", "pages_test.py"),
+            *(f"../learners/{name}_test.py" for name in _LEARNERS),
+        ),
         ("pytest", "stable-baselines3", "torchrl", "ray[rllib]", "protobuf"),
     ),
     # Without its own games and its trainer, for which it downloads sources from elsewhere. Version
