@@ -58,7 +58,7 @@ def estimate_advantages(
     advantages = rewards + gamma * values[1:] * alive - values[:-1]
     decay = gamma * lambda_ * alive
     for t in reversed(range(len(rewards) - 1)):
-        advantages[t] += decay[t] * advantages[t + 1]
+        advantages[t].add_(decay[t] * advantages[t + 1])
     return advantages
 
 

@@ -9,7 +9,7 @@ import torch
 from torch.nn import functional as F  # noqa: N812 - the usual name
 
 from learners.gradients import ChunkedGradients
-from learners.networks import Convolution, MaxPool, make_encoder
+from learners.networks import Convolution, MaxPool, captured, make_encoder
 
 Function = Callable[[torch.Tensor], torch.Tensor]
 
@@ -83,3 +83,17 @@ def test_gradients_have_the_layout_of_their_parameter() -> None:
     (gradient,), _ = ChunkedGradients([parameter], 2, 1)(loss, x)
     assert gradient.stride() == parameter.stride()
     torch.testing.assert_close(gradient, x.mean(0))
+
+
+@pytest.mark.skipif(not torch.cuda.is_available(), reason="there is no GPU")
+def test_graph_that_changes_tensors_does_so_once_a_call() -> None:
+    total = torch.zeros(3, device="cuda")
+
+    def add(x: torch.Tensor) -> torch.Tensor:
+        return total.add_(x) * 2
+
+    call = captured(add, [total])
+    for count in range(1, 4):
+        doubled = call(torch.ones(3, device="cuda"))
+        assert total.tolist() == [count] * 3
+        assert doubled.tolist() == [2 * count] * 3
