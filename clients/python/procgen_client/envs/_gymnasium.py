@@ -1,10 +1,8 @@
-"""Gymnasium's classes and ids, or equal classes where Gymnasium 1.1 or later is not installed."""
+"""Gymnasium's classes and ids, or equal classes where it is not installed or older than 1.1."""
 
 from __future__ import annotations
 
 import enum
-import sys
-import warnings
 from typing import Any
 
 import numpy as np
@@ -71,20 +69,13 @@ class _Environment:
 try:
     import gymnasium
     from gymnasium import Env
-    from gymnasium.vector import AutoresetMode, VectorEnv
     from gymnasium.vector.utils import batch_space
 
     HAS_GYMNASIUM = True
     spaces: Any = gymnasium.spaces
-except ImportError:  # Also before 1.1, which has no AutoresetMode.
+except ImportError:
     HAS_GYMNASIUM = False
     spaces = _spaces
-    if "gymnasium" in sys.modules:
-        warnings.warn(
-            f"Gymnasium {sys.modules['gymnasium'].__version__} is installed, and not used: "
-            "environments are Gymnasium's with 1.1 or later",
-            stacklevel=2,
-        )
 
     class Env(_Environment):  # type: ignore[no-redef]
         """The part of gymnasium.Env that is used here."""
@@ -101,6 +92,14 @@ except ImportError:  # Also before 1.1, which has no AutoresetMode.
         if isinstance(space, _spaces.Discrete):
             return _spaces.MultiDiscrete(np.full(n, space.n))
         return _spaces.Box(0, 255, (n, *space.shape), space.dtype)
+
+
+try:
+    from gymnasium.vector import AutoresetMode, VectorEnv
+
+    HAS_VECTOR_ENV = True
+except ImportError:  # Before 1.1 VectorEnv has another contract, and there is no AutoresetMode.
+    HAS_VECTOR_ENV = False
 
     class VectorEnv(_Environment):  # type: ignore[no-redef]
         """The part of gymnasium.vector.VectorEnv that is used here."""
@@ -148,10 +147,9 @@ def register_environments() -> None:
     """
     if not HAS_GYMNASIUM:
         return
-    entry_points = {
-        "entry_point": "procgen_client:ProcgenGymEnv",
-        "vector_entry_point": "procgen_client:ProcgenVectorEnv",
-    }
+    entry_points = {"entry_point": "procgen_client:ProcgenGymEnv"}
+    if HAS_VECTOR_ENV:
+        entry_points["vector_entry_point"] = "procgen_client:ProcgenVectorEnv"
     for game in GAMES:
         for env_id in (f"{NAMESPACE}/{game}-v0", f"procgen-{game}-v0"):
             gymnasium.register(id=env_id, kwargs={"games": game}, **entry_points)

@@ -36,7 +36,7 @@ class ProcgenVectorEnv(VectorEnv):
 
     They are stepped in this process, or on a server.
 
-    A subclass of gymnasium.vector.VectorEnv with Gymnasium 1.1 or later. Without it the spaces and
+    A subclass of gymnasium.vector.VectorEnv with Gymnasium 1.1 or later. Without it VectorEnv and
     AutoresetMode are small classes with the same names and attributes.
 
     Shapes (N = num_envs): observations uint8 [N, 64, 64, 3], RGB, top row first; actions int [N],
