@@ -2,7 +2,6 @@
 
 import assert from "node:assert/strict";
 import { createHash } from "node:crypto";
-import { fileURLToPath } from "node:url";
 import { after, afterEach, before } from "node:test";
 import { chromium } from "playwright-core";
 
@@ -32,13 +31,6 @@ export function withBrowser(launch = launchChromium) {
     return page;
   };
   return it;
-}
-
-const SOURCES = fileURLToPath(new URL("../../../server/web/pages", import.meta.url));
-
-// Lets a page import the modules that the server's bundles are made of, from /source/PATH.
-export function offerSources(page) {
-  return page.route("**/source/**", (route) => route.fulfill({ path: `${SOURCES}/${new URL(route.request().url()).pathname.slice(8)}` }));
 }
 
 // The text of the figure with this label in `list`.

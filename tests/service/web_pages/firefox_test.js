@@ -7,14 +7,12 @@ import { after, before, test } from "node:test";
 import { promisify } from "node:util";
 import { figure, picture, waitForChange, waitForDrawing, waitForPicture, waitForText } from "./browser.js";
 import { withFirefox } from "./firefox.js";
-import { stickingOut } from "./overflow.js";
 import { COINRUN_1000, COINRUN_1000_ACTIONS, COINRUN_1000_PATH, COINRUN_1000_STEPS, playKeys } from "./playing.js";
 import { decode, differenceFrom } from "./saved_images.js";
 import { Learner, Pool, Server } from "./server.js";
 
 const FIRST = "#mosaic li:first-child canvas";
 const STEPS_PER_SECOND = 15;
-const SIZES = [{ width: 1280, height: 800 }, { width: 390, height: 844 }];
 
 const it = withFirefox();
 let server;
@@ -69,18 +67,6 @@ test("the live view shows frames, figures and plots of a running learner", async
   await waitForDrawing(page, "#plots .plot canvas");
 });
 
-test("the human view of an environment is enlarged, and arrow keys show another one", async () => {
-  const page = await openLive("?pool=pools%2Fwatched");
-  await page.click("#mosaic button[title='Environment 2']");
-  await waitForText(page.locator("#large-title"), "pools/watched, environment 2");
-  await waitForChange(page, "#large-picture");
-  await page.keyboard.press("ArrowRight");
-  await waitForText(page.locator("#large-title"), "pools/watched, environment 3");
-  await waitForChange(page, "#large-picture");
-  await page.keyboard.press("Escape");
-  await page.locator("#large").waitFor({ state: "hidden" });
-});
-
 test("an ended episode is a row of the table, whose button replays it", async () => {
   const page = await openLive("?pool=pools%2Fended");
   const rows = page.locator("#episode-rows tr");
@@ -90,24 +76,6 @@ test("an ended episode is a row of the table, whose button replays it", async ()
   await page.waitForURL("**/replay?*");
   await waitForText(page.locator("#verdict"), "Identical to the recording");
   await waitForText(step(page), `0 of ${COINRUN_1000_STEPS}`);
-});
-
-test("the slider and the keys of a replay show other frames, forward and backward", async () => {
-  const page = await openReplay();
-  await waitForDrawing(page, "#human");
-  assert.match(await page.locator("#annotation-lines path").first().getAttribute("d"), /^M0 .*L35 /);
-  const start = await picture(page, "#human");
-  await page.locator("#row").fill("20");
-  await waitForText(step(page), `20 of ${COINRUN_1000_STEPS}`);
-  await waitForPicture(page, "#human", (shown) => shown !== start);
-  await page.locator("#row").press("ArrowRight");
-  await waitForText(step(page), `21 of ${COINRUN_1000_STEPS}`);
-  await page.click("#first");
-  await waitForText(step(page), `0 of ${COINRUN_1000_STEPS}`);
-  await waitForPicture(page, "#human", (shown) => shown === start);
-  await page.click("#run");
-  await waitForText(step(page), `${COINRUN_1000_STEPS} of ${COINRUN_1000_STEPS}`);
-  assert.equal(await figure(page, "#figures", "Score").textContent(), "10");
 });
 
 test("keys play a level to its end, and procgen-conformance replays the saved trace bit for bit", async () => {
@@ -136,58 +104,3 @@ test("an image and a video of a replay are saved, and show what the page shows",
   const { difference } = await differenceFrom(page, "#human", content);
   assert(difference < 4, `the frame differs by ${difference}`);
 });
-
-test("the gallery shows all games, and levels of the game and seed that the form chooses", async () => {
-  const page = await it.open(server.page("/gallery"));
-  await page.waitForFunction(() => document.querySelectorAll(".strip canvas").length === 64);
-  await waitForDrawing(page, ".strip canvas");
-  await page.goto(server.page("/gallery?game=maze&mode=easy&level=24"));
-  await page.locator("#pictures a[title='Level 24']").waitFor();
-  const maze = await picture(page, "#pictures canvas");
-  await page.selectOption("[name=game]", "caveflyer");
-  await page.fill("[name=level]", "100");
-  await page.click("text=Show");
-  await page.locator("#pictures a[title='Level 100']").waitFor();
-  await page.waitForFunction(() => document.querySelectorAll("#pictures canvas").length === 24);
-  await waitForPicture(page, "#pictures canvas", (shown) => shown !== maze);
-});
-
-// Each page, with its content.
-const PAGES = {
-  live: () => openLive("?pool=pools%2Fwatched"),
-  "a pool with an ended episode": () => openLive("?pool=pools%2Fended"),
-  play: async () => {
-    const page = await it.open(server.page(COINRUN_1000_PATH));
-    await waitForText(page.locator("#message"), "Press an arrow key to begin.");
-    return page;
-  },
-  replay: () => openReplay(),
-  "images and videos of a replay": async () => {
-    const page = await openReplay();
-    await page.click("#open-export");
-    return page;
-  },
-  gallery: async () => {
-    const page = await it.open(server.page("/gallery"));
-    await page.waitForFunction(() => document.querySelectorAll(".strip canvas").length === 64);
-    return page;
-  },
-};
-
-for (const [name, open] of Object.entries(PAGES)) {
-  test(`${name}: the content fits wide and narrow windows, in light and dark`, async () => {
-    const page = await open();
-    const grounds = new Set();
-    for (const theme of ["dark", "light"]) {
-      await page.evaluate((chosen) => { document.documentElement.style.colorScheme = chosen; }, theme);
-      grounds.add(await page.evaluate(() => getComputedStyle(document.documentElement).backgroundColor));
-      for (const size of SIZES) {
-        await page.setViewportSize(size);
-        const [wanted, width] = await page.evaluate(() => [document.documentElement.clientWidth, document.documentElement.scrollWidth]);
-        assert.equal(width, wanted, `${theme}, ${size.width} pixels`);
-        assert.deepEqual(await page.evaluate(stickingOut), [], `${theme}, ${size.width} pixels`);
-      }
-    }
-    assert.equal(grounds.size, 2);
-  });
-}

@@ -18,21 +18,6 @@ test("all games are shown with images and modes", async () => {
   assert.deepEqual(modes, ["easy", "hard", "memory", "exploration"]);
 });
 
-test("nothing moves when the images arrive", async () => {
-  for (const [path, count] of [["/gallery", 64], ["/gallery?game=maze&mode=hard&level=0", 24]]) {
-    const page = await it.open("about:blank");
-    await page.addInitScript(() => {
-      globalThis.shift = 0;
-      new PerformanceObserver((list) => list.getEntries().forEach(({ value }) => { globalThis.shift += value; })).observe({ type: "layout-shift", buffered: true });
-    });
-    await page.goto(server.page(path));
-    await page.waitForFunction((all) => document.querySelectorAll("main canvas").length === all, count);
-    await page.evaluate(() => new Promise((resolve) => { requestAnimationFrame(() => requestAnimationFrame(resolve)); }));
-    const shift = await page.evaluate(() => globalThis.shift);
-    assert(shift < 0.01, `${path}: the layout shift is ${shift}`);
-  }
-});
-
 test("levels are shown by seed in pages, and a click plays one", async () => {
   const page = await it.open(server.page("/gallery?game=maze&mode=hard&level=0"));
   await page.waitForFunction(() => document.querySelectorAll("#pictures canvas").length === 24);

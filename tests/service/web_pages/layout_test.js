@@ -39,13 +39,6 @@ test("the start message does not cover the picture", async () => {
   }
 });
 
-test("on a phone the picture, the touch pad and the main button are visible together, upright and sideways", async () => {
-  for (const options of [PHONE, SIDEWAYS]) {
-    const page = await openPlay("game=starpilot&mode=easy&level=1", options);
-    await checkVisible(page, "#human", ".cross", ".letters", "#pause");
-  }
-});
-
 test("on phones of any size the picture and the touch keys are visible together", async () => {
   for (const [width, height] of [[320, 568], [360, 640], [375, 667], [568, 320]]) {
     const page = await openPlay("game=ninja&mode=easy&level=1", { viewport: { width, height }, hasTouch: true, isMobile: true });
@@ -71,13 +64,5 @@ test("on a phone a replay and its controls are visible together, upright and sid
     await page.click("#replay");
     await waitForText(figure(page, "#figures", "Step"), "0 of 3");
     await checkVisible(page, "#human", "#row", "#run", "#forward", "#last");
-  }
-});
-
-test("pages fit a window of 320 pixels", async () => {
-  for (const path of ["/", "/play?game=starpilot&mode=easy&level=1", "/replay", "/gallery"]) {
-    const page = await it.open(server.page(path), { viewport: { width: 320, height: 640 } });
-    await waitForText(page.locator(".link"), "Connected");
-    assert.equal(await page.evaluate(() => document.documentElement.scrollWidth), 320, path);
   }
 });

@@ -26,9 +26,9 @@ import importlib
 import importlib.util
 import json
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import IO, Any
+from typing import Any
 
 from procgen_client.errors import InvalidArgumentError, ProcgenError
 from procgen_client.options import GAMES
@@ -40,28 +40,18 @@ from procgen_client.tools.evaluation import (
     evaluate,
     random_policy,
 )
+from procgen_client.tools.progress import ProgressLine
 
 
-class ProgressLine:
-    """Prints progress: on a terminal one line that is overwritten, otherwise a line per game."""
+def print_progress() -> Callable[[str, str, int, int], None]:
+    """Returns what prints the progress of an evaluation."""
+    lines: dict[str, ProgressLine] = {}
 
-    def __init__(self, stream: IO[str], game_count: int) -> None:
-        """Takes the output stream and the number of games."""
-        self._stream = stream
-        self._game_count = game_count
-        self._begun: list[str] = []
+    def show(game: str, levels: str, ended: int, count: int) -> None:
+        name = f"{game}, {levels} levels:"
+        lines.setdefault(name, ProgressLine(name, count, unit="episodes")).show(ended)
 
-    def __call__(self, game: str, levels: str, ended: int, count: int) -> None:
-        """Prints the progress."""
-        if game not in self._begun:
-            self._begun.append(game)
-        where = f"[{len(self._begun)}/{self._game_count}] {game}, {levels} levels"
-        line = f"{where}: {ended} of {count} episodes"
-        if self._stream.isatty():
-            self._stream.write(f"\r\033[K{line}" + ("\n" if ended == count else ""))
-        elif ended == count:
-            self._stream.write(line + "\n")
-        self._stream.flush()
+    return show
 
 
 def load_policy(name: str) -> MakePolicy:
@@ -94,8 +84,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
             dict(map(parse_option, given.option)),
         )
         make_policy = load_policy(given.policy) if given.policy else random_policy
-        progress = ProgressLine(sys.stderr, len(games))
-        evaluation = evaluate(games, make_policy, protocol, progress, server=given.server)
+        evaluation = evaluate(games, make_policy, protocol, print_progress(), server=given.server)
     except ProcgenError as error:
         print(f"procgen-evaluate: {error}", file=sys.stderr)
         return 2

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import io
 import json
 import os
 import subprocess
@@ -13,8 +12,7 @@ import numpy as np
 import pytest
 
 from procgen_client import ServerProcess
-from procgen_client.tools.evaluate import ProgressLine
-from procgen_client.tools.evaluation import Protocol, evaluate
+from procgen_client.tools.evaluation import Protocol
 from procgen_client.tools.play_episodes import Policy
 
 _FOLDER = Path(__file__).resolve().parent
@@ -41,22 +39,6 @@ def recurrent(game: str) -> Policy:
         return np.where(steps == 2, -1, 4)
 
     return act
-
-
-def test_progress_is_printed() -> None:
-    output = io.StringIO()
-    evaluate(["maze"], ends, _SMALL, ProgressLine(output, 1))
-    assert output.getvalue() == (
-        "[1/1] maze, train levels: 12 of 12 episodes\n[1/1] maze, test levels: 12 of 12 episodes\n"
-    )
-
-    class Terminal(io.StringIO):
-        def isatty(self) -> bool:
-            return True
-
-    terminal = Terminal()
-    evaluate(["maze"], ends, _SMALL, ProgressLine(terminal, 1))
-    assert "\r\033[K[1/1] maze, train levels: 4 of 12 episodes\r" in terminal.getvalue()
 
 
 def _command(*arguments: str) -> subprocess.CompletedProcess[str]:

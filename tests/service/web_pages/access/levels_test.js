@@ -1,4 +1,4 @@
-// Accessibility of play, replay and gallery, and what all pages share: header and theme.
+// Accessibility of play, replay and gallery.
 
 import assert from "node:assert/strict";
 import { join } from "node:path";
@@ -58,17 +58,9 @@ const PAGES = {
     await page.setInputFiles("#other-file", join(import.meta.dirname, "../../../conformance/golden/maze.easy.solved-1000.trace"));
     await waitForText(page.locator("#difference"), "First difference at step 0");
   },
-  "a wrong link": async (page) => {
-    await page.goto(server.page("/play?game=pong"));
-    await page.locator("#wrong").waitFor();
-  },
   gallery: async (page) => {
     await page.goto(server.page("/gallery"));
     await page.waitForFunction(() => document.querySelectorAll(".strip canvas").length === 64);
-  },
-  "levels of a game": async (page) => {
-    await page.goto(server.page("/gallery?game=maze&mode=easy&level=24"));
-    await page.locator("#pictures canvas").first().waitFor();
   },
 };
 
@@ -90,13 +82,4 @@ test("the header can be skipped", async () => {
     await page.keyboard.press("Enter");
     await page.locator(`${target}:focus`).waitFor();
   }
-});
-
-test("the theme follows the system", async () => {
-  const grounds = [];
-  for (const colorScheme of ["light", "dark"]) {
-    const page = await it.open(server.page("/gallery"), { colorScheme });
-    grounds.push(await page.evaluate(() => getComputedStyle(document.documentElement).backgroundColor));
-  }
-  assert.deepEqual(grounds, ["rgb(245, 244, 240)", "rgb(17, 19, 21)"]);
 });

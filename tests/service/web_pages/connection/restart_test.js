@@ -2,8 +2,7 @@
 
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { figure, offerSources, waitForChange, waitForText, withBrowser } from "../browser.js";
-import { COINRUN_1000, COINRUN_1000_PATH, playKeys } from "../playing.js";
+import { figure, waitForChange, waitForText, withBrowser } from "../browser.js";
 import { Learner, Server } from "../server.js";
 
 const FIRST = "#mosaic li:first-child canvas";
@@ -46,19 +45,6 @@ test("pages report a lost server and reconnect by themselves", async () => {
   assert.equal(await server.stop(), 0);
 });
 
-test("a page that shows the end of a level reports a lost server, too, and restarts the level", async () => {
-  let server = await Server.start();
-  const page = await it.open(server.page(COINRUN_1000_PATH));
-  await playKeys(page, COINRUN_1000);
-  await waitForText(page.locator("#message"), "Level complete");
-  assert.equal(await server.stop(), 0);
-  await waitForText(page.locator("#message"), "The connection was lost.");
-  server = await Server.start(`--web_address=${new URL(server.web).host}`);
-  await waitForText(page.locator("#message"), "Press an arrow key to begin.");
-  await waitForText(figure(page, "#figures", "Step"), /^0$/);
-  assert.equal(await server.stop(), 0);
-});
-
 test("a play says that its server is silent, continues when it answers, and restarts when it is lost instead", async () => {
   let server = await Server.start();
   const page = await it.open(server.page("/play?game=maze&mode=easy&level=7"));
@@ -77,29 +63,6 @@ test("a play says that its server is silent, continues when it answers, and rest
   server = await Server.start(`--web_address=${new URL(server.web).host}`);
   await waitForText(figure(page, "#figures", "Step"), /^0$/);
   assert.equal(await server.stop(), 0);
-});
-
-test("requests of a closed connection are rejected, and nothing is due after it opens again", async () => {
-  const server = await Server.start();
-  const page = await it.open(server.page());
-  await offerSources(page);
-  const outcome = await page.evaluate(async () => {
-    const { Connection } = await import("/source/connection/connection.js");
-    const connection = await Connection.load();
-    const { bridge } = connection;
-    const opened = () => new Promise((resolve) => bridge.addEventListener("open", resolve, { once: true }));
-    bridge.open();
-    await opened();
-    const call = connection.call("CatalogService.GetCatalog").then(() => "answered", ({ code }) => code);
-    bridge.close();
-    bridge.open();
-    await opened();
-    const silent = new Promise((resolve) => bridge.addEventListener("silent", () => resolve("silent"), { once: true }));
-    const quiet = new Promise((resolve) => setTimeout(() => resolve("quiet"), 7000));
-    return [await Promise.race([call, quiet]), await Promise.race([silent, quiet])];
-  });
-  assert.equal(await server.stop(), 0);
-  assert.deepEqual(outcome, ["LOST", "quiet"]);
 });
 
 test("while a server is dead or silent, what is shown is marked as outdated", async () => {

@@ -5,7 +5,7 @@ import { createHash } from "node:crypto";
 import { EventEmitter, once } from "node:events";
 import { after, before, test } from "node:test";
 import { decodeMessages } from "../bridge_messages.js";
-import { offerSources, waitForText, withBrowser } from "../browser.js";
+import { waitForText, withBrowser } from "../browser.js";
 import { COINRUN_1000_PATH } from "../playing.js";
 import { Learner, Pool, Server } from "../server.js";
 import { SlowLine } from "../slow_line.js";
@@ -89,22 +89,4 @@ test("play asks for a smaller human view if the line is too thin for a large one
   await page.waitForFunction(() => document.querySelector("#human").width < 512);
   await page.keyboard.up("ArrowLeft");
   line.close();
-});
-
-test("a second with late steps leads to smaller views, a few late ones do not", async () => {
-  const page = await it.open(server.page("/gallery"));
-  await offerSources(page);
-  const sizes = await page.evaluate(async () => {
-    const { StepPace } = await import("/source/play/step_pace.js");
-    const pace = new StepPace();
-    // The size after a second in which some steps are late.
-    const sizeAfter = (lateCount, shownPx) => {
-      for (let step = 0; step < 15; step += 1) {
-        pace.mayStep(step < lateCount ? 99 : 0, shownPx);
-      }
-      return pace.sizePx;
-    };
-    return [sizeAfter(3, 512), sizeAfter(4, 512), sizeAfter(15, 512), sizeAfter(15, 256), sizeAfter(15, 128)];
-  });
-  assert.deepEqual(sizes, [512, 256, 256, 128, 128]);  // the third is of views of the previous size
 });

@@ -2,8 +2,7 @@
 
 import assert from "node:assert/strict";
 import { after, before, test } from "node:test";
-import { figure, offerSources, picture, waitForDrawing, waitForPicture, waitForText, withBrowser } from "../browser.js";
-import { stickingOut } from "../overflow.js";
+import { figure, picture, waitForDrawing, waitForPicture, waitForText, withBrowser } from "../browser.js";
 import { COINRUN_1000_ACTIONS, COINRUN_1000_STEPS } from "../playing.js";
 import { Pool, Server } from "../server.js";
 
@@ -88,21 +87,6 @@ test("an enlarged environment shows how an episode ended, with its last frame", 
   await pool.close();
 });
 
-test("a long result fits a narrow window", async () => {
-  const { pool, page } = await openPool("narrow", 1);
-  await page.setViewportSize({ width: 320, height: 700 });
-  await page.click("#mosaic button");
-  await waitForDrawing(page, "#large-picture");
-  await offerSources(page);
-  await page.evaluate(async () => {
-    const { markEnd } = await import("/source/live/ends.js");
-    markEnd(document.querySelector("#large-frame"), { truncated: true, return: -1234.5, length: 1_000_000 });
-  });
-  await waitForText(page.locator("#large-frame .result"), /Time limit: return .* in 1,000,000 steps/);
-  assert.deepEqual(await page.evaluate(stickingOut), []);
-  await pool.close();
-});
-
 test("an enlarged environment shows its newest step beside both views", async () => {
   const { pool, page, step } = await openPool("steps", 2);
   await enlarge(page, "steps");
@@ -172,22 +156,5 @@ test("a saliency map is drawn over the agent's view of its step", async () => {
   assert.equal(await overlay.evaluate((canvas) => getComputedStyle(canvas).opacity), "0");
   await pool.step([7]);
   await overlay.waitFor({ state: "hidden" });
-  await pool.close();
-});
-
-test("at 1440 x 900 the views, the keys, the reward, the value and the probabilities need no scrolling", async () => {
-  const { pool, page } = await openPool("whole", 1);
-  await page.setViewportSize({ width: 1440, height: 900 });
-  await page.click("#mosaic button");
-  await pool.step([7], { annotations: { value: [5], action_probabilities: [Array(15).fill(1 / 15)] } });
-  await page.locator("#large-annotations li").nth(14).waitFor();
-  const [needed, shown] = await page.locator("#large").evaluate(({ scrollHeight, clientHeight }) => [scrollHeight, clientHeight]);
-  assert(needed <= shown, `the dialog needs ${needed} pixels and has ${shown}`);
-  for (const name of ["#large-picture", "#large-agent", "#large-keys", "#large-step", "#large-annotations", "#large-pause"]) {
-    const { x, y, width, height } = await page.locator(name).boundingBox();
-    assert(x >= 0 && y >= 0 && x + width <= 1440 && y + height <= 900, `${name} ends at ${x + width}, ${y + height}`);
-  }
-  const { width: side } = await page.locator("#large-picture").boundingBox();
-  assert(side >= 512, `the picture has ${side} pixels`);
   await pool.close();
 });

@@ -115,21 +115,3 @@ test("charts describe the returns and the levels", async () => {
   await page.locator("#episode-charts .u-over").first().hover({ position: { x: 10, y: 20 } });
   await waitForText(page.locator("#episode-charts .number").first(), / to .*: \d+ episodes?$/);
 });
-
-test("many levels are drawn as ranges of seeds, few as one bar each", async () => {
-  const pool = await Pool.open(server, ["maze"], ENV_COUNT, { pool_id: "many" });
-  for (let step = 0; step < 20; step += 1) {
-    await pool.step(Array(ENV_COUNT).fill(-1));
-  }
-  const chart = (page) => page.locator("#episode-charts .plot").nth(1);
-  const hover = (page) => chart(page).locator(".u-over").hover({ position: { x: 10, y: 20 } });
-  const many = await openEpisodes("many", 25);
-  await waitForText(many.locator("#episodes-about"), "The last 320 episodes");
-  assert.match(await chart(many).locator("[role=img]").getAttribute("aria-label"), /^Mean return by level seed: 3\d\d levels, of which 3\d\d were never completed$/);
-  await hover(many);
-  await waitForText(chart(many).locator(".number"), /^levels -?[\d.]+[KMB]? to [\d.]+[MB]: 0, 0 of \d+ completed$/);
-  const few = await openEpisodes("train", 5);
-  await hover(few);
-  await waitForText(chart(few).locator(".number"), /^level [567]: [\d.]+, \d+ of \d+ completed$/);
-  await pool.close();
-});

@@ -63,15 +63,6 @@ test("views are for agents or people, and environments are shown in pages", asyn
   await waitForChange(page, FIRST);
 });
 
-test("the pool's figures and plots are drawn, and grow", async () => {
-  const page = await openLive();
-  assert.equal(await page.locator("#plots .plot canvas").count(), 4);
-  assert.match(await figure(page, "#pool-figures", "Environments").textContent(), /^20$/);
-  await page.waitForFunction(() => /^[1-9]/.test(document.querySelector("#pool-figures dd").textContent));
-  await page.locator("#plots [role=img][aria-label*='Steps per second over the last ten minutes, now']").waitFor();
-  await page.waitForFunction(() => [...document.querySelectorAll("#plots [role=img]")].some((one) => /^Steps per second .* now [1-9]/.test(one.ariaLabel)));
-});
-
 test("an environment is enlarged, and its last episode is saved and replayed exactly", async () => {
   const page = await openLive();
   await waitForText(figure(page, "#pool-figures", "Episodes"), /^[1-9]/);
@@ -106,19 +97,6 @@ test("a page without pools shows instructions, and then a new pool", async () =>
   await first.stop();
   await page.locator("#empty").waitFor();
   assert.equal(await empty.stop(), 0);
-});
-
-test("one of several pools is opened by its link and by its URL", async () => {
-  const second = await Learner.start(server, "second", ["maze"], 4);
-  const page = await openLive();
-  await page.click("#pools a:has-text('pools/second')");
-  await waitForText(page.locator("#pool-name"), "pools/second");
-  assert.equal(await page.locator("#mosaic canvas").count(), 4);
-  const other = await openLive("/?pool=pools%2Fsecond");
-  await waitForText(other.locator("#pool-name"), "pools/second");
-  await page.goBack();
-  await waitForText(page.locator("#pool-name"), "pools/watched");
-  await second.stop();
 });
 
 test("pools of plays are hidden", async () => {

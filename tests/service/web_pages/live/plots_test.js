@@ -30,10 +30,6 @@ async function openPlots(pool) {
   return page;
 }
 
-function label(page, selector = FIRST) {
-  return page.locator(selector).getAttribute("aria-label");
-}
-
 // Moves the pointer over the first plot, to a part of its width.
 async function point(page, part) {
   const box = await page.locator(".u-over").first().boundingBox();
@@ -51,17 +47,6 @@ test("the cursor shows the values of all plots at its time", async () => {
   await page.waitForFunction(() => [...document.querySelectorAll("#plots h3 .quiet")].every((one) => one.textContent === ""));
 });
 
-test("arrow keys move the cursor, and keys zoom", async () => {
-  const page = await openPlots("one");
-  await page.locator(FIRST).focus();
-  await page.keyboard.press("ArrowLeft");
-  await waitForText(page.locator("#plots .plot:has(h3:has-text('Steps per second')) h3 .quiet"), /^\d\d:\d\d:\d\d$/);
-  await page.keyboard.press("+");
-  await page.waitForFunction(() => !document.querySelector("#unzoom").disabled);
-  await page.keyboard.press("Escape");
-  await page.waitForFunction(() => document.querySelector("#unzoom").disabled);
-});
-
 test("dragging zooms all plots, until the zoom is reset", async () => {
   const page = await openPlots("one");
   assert(await page.isDisabled("#unzoom"));
@@ -73,30 +58,6 @@ test("dragging zooms all plots, until the zoom is reset", async () => {
   await page.waitForFunction(() => !document.querySelector("#unzoom").disabled);
   await page.click("#unzoom");
   assert(await page.isDisabled("#unzoom"));
-});
-
-test("the span and the axis are chosen", async () => {
-  const page = await openPlots("one");
-  assert.match(await label(page), /^Steps per second over the last ten minutes, now [\d.]+/);
-  await page.selectOption("#span", "3600");
-  await page.waitForFunction(() => /over the last hour, now \d/.test(document.querySelector("#plots [role=img]").ariaLabel));
-  await page.selectOption("#x", { label: "Over steps" });
-  await page.waitForFunction(() => /over steps, now \d/.test(document.querySelector("#plots [role=img]").ariaLabel));
-  await page.locator(FIRST).scrollIntoViewIfNeeded();
-  await point(page, 0.5);
-  await waitForText(page.locator("#plots h3 .quiet").first(), /steps$/);
-  await page.mouse.move(0, 0);
-  await waitForText(page.locator(`${RETURNS} .number span`).first(), /^[\d.]+ \([\d.]+ to [\d.]+\)$/);
-});
-
-test("returns are normalised by the range of the game", async () => {
-  const page = await openPlots("one");
-  const value = page.locator(`${RETURNS} .number span`).first();
-  await page.check("#normalised");
-  await waitForText(value, /^-?[01]\.\d\d \(/);
-  // Coinrun's easy levels return 5 to 10.
-  await page.uncheck("#normalised");
-  await waitForText(value, /^\d+(\.\d+)? \(/);
 });
 
 test("a pool of several games has a line for each", async () => {

@@ -71,34 +71,6 @@ test("the filter finds pools by game and by state", async () => {
   await waitForText(page.locator("#pools-count"), `${POOL_COUNT} pools`);
 });
 
-test("columns sort by number or in natural order, by keyboard", async () => {
-  const page = await openPools();
-  await page.locator("#pool-columns button:has-text('Pool')").focus();
-  await page.keyboard.press("Enter");
-  const sorted = await names(page);
-  assert.deepEqual(sorted.slice(0, 3), ["pools/idle-1", "pools/idle-2", "pools/idle-3"]);
-  assert.equal(sorted.at(-1), "pools/trained");
-  await page.locator("#pool-columns button:has-text('Environments')").focus();
-  await page.keyboard.press("Enter");
-  const counts = (await page.locator("#pools td:nth-child(5)").allTextContents()).map(Number);
-  assert.deepEqual(counts, [...counts].sort((a, b) => b - a));
-});
-
-test("the pool of the URL is scrolled into view, and so in a narrow window", async () => {
-  for (const viewport of [{ width: 1280, height: 800 }, { width: 320, height: 640 }]) {
-    const page = await openPools("/?pool=pools%2Fidle-3", { viewport });
-    await waitForText(page.locator("#pool-name"), "pools/idle-3");
-    const isVisible = await row(page, "pools/idle-3").evaluate((line) => {
-      const [inner, outer] = [line, line.closest(".scroll")].map((one) => one.getBoundingClientRect());
-      return inner.top >= outer.top && inner.bottom <= outer.bottom;
-    });
-    assert(isVisible, `${viewport.width} pixels`);
-    assert.equal(await page.evaluate(() => document.documentElement.scrollWidth), viewport.width);
-    const list = await page.locator("#pool-list").boundingBox();
-    assert(list.height <= viewport.height / 2, "the list leaves room for the pool");
-  }
-});
-
 test("a pool leaves the table when its program closes it", async () => {
   const pool = await Pool.open(server, ["maze"], 1, { pool_id: "short" });
   const page = await openPools();

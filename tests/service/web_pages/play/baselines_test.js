@@ -1,4 +1,4 @@
-// The mean returns of a random agent and a learner on the play page, and the help of the keys.
+// The mean returns of a random agent and a learner on the play page.
 
 import assert from "node:assert/strict";
 import { readFile } from "node:fs/promises";
@@ -39,9 +39,4 @@ test("the learner's means are those that OpenAI published", async () => {
   const means = last.map((cells) => [cells[2], Number(Number(cells[mean]).toFixed(2))]);
   assert.equal(means.length, 16);
   assert.deepEqual(Object.entries(BASELINES).map(([game, { easy }]) => [game, easy[1]]), means);
-});
-
-test("keys with the same effect are explained together", async () => {
-  const page = await it.open(server.page("/play?game=starpilot&mode=easy&level=1"));
-  await waitForText(page.locator("#special_keys"), /^D, W, S, Q, E: Fires a bullet forwards\. A: Fires a bullet backwards\.$/);
 });

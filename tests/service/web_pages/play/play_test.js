@@ -72,13 +72,6 @@ test("the space bar begins, pauses and resumes a level, and never scrolls the pa
   await waitForText(figure(page, "#figures", "Step"), /^[1-9]/);
 });
 
-test("a key that is held since before the level was there begins it", async () => {
-  const page = await it.open(server.page("/play?game=bigfish&mode=hard&level=7"));
-  await waitForText(page.locator("#message"), "Press an arrow key to begin.");
-  await page.evaluate(() => document.body.dispatchEvent(new KeyboardEvent("keydown", { code: "ArrowLeft", repeat: true, bubbles: true })));
-  await waitForText(page.locator("#pause"), "Pause");
-});
-
 test("restart repeats the level, the next level has the next seed, and the URL follows", async () => {
   const page = await it.open(server.page("/play?game=maze&mode=easy&level=41&use_backgrounds=false"));
   const seed = figure(page, "#figures", "Level seed");
@@ -141,26 +134,6 @@ test("the end of a level is shown until the player starts the next level or the 
   await page.keyboard.press("Enter");
   await waitForText(figure(page, "#figures", "Level seed"), /^1001$/);
   await waitForText(page.locator("#pause"), "Begin");
-});
-
-test("an arrow key plays a level again after its end", async () => {
-  const page = await it.open(server.page("/play?game=bigfish&mode=easy&level=7"));
-  await waitForText(page.locator("#message"), "Press an arrow key to begin.");
-  await page.keyboard.press("ArrowLeft");
-  await waitForText(page.locator("#message"), "Episode over");
-  await waitForText(page.locator("#pause"), "Play again");
-  while (await page.locator("#message").filter({ hasText: "Episode over" }).count() > 0) {
-    await page.keyboard.press("ArrowRight");
-  }
-  await waitForText(page.locator("#pause"), "Pause");
-  await waitForText(figure(page, "#figures", "Episodes"), /^1$/);
-});
-
-test("a mode with a single level names it", async () => {
-  const page = await it.open(server.page("/play?game=coinrun&mode=exploration"));
-  const seed = await figure(page, "#figures", "Level seed").textContent();
-  assert.equal(await page.inputValue("[name=level]"), seed);
-  assert.equal(await page.locator("[name=level]").isEditable(), false);
 });
 
 // Opens a level and records its steps. `asked(action)` waits for a step with this action.

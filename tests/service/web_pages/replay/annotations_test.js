@@ -65,14 +65,3 @@ test("a press on the line goes to its step", async () => {
   await waitForText(step(page), `${STEPS * 0.75} of ${STEPS}`);
   await waitForText(line(page).locator(".number").first(), /^0\.09$/);
 });
-
-test("a replay of an episode without values shows none", async () => {
-  const plain = await Pool.open(server, ["coinrun"], 1, { pool_id: "plain" });
-  await plain.step([7]);
-  await plain.step([-1]);
-  const page = await it.open(server.page("/replay?pool=pools/plain&environment=0"));
-  await waitForText(step(page), "0 of 2");
-  assert.deepEqual(await page.locator("#annotation-lines h3").allTextContents(), ["score 0 0 to 0"]);
-  assert.equal(await page.locator("#annotation-bars").isVisible(), false);
-  await plain.close();
-});
