@@ -1,4 +1,4 @@
-"""The folder of a training run: CSV files, TensorBoard events, checkpoints, a progress bar."""
+"""The folder of a training run: CSV files, TensorBoard events, checkpoints."""
 
 from __future__ import annotations
 
@@ -7,11 +7,9 @@ import json
 import os
 import platform
 import subprocess
-import sys
-import time
 from collections.abc import Sequence
 from pathlib import Path
-from typing import IO, Any
+from typing import Any
 
 import numpy as np
 import torch
@@ -22,9 +20,6 @@ from procgen_client._checkpoint import write_atomically
 from procgen_client.tools.art import ART_VARIABLE
 
 CHECKPOINT = "checkpoint.pt"
-_BAR_WIDTH = 20
-# Time between two lines of progress if the output is not a terminal, in seconds.
-_LINE_INTERVAL = 30.0
 
 
 class Table:
@@ -163,50 +158,3 @@ def description(options: dict[str, Any]) -> dict[str, Any]:
         "device": torch.cuda.get_device_name() if on_gpu else platform.machine(),
         "art": os.environ.get(ART_VARIABLE, ""),
     }
-
-
-class ProgressLine:
-    """Prints progress and remaining time: on a terminal one line that is overwritten.
-
-    Otherwise a line every _LINE_INTERVAL seconds.
-    """
-
-    def __init__(self, name: str, total_steps: int, stream: IO[str] = sys.stderr) -> None:
-        """Takes the run's name and number of steps."""
-        self._name = name
-        self._total_steps = total_steps
-        self._stream = stream
-        self._begin: tuple[float, int] | None = None
-        self._last_line = -_LINE_INTERVAL
-
-    def show(self, step: int, text: str) -> None:
-        """Prints the progress, followed by `text`."""
-        now = time.monotonic()
-        if self._begin is None:
-            self._begin = (now, step)
-        is_last = step >= self._total_steps
-        if self._stream.isatty():
-            end = "\n" if is_last else ""
-            self._stream.write(f"\r\033[K{self._line(now, step, text)}{end}")
-        elif is_last or now - self._last_line >= _LINE_INTERVAL:
-            self._last_line = now
-            self._stream.write(self._line(now, step, text) + "\n")
-        self._stream.flush()
-
-    def _line(self, now: float, step: int, text: str) -> str:
-        assert self._begin is not None
-        share = min(1.0, step / self._total_steps)
-        bar = ("#" * round(share * _BAR_WIDTH)).ljust(_BAR_WIDTH, ".")
-        done = step - self._begin[1]
-        left = "?"
-        if done > 0:
-            left = duration((now - self._begin[0]) * (self._total_steps - step) / done)
-        of = f"{step:,} of {self._total_steps:,} steps"
-        return f"{self._name} [{bar}] {share:4.0%} {of}, {text}, {left} left"
-
-
-def duration(seconds: float) -> str:
-    """Returns e.g. ``1:02:03``."""
-    minutes, second = divmod(max(0, round(seconds)), 60)
-    hours, minute = divmod(minutes, 60)
-    return f"{hours}:{minute:02}:{second:02}"

@@ -16,7 +16,8 @@ from learners import checkpoint_file
 from learners.environments import Episode
 from learners.evaluation import EPISODE_WINDOW, TEST_COLUMNS, PeriodicEvaluation
 from learners.ranks import Ranks
-from learners.run_folder import CHECKPOINT, ProgressLine, RunFolder
+from learners.run_folder import CHECKPOINT, RunFolder
+from procgen_client.tools.progress import ProgressLine
 
 PROGRESS_COLUMNS = (
     *("step", "return_mean", "length_mean", "steps_per_second"),
@@ -109,7 +110,7 @@ class TrainingRun:
                 columns["test"] = TEST_COLUMNS
             sizes = checkpoint and checkpoint["sizes"]
             self._folder = RunFolder(path, columns, sizes, vars(options))
-        self._progress = ProgressLine(options.game, options.total_steps)
+        self._progress = ProgressLine(options.game, options.total_steps, interval_s=30)
 
     def _require_same_options(self, checkpoint: dict[str, Any]) -> None:
         before = checkpoint["options"] | {"ranks": len(checkpoint["ranks"])}

@@ -33,6 +33,7 @@ from procgen_client.dataset.trajectories import find, load
 from procgen_client.errors import InvalidArgumentError, ProcgenError
 from procgen_client.options import GAMES
 from procgen_client.tools.evaluate import parse_option
+from procgen_client.tools.progress import ProgressLine
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -70,9 +71,8 @@ def _record(given: argparse.Namespace) -> None:
     )
     given.output.mkdir(parents=True, exist_ok=True)
     waiting = [part for part in parts if not part.is_done]
-    line = jobs.ProgressLine(sys.stderr, "recorded", sum(part.step_count for part in waiting))
-    jobs.run(record, waiting, given.workers, line)
-    line.end()
+    line = ProgressLine("recorded", sum(part.step_count for part in waiting))
+    jobs.run(record, waiting, given.workers, line.show)
     if given.format is not None:
         _expand([part.path for part in parts], expansion, given.workers)
 
@@ -105,10 +105,9 @@ def _expansion(given: argparse.Namespace, folder: Path | None) -> Expansion:
 def _expand(paths: Sequence[Path], expansion: Expansion, workers: int) -> None:
     prepare(paths, expansion)
     steps = sum(load(path).actions.size for path in paths)
-    line = jobs.ProgressLine(sys.stderr, "replayed", steps)
-    jobs.run(expand, [Replay(path, expansion) for path in paths], workers, line)
+    line = ProgressLine("replayed", steps)
+    jobs.run(expand, [Replay(path, expansion) for path in paths], workers, line.show)
     finish(paths, expansion)
-    line.end()
 
 
 def _info(given: argparse.Namespace) -> None:

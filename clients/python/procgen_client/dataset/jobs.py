@@ -1,4 +1,4 @@
-"""Runs jobs in processes, one for each core, with their progress."""
+"""Runs jobs in processes, one for each core."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import threading
 import time
 from collections.abc import Callable, Sequence
 from concurrent.futures.process import BrokenProcessPool
-from typing import IO, Any
+from typing import Any
 
 from procgen_client.errors import CancelledError, ProcgenError, StatusCode
 
@@ -20,37 +20,6 @@ _steps: Any = None
 _stops: Any = None
 
 Report = Callable[[int], None]
-
-
-class ProgressLine:
-    """Prints progress: on a terminal one line that is overwritten, otherwise a line at the end."""
-
-    def __init__(self, stream: IO[str], verb: str, step_count: int) -> None:
-        """Takes the output stream, e.g. "recorded", and the number of all steps."""
-        self._stream, self._verb, self._total = stream, verb, step_count
-        self._begin = time.perf_counter()
-        self._count = 0
-
-    def __call__(self, count: int) -> None:
-        """Prints that so many steps are done."""
-        self._count = count
-        if self._stream.isatty():
-            self._stream.write(f"\r\033[K{self._text()}")
-            self._stream.flush()
-
-    def end(self) -> None:
-        """Prints the last line."""
-        prefix = "\r\033[K" if self._stream.isatty() else ""
-        self._stream.write(f"{prefix}{self._text()}\n")
-        self._stream.flush()
-
-    def _text(self) -> str:
-        elapsed = time.perf_counter() - self._begin
-        rate = self._count / max(elapsed, 1e-3)
-        text = f"{self._verb} {self._count:,} of {self._total:,} steps, {rate:,.0f}/s"
-        if 0 < self._count < self._total:
-            text += f", {(self._total - self._count) / rate:.0f} s left"
-        return text
 
 
 def run(

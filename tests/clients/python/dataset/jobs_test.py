@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import io
 import os
 import signal
 import subprocess
@@ -104,14 +103,3 @@ def test_workers_end_with_the_program(tmp_path: Path, number: signal.Signals) ->
         time.sleep(0.01)
     assert program.returncode == -number
     assert ("KeyboardInterrupt" in said) == (number == signal.SIGINT)
-
-
-def test_progress_is_one_line_without_a_terminal() -> None:
-    stream = io.StringIO()
-    line = jobs.ProgressLine(stream, "recorded", 2000)
-    line(1000)
-    assert stream.getvalue() == ""
-    line(2000)
-    line.end()
-    assert stream.getvalue().startswith("recorded 2,000 of 2,000 steps, ")
-    assert stream.getvalue().count("\n") == 1

@@ -69,7 +69,7 @@ def test_command_prints_a_table_and_writes_every_episode(
         "| mean",
         "| interquartile mean",
     ]
-    assert "[2/2] starpilot, test levels: 4 of 4 episodes" in run.stderr
+    assert "starpilot, test levels: 4 of 4 episodes, " in run.stderr
     written = json.loads((tmp_path / "scores.json").read_text())
     assert written["policy"] == "evaluate_test:right"
     assert written["protocol"]["train_levels"] == 200
