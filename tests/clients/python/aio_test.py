@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from conftest import MakePool, assert_same
 
-from procgen_client import Client, LevelSampler, Pool, ServerProcess, aio, errors
+from procgen_client import Client, ServerProcess, aio, errors
 
 _N = 4
 _OPTIONS = {"distribution_mode": "easy", "rand_seed": 2}
@@ -95,23 +95,6 @@ def test_pools_are_stepped_concurrently(make: _Make) -> None:
     asyncio.run(play())
 
 
-def test_observations_are_written_into_out(make_pool: MakePool, make: _Make) -> None:
-    async def play() -> None:
-        twin = make_pool("bigfish", _N, rand_seed=3)
-        async with await make("bigfish", _N, rand_seed=3) as pool:
-            out = np.zeros((_N, 64, 64, 3), np.uint8)
-            for call, arguments in (("observe", ()), ("step", ([7] * 4,)), ("reset", ())):
-                batch = await getattr(pool, call)(*arguments, out=out)
-                assert batch.observations is out
-                expected = getattr(twin, call)(*arguments)
-                np.testing.assert_array_equal(out, expected.observations)
-            with pytest.raises(errors.InvalidArgumentError, match=r"out has shape \[3, 64"):
-                await pool.step([7] * 4, out=out[:3])
-            assert pool.in_flight == 0
-
-    asyncio.run(play())
-
-
 def test_errors_are_the_same_and_the_pool_continues(make: _Make) -> None:
     async def play() -> None:
         with pytest.raises(errors.NotFoundError, match="pong"):
@@ -147,14 +130,6 @@ def test_cancelled_task_leaves_the_pool_usable(make: _Make) -> None:
     asyncio.run(play())
 
 
-def test_levels_can_be_sampled(make: _Make) -> None:
-    async def play() -> None:
-        async with await make("maze", 8, level_sampler=LevelSampler([11, 12])) as pool:
-            assert set((await pool.observe()).level_seeds.tolist()) <= {11, 12}
-
-    asyncio.run(play())
-
-
 def test_closing_a_client_ends_the_calls_of_its_tasks(server: ServerProcess) -> None:
     async def play() -> None:
         for _ in range(3):
@@ -172,16 +147,5 @@ def test_closing_a_client_ends_the_calls_of_its_tasks(server: ServerProcess) -> 
             await pool.close()
         async with await aio.create_pool("maze", 2, server=server) as pool:
             assert (await asyncio.wait_for(pool.observe(), 20)).env_count == 2
-
-    asyncio.run(play())
-
-
-def test_async_pool_wraps_a_synchronous_one() -> None:
-    async def play() -> None:
-        pool = Pool("maze", 2)
-        async with aio.AsyncPool(pool) as wrapped:
-            assert wrapped.pool is pool
-            assert (await wrapped.step([4, 4])).env_count == 2
-        assert pool.closed
 
     asyncio.run(play())

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from conftest import ROWS, MakePool, assert_same
 
-from procgen_client import Client, Pool, Reset, errors
+from procgen_client import Pool, Reset, errors
 
 _NOTHING = 4
 _END = -1
@@ -254,17 +254,6 @@ def test_calls_that_wait_are_rejected_while_requests_are_in_flight(pool: Pool) -
     assert pool.step([_NOTHING] * 6).episode_lengths.tolist() == [1] * 6
 
 
-def test_server_limits_the_requests_in_flight(client: Client) -> None:
-    with client.create_pool("maze", 2) as pool:
-        with pytest.raises(errors.FailedPreconditionError, match="unanswered|in flight"):
-            for _ in range(100):
-                pool.send_step([_NOTHING] * 2)
-        assert 3 <= pool.in_flight < 100
-        lengths = [pool.receive().episode_lengths[0] for _ in range(pool.in_flight)]
-        assert lengths == list(range(1, len(lengths) + 1))
-        assert pool.observe().episode_lengths[0] == len(lengths)
-
-
 @pytest.mark.parametrize(
     ("actions", "message"),
     [
@@ -316,17 +305,6 @@ def test_invalid_requests_are_rejected_and_change_nothing(
     assert pool.in_flight == 0
     assert_same(before, pool.observe())
     assert pool.step([7] * 6).episode_lengths.max() == 2
-
-
-def test_requests_before_a_rejected_one_are_answered(pool: Pool) -> None:
-    pool.send_step([7] * 6)
-    with pytest.raises(errors.InvalidArgumentError):
-        pool.send_reset([2, 2])  # In this process at once, on a server with the answer.
-        answered = pool.receive()
-        pool.receive()
-    if pool.in_flight:
-        answered = pool.receive()
-    assert_same(answered, pool.observe())
 
 
 def test_games_that_do_not_exist_and_modes_that_a_game_has_not_are_named(

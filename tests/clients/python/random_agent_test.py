@@ -1,4 +1,4 @@
-"""The random agents play, and are as short as documented."""
+"""The random agents play."""
 
 from __future__ import annotations
 
@@ -8,7 +8,6 @@ import subprocess
 import sys
 from pathlib import Path
 
-import pytest
 
 from procgen_client import ServerProcess
 
@@ -17,11 +16,6 @@ _AGENTS = {
     "cpp": "cpp/examples/random_agent.cc",
     "python": "python/examples/random_agent.py",
 }
-_LINES_MAX = 15
-# Lines that every program of the language needs.
-_FRAME = re.compile(
-    r"#!|\s*(//|#include|\}?$|import |\)$)|\"\"\"|int main"
-)
 
 
 def _played(*command: str) -> str:
@@ -38,10 +32,3 @@ def test_python_agent_plays_in_the_process_and_on_a_server(server: ServerProcess
 def test_cpp_agent_plays_on_a_server(server: ServerProcess) -> None:
     program = os.environ["PROCGEN_CPP_RANDOM_AGENT"]
     assert re.fullmatch(r"[1-9]\d* episodes of maze\n", _played(program, server.address, "maze"))
-
-
-@pytest.mark.parametrize("language", _AGENTS)
-def test_random_agent_is_as_short_as_documented(language: str) -> None:
-    lines = (_CLIENTS / _AGENTS[language]).read_text().splitlines()
-    own = [line for line in lines if not _FRAME.match(line)]
-    assert 5 < len(own) <= _LINES_MAX, own

@@ -6,9 +6,9 @@ from collections.abc import Iterator
 
 import numpy as np
 import pytest
-from conftest import MakePool, assert_same, server_binary
+from conftest import MakePool, assert_same
 
-from procgen_client import Client, Pool, ProcgenVectorEnv, ServerProcess, connect, errors
+from procgen_client import Client, Pool, ProcgenVectorEnv, errors
 
 _N = 4
 
@@ -91,20 +91,6 @@ def test_games_of_cloned_environments_are_equal(make_pool: MakePool) -> None:
         with pytest.raises(errors.FailedPreconditionError, match="game"):
             pool.restore_states({0: states[0], target: states[2]})
     assert pool.save_states() == states
-
-
-def test_large_states_are_split_into_several_messages() -> None:
-    with (
-        ServerProcess(server_binary(), ["--request_bytes_max=65536", "--response_bytes_max=65536"])
-        as server,
-        connect(server.address) as small,
-        small.create_pool("bigfish", 200, rand_seed=1) as pool,
-    ):
-        states = pool.save_states()
-        assert sum(map(len, states)) > 2 * 65536
-        pool.step([-1] * 200)
-        pool.restore_states(states)
-        assert pool.save_states() == states
 
 
 def test_invalid_states_are_rejected_and_change_nothing(pool: Pool) -> None:
