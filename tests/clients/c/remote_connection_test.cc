@@ -190,35 +190,6 @@ TEST_F(RemoteConnectionTest, TheCallersCheckCancelsWaits) {
   EXPECT_EQ(SendObserve(pool, buffers), PROCGEN_CANCELLED) << "the pool has ended";
 }
 
-class RemoteResumeTest : public RemoteConnectionTest,
-                         public testing::WithParamInterface<int32_t> {};
-
-TEST_P(RemoteResumeTest, BrokenConnectionsChangeNoResult) {
-  FaultProxy proxy({.target = server_->address(),
-                    .seed = 3,
-                    .bytes_between_faults = GetParam() == PROCGEN_RAW ? 120'000 : 20'000,
-                    .silence_max = std::chrono::milliseconds(15)});
-  const CConnection connection = Connected(ConnectOptionsOf(), proxy.address());
-  const CPool pool = MadeOn(connection, COptions("bigfish"), GetParam());
-  const CPool local = Made(COptions("bigfish"));
-  proxy.SetFaults(true);
-  for (int32_t t = 0; proxy.break_count() < 20; ++t) {
-    ASSERT_EQ(Steps(pool.get(), 4, t, 1), Steps(local.get(), 4, t, 1)) << procgen_error_message();
-    BatchBuffers buffers(4);
-    ASSERT_EQ(SendObserve(pool, buffers), PROCGEN_OK);
-    ProcgenCode code = PROCGEN_DEADLINE_EXCEEDED;
-    while (code == PROCGEN_DEADLINE_EXCEEDED) {
-      code = procgen_receive(pool.get(), 0.001);
-    }
-    ASSERT_EQ(code, PROCGEN_OK) << procgen_error_message();
-  }
-  proxy.SetFaults(false);
-}
-
-INSTANTIATE_TEST_SUITE_P(Encodings, RemoteResumeTest,
-                         testing::Values(PROCGEN_RAW, PROCGEN_DELTA_ZSTD),
-                         [](const auto& info) { return "Encoding" + std::to_string(info.param); });
-
 TEST_F(RemoteConnectionTest, DestroyingWithoutAServerIsQuick) {
   FaultProxy proxy({.target = server_->address()});
   CConnection frozen = Connected(ConnectOptionsOf(), proxy.address());

@@ -72,28 +72,6 @@ TEST_F(RemoteErrorTest, InvalidNamesAndLabelsAreNamed) {
   EXPECT_THAT(procgen_error_message(), HasSubstr("spec.display_name is 'a\\nb'"));
 }
 
-TEST_F(RemoteErrorTest, AWrongRequestIsRejectedBeforeItIsSent) {
-  const CConnection connection = Connected();
-  const CPool pool = MadeOn(connection, COptions("maze"));
-  BatchBuffers buffers(4);
-  const BatchBuffers untouched = buffers;
-  const std::vector<int32_t> wrong = {4, 15, 4, 4};
-  EXPECT_EQ(Step(pool, StepOf(wrong), buffers), PROCGEN_INVALID_ARGUMENT);
-  EXPECT_THAT(procgen_error_message(), HasSubstr("action 15 of environment 1 is not in [-1, 14]"));
-  const std::vector<int32_t> actions(4, 4);
-  EXPECT_EQ(Step(pool, StepOf(actions, 1), buffers), PROCGEN_INVALID_ARGUMENT);
-  EXPECT_THAT(procgen_error_message(), HasSubstr("the slice is 4 environments from 1"));
-  ProcgenStep step = StepOf(actions);
-  step.annotation_count = 1;
-  EXPECT_EQ(Step(pool, step, buffers), PROCGEN_INVALID_ARGUMENT);
-  EXPECT_STREQ(procgen_error_message(), "annotations is null, its length is 1");
-  std::vector<uint8_t> frame(64);
-  EXPECT_EQ(procgen_render(pool.get(), 0, 0, 0, frame.data()), PROCGEN_INVALID_ARGUMENT);
-  EXPECT_STREQ(procgen_error_message(), "size_px is 0, must be in [16, 2048]");
-  EXPECT_EQ(procgen_unanswered_count(pool.get()), 0);
-  EXPECT_EQ(buffers, untouched);
-}
-
 TEST_F(RemoteErrorTest, ARequestThatTheServerRejectsChangesNothing) {
   const CConnection connection = Connected();
   const CPool pool = MadeOn(connection, COptions("maze"), PROCGEN_DELTA_ZSTD);

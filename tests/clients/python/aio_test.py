@@ -5,7 +5,6 @@ from __future__ import annotations
 import asyncio
 from collections.abc import Awaitable, Callable
 
-import numpy as np
 import pytest
 from conftest import MakePool, assert_same
 
@@ -66,53 +65,6 @@ def test_other_coroutines_run_during_a_step(make: _Make) -> None:
     asyncio.run(play())
 
 
-def test_requests_sent_ahead_are_answered_in_order(make: _Make) -> None:
-    async def play() -> None:
-        async with await make("maze", _N) as pool:
-            for _ in range(3):
-                await pool.send_step([4] * _N)
-            assert pool.in_flight == 3
-            with pytest.raises(errors.FailedPreconditionError, match="receive them first"):
-                await pool.observe()
-            lengths = [(await pool.receive()).episode_lengths[0] for _ in range(3)]
-            assert lengths == [1, 2, 3]
-            with pytest.raises(errors.FailedPreconditionError, match="send one first"):
-                await pool.receive()
-
-    asyncio.run(play())
-
-
-def test_pools_are_stepped_concurrently(make: _Make) -> None:
-    async def rollout(seed: int) -> np.ndarray:
-        async with await make("bigfish", _N, rand_seed=seed) as pool:
-            return np.stack([(await pool.step([7] * _N)).observations for _ in range(50)])
-
-    async def play() -> None:
-        one, twin, other = await asyncio.gather(rollout(1), rollout(1), rollout(2))
-        np.testing.assert_array_equal(one, twin)
-        assert (one != other).any()
-
-    asyncio.run(play())
-
-
-def test_errors_are_the_same_and_the_pool_continues(make: _Make) -> None:
-    async def play() -> None:
-        with pytest.raises(errors.NotFoundError, match="pong"):
-            await make("pong", 1)
-        async with await make("maze", 2) as pool:
-            for actions in ([4, 99], [4, 4, 4], [4]):
-                with pytest.raises(errors.InvalidArgumentError, match="99|shape"):
-                    await pool.step(actions)
-            with pytest.raises(errors.InvalidArgumentError, match="9"):
-                await pool.step([4, 4], next_levels={9: 1})  # The engine finds it.
-            assert (await pool.step([4, 4])).episode_lengths.tolist() == [1, 1]
-        with pytest.raises(errors.CancelledError, match="closed"):
-            await pool.step([4, 4])
-        await pool.close()
-
-    asyncio.run(play())
-
-
 def test_cancelled_task_leaves_the_pool_usable(make: _Make) -> None:
     async def play() -> None:
         async with await make("coinrun", 1024) as pool:
@@ -132,10 +84,10 @@ def test_cancelled_task_leaves_the_pool_usable(make: _Make) -> None:
 
 def test_closing_a_client_ends_the_calls_of_its_tasks(server: ServerProcess) -> None:
     async def play() -> None:
-        for _ in range(3):
+        for _ in range(2):
             closed = Client(server.address)
-            pool = await aio.create_pool("coinrun", 1024, server=closed)  # A step of a second.
-            await pool.send_step([4] * 1024, observe=False, repeat_count=1000)
+            pool = await aio.create_pool("coinrun", 1024, server=closed)
+            await pool.send_step([4] * 1024, observe=False, repeat_count=300)
             waiting = asyncio.create_task(pool.receive())
             await asyncio.sleep(0.01)  # It waits now.
             assert not waiting.done()

@@ -6,7 +6,6 @@ import contextlib
 import os
 from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -85,18 +84,3 @@ def make_pool(place: Client | None) -> Iterator[MakePool]:
         yield lambda *arguments, **options: stack.enter_context(
             Pool(*arguments, server=place, **options)
         )
-
-
-@pytest.fixture
-def saved_figures(monkeypatch: pytest.MonkeyPatch) -> list[Any]:
-    """The figures that matplotlib saves during the test; skips the test without matplotlib."""
-    figure_class = pytest.importorskip("matplotlib.figure").Figure
-    figures: list[Any] = []
-    save = figure_class.savefig
-
-    def savefig(figure: Any, *arguments: Any, **options: Any) -> None:  # noqa: ANN401
-        figures.append(figure)
-        save(figure, *arguments, **options)
-
-    monkeypatch.setattr(figure_class, "savefig", savefig)
-    return figures

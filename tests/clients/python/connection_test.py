@@ -7,8 +7,10 @@ import signal
 import threading
 import time
 from collections.abc import Callable, Iterator
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 
+import numpy as np
 import pytest
 from conftest import server_binary
 
@@ -120,6 +122,26 @@ def test_pool_can_be_closed_while_an_interrupted_call_is_under_way(own: ServerPr
         assert client.load() is not None
 
 
+def test_closing_the_client_ends_waits_of_other_threads(own: ServerProcess) -> None:
+    with Client(own.address) as client, ThreadPoolExecutor() as threads:
+        pools = [client.create_pool("maze", 2) for _ in range(2)]
+        watch = client.watch(pools[0])
+        next(watch)
+        with stopped(own):
+            waits: list[Callable[[], object]] = [
+                *(client.load, pools[1].save_states),
+                *(lambda: next(watch), lambda: pools[0].step([4, 4])),
+            ]
+            running = [threads.submit(wait) for wait in waits]
+            time.sleep(0.3)
+            assert not any(each.done() for each in running)
+            client.close()
+            for each in running:
+                assert isinstance(each.exception(20), errors.CancelledError)
+        for pool in pools:
+            pool.close()
+
+
 def test_wait_for_a_lost_connection_can_be_interrupted(own: ServerProcess) -> None:
     with Client(own.address) as client:
         pool = client.create_pool("maze", 2)
@@ -131,3 +153,16 @@ def test_wait_for_a_lost_connection_can_be_interrupted(own: ServerProcess) -> No
                 pool.step([4, 4])
 
         assert_interrupted(step_on)
+
+
+def test_memory_of_decoded_observations_is_reused(client: Client) -> None:
+    def address_of(array: np.ndarray) -> int:
+        return array.__array_interface__["data"][0]
+
+    with client.create_pool("maze", 64, encoding="delta_zstd") as pool:
+        kept = pool.step([4] * 64).observations
+        content = kept.copy()
+        addresses = {address_of(pool.step([4] * 64).observations) for _ in range(20)}
+        assert len(addresses) < 5
+        assert address_of(kept) not in addresses, "an array refers to it"
+        np.testing.assert_array_equal(kept, content)

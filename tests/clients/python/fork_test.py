@@ -108,33 +108,6 @@ for is_under_way in (False, True):
 env.close()
 """
 
-_POOLS_OF_CHILDREN = """
-import os
-from procgen_client import Pool
-
-def digest(pool):
-    batches = [pool.step([t % 15] * 4, repeat_count=3) for t in range(9)]
-    return b"".join(batch.observations.tobytes() for batch in batches)
-
-def generation(number):
-    with Pool("ninja", 4, rand_seed=5, num_threads=2) as pool:
-        pool.step([4] * 4)
-        if number < 3:
-            near, far = os.pipe()
-            child = os.fork()
-            if child == 0:
-                os.write(far, str(hash(generation(number + 1))).encode())
-                os._exit(0)
-            _, status = os.waitpid(child, 0)
-            assert os.waitstatus_to_exitcode(status) == 0
-            own = digest(pool)
-            assert os.read(near, 100) == str(hash(own)).encode(), number
-            return own
-        return digest(pool)
-
-generation(0)
-"""
-
 _CONNECTS_IN_CHILD = """
 import os
 import sys
@@ -210,10 +183,6 @@ def test_child_can_neither_use_nor_close_its_parents_pools(
 ) -> None:
     address = request.getfixturevalue("server").address if place == "server" else ""
     _run(_THE_PARENTS_OWN, address, folder=tmp_path)
-
-
-def test_pools_of_children_and_grandchildren_equal_their_parents(tmp_path: Path) -> None:
-    _run(_POOLS_OF_CHILDREN, folder=tmp_path)
 
 
 def test_child_of_a_connected_process_cannot_connect_but_can_make_pools_of_its_own(

@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-import pytest
 from conftest import MakePool
 
-from procgen_client import ProcgenVectorEnv, decode_state, errors, goal_positions
+from procgen_client import decode_state, goal_positions
 from procgen_client.objects import COLUMNS, kinds
 
 
@@ -45,23 +44,3 @@ def test_slices_and_several_games(make_pool: MakePool) -> None:
     assert np.isnan(cheese[1]).all() and not np.isnan(cheese[0]).any()
     assert whole.kind[0, 1] == kinds("maze")["cheese"]
     assert whole.kind[1, 1] == kinds("heist")["gem"]
-
-
-def test_wrong_arguments_are_rejected(make_pool: MakePool) -> None:
-    pool = make_pool("maze", 2)
-    with pytest.raises(errors.InvalidArgumentError, match="objects_max is 0"):
-        pool.objects(0)
-    with pytest.raises(errors.InvalidArgumentError, match="env_count is 3"):
-        pool.objects(env_count=3)
-    with pytest.raises(errors.InvalidArgumentError, match="name is 'coin'; it is one of agent"):
-        pool.objects().positions_of("coin")
-    pool.send_observe()
-    with pytest.raises(errors.FailedPreconditionError, match="unanswered"):
-        pool.objects()
-    pool.receive()
-
-
-def test_vector_env_has_them() -> None:
-    with ProcgenVectorEnv("maze", 2) as env:
-        env.reset()
-        assert env.objects(4).values.shape == (2, 4, len(COLUMNS))

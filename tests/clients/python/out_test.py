@@ -150,18 +150,6 @@ def test_tensors_that_numpy_cannot_view_are_rejected() -> None:
                 pool.observe(out=tensor)
 
 
-def test_number_of_rows_is_that_of_the_slice(make_pool: MakePool) -> None:
-    out = np.zeros((_N, *_FRAME), np.uint8)
-    pool = make_pool("maze", _N)
-    with pytest.raises(errors.InvalidArgumentError, match=r"of shape \[2, 64, 64, 3\]"):
-        pool.observe(env_count=2, out=out)
-    with pytest.raises(errors.InvalidArgumentError, match="observe is False"):
-        pool.step([7] * _N, observe=False, out=out)
-    assert pool.observe(first_env=1, out=out[1:]).env_count == 3
-    assert not out[0].any()
-    assert out[1:].any()
-
-
 def test_documented_ways_to_torch_neither_copy_nor_warn(place: Client | None) -> None:
     torch = pytest.importorskip("torch")
     with warnings.catch_warnings():

@@ -86,13 +86,6 @@ def test_arrays_that_are_kept_are_writable_and_never_change(pool: Pool) -> None:
             np.testing.assert_array_equal(array, copy)
 
 
-def test_options_with_the_drawn_seed_make_an_equal_pool(make_pool: MakePool) -> None:
-    pool = make_pool("coinrun", 6, distribution_mode="easy")
-    twin = twin_of(make_pool, pool)
-    for actions in random_actions(40, 6):
-        assert_same(pool.step(actions), twin.step(actions))
-
-
 def test_part_of_a_larger_set_plays_its_episodes(make_pool: MakePool) -> None:
     games, options = ["maze", "bigfish"], {"rand_seed": 2, "distribution_mode": "easy"}
     whole = make_pool(games, 6, **options)
@@ -138,16 +131,6 @@ def test_batches_of_several_answers_are_whole(make_pool: MakePool) -> None:
     for rows in (slice(0, 350), slice(350, 700)):
         arguments = {"first_env": rows.start, "env_count": 350, "final_observations": True}
         assert_same(halves.step(actions[rows], **arguments), batch, rows)
-
-
-def test_omitting_observations_changes_no_other_array(make_pool: MakePool, pool: Pool) -> None:
-    unseen = twin_of(make_pool, pool)
-    for actions in random_actions(30, 6):
-        seen, other = pool.step(actions), unseen.step(actions, observe=False)
-        assert other.observations is None
-        for name in ROWS:
-            np.testing.assert_array_equal(getattr(seen, name), getattr(other, name), name)
-    assert_same(pool.observe(), unseen.observe())
 
 
 def test_repeated_action_equals_single_steps(make_pool: MakePool, pool: Pool) -> None:

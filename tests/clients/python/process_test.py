@@ -101,17 +101,6 @@ def test_batches_outlive_their_pool() -> None:
             assert_same(batch, twin.step(_actions(t), final_observations=True))
 
 
-def test_thousands_of_environments_are_stepped() -> None:
-    options = {"distribution_mode": "easy", "rand_seed": 1}
-    with (
-        Pool("coinrun", 4096, **options) as pool,
-        Pool("coinrun", 6, first_env=4090, total_env_count=4096, **options) as part,
-    ):
-        for t in range(3):
-            actions = _actions(t, 4096)
-            assert_same(part.step(actions[4090:]), pool.step(actions), slice(4090, 4096))
-
-
 def test_pools_on_threads_of_their_own_are_equal() -> None:
     results: list[list[Batch]] = []
 

@@ -38,15 +38,6 @@ def test_coin_and_cheese_move_and_a_decoy_is_added() -> None:
     assert not np.isnan(after.positions_of("decoy")).any()
 
 
-def test_snapshot_of_a_variant_continues_in_any_pool() -> None:
-    with Pool("coinrun", 4, variant="coin_random", **_OPTIONS) as pool, Pool("coinrun", 4) as other:
-        other.restore_states(pool.save_states())
-        for _ in range(3):
-            assert np.array_equal(pool.objects().values, other.objects().values)
-            pool.step([-1] * 4)
-            other.step([-1] * 4)
-
-
 def test_unknown_variants_are_rejected() -> None:
     with pytest.raises(
         errors.InvalidArgumentError,

@@ -4,15 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from conftest import server_binary
 
-from procgen_client import Client, ServerProcess, connect
+from procgen_client import Client
 from procgen_client._proto import render_pb2
 from procgen_client.errors import (
     FailedPreconditionError,
     InvalidArgumentError,
     NotFoundError,
-    ResourceExhaustedError,
 )
 
 
@@ -73,16 +71,6 @@ def test_invalid_annotations_are_rejected_and_change_nothing(client: Client) -> 
         with pytest.raises(InvalidArgumentError, match=r"annotations\[0\].name is '' of 0 bytes"):
             pool.step([7, 4, 5], annotations={"": [1, 2, 3]})
         assert pool.step([7, 4, 5]).episode_lengths.tolist() == [2, 2, 2]
-
-
-def test_frame_sizes_are_limited_by_the_server() -> None:
-    flags = ["--workers=1", "--response_bytes_max=1048576"]
-    with ServerProcess(server_binary(), flags) as server, connect(server.address) as client:
-        with client.create_pool("maze", 7, rand_seed=1) as pool:
-            assert len(pool.render(size_px=256)) == 7
-            assert len(next(client.watch(pool, [0, 1, 2, 3]))) == 4
-            with pytest.raises(ResourceExhaustedError, match="room for 5 frames of 256 x 256"):
-                next(client.watch(pool))
 
 
 def test_frames_beyond_the_default_message_size_are_received(client: Client) -> None:

@@ -98,20 +98,6 @@ def test_missing_tools_are_named(tmp_path: Path) -> None:
     assert "error: building the wheel needs protoc; on Debian: apt" in output
 
 
-def test_missing_protobuf_is_named() -> None:
-    program = "import sys; sys.path += sys.argv[1:]; import bundle; bundle._protobuf_folder()"
-    run = subprocess.run(
-        # Without installed packages, as in pip's build environment.
-        [sys.executable, "-S", "-B", "-c", program, _ROOT / "clients/python"],
-        env={name: value for name, value in os.environ.items() if name != "PYTHONPATH"},
-        capture_output=True,
-        text=True,
-        check=False,
-    )
-    assert run.returncode == 1
-    assert run.stderr.startswith("error: the wheel needs protobuf"), run.stderr
-
-
 def test_an_installed_wheel_steps_in_the_process(wheel: Path, tmp_path: Path) -> None:
     venv.create(tmp_path, with_pip=False, system_site_packages=True)  # with the system's numpy
     python = tmp_path / "bin/python"

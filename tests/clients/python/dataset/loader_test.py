@@ -8,11 +8,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from small_recordings import OPTIONS, Frames, recorded
+from small_recordings import Frames, recorded
 
 from procgen_client import errors
 from procgen_client.dataset import TrajectoryDataset, load, replay
-from procgen_client.options import GAMES
 
 _SCALARS = ("actions", "rewards", "terminated", "truncated", "first", "level_seeds")
 
@@ -61,16 +60,6 @@ def test_segments_equal_a_replay(folder: Path, length: int, stride: int, interva
     _assert_equal(dataset[-1], expected[-1])
     for sample, index in zip(dataset.__getitems__([5, 5, 0]), (5, 5, 0)):
         _assert_equal(sample, expected[index])
-    dataset.close()
-
-
-@pytest.mark.parametrize("game", GAMES)
-def test_every_game_continues_from_its_snapshots(game: str, tmp_path: Path) -> None:
-    (path,) = recorded(tmp_path, game, env_count=3, step_count=900, options=OPTIONS)
-    dataset = TrajectoryDataset(path, 20, stride=50, snapshot_interval=30)
-    expected = _segments([path], 20, 50)
-    for sample, other in zip(dataset.__getitems__(range(len(dataset))), expected):
-        _assert_equal(sample, other)
     dataset.close()
 
 
@@ -125,7 +114,6 @@ def test_larger_frames(folder: Path) -> None:
     dataset = TrajectoryDataset(folder, 4, screen_size=80, layout="chw")
     assert dataset[0]["observations"].shape == (4, 3, 80, 80)
     dataset.close()
-
 
 
 def test_wrong_arguments_are_errors(folder: Path) -> None:

@@ -33,21 +33,6 @@ def test_file_keeps_everything(small: Trajectories, tmp_path: Path) -> None:
     assert [path.name for path in tmp_path.iterdir()] == ["a"]
 
 
-def test_equal_trajectories_are_equal_files(small: Trajectories, tmp_path: Path) -> None:
-    small.save(tmp_path / "a")
-    small_trajectories().save(tmp_path / "b")
-    assert (tmp_path / "a").read_bytes() == (tmp_path / "b").read_bytes()
-
-
-def test_file_is_read_by_numpy_alone(small: Trajectories, tmp_path: Path) -> None:
-    small.save(tmp_path / "a.npz")
-    with np.load(tmp_path / "a.npz") as archive:
-        np.testing.assert_array_equal(archive["actions"], small.actions)
-        header = json.loads(archive["header"].tobytes())
-    assert header["options"]["rand_seed"] == 3
-    assert header["game"] == "bigfish"
-
-
 def test_episodes_begin_after_ends(small: Trajectories) -> None:
     assert small.first[:, 0].all()
     np.testing.assert_array_equal(small.first[:, 1:], small.terminated | small.truncated)

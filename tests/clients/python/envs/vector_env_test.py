@@ -46,20 +46,6 @@ def test_metadata_contains_the_autoreset_mode(make_env: MakeEnv) -> None:
     assert ProcgenVectorEnv.metadata["autoreset_mode"] is AutoresetMode.NEXT_STEP
 
 
-def test_attributes_that_wrappers_read_exist(make_env: MakeEnv) -> None:
-    # vector/vector_env.py, VectorEnv: num_envs, spaces, spec, render_mode, closed, unwrapped.
-    env = make_env()
-    assert env.num_envs == _N
-    assert env.unwrapped is env
-    assert env.spec is None
-    assert env.render_mode is None
-    assert env.closed is False
-    for name in ("single_observation_space", "observation_space"):
-        assert hasattr(env, name)
-    for name in ("single_action_space", "action_space"):
-        assert hasattr(env, name)
-
-
 def test_batched_spaces_contain_a_batch(make_env: MakeEnv) -> None:
     # vector/vector_env.py, VectorEnv: observation_space and action_space are batched versions of
     # the single ones; of Discrete that is MultiDiscrete (vector/utils/space_utils.py, batch_space).
@@ -217,12 +203,6 @@ def test_malformed_reset_mask_is_rejected(make_env: MakeEnv, mask: object) -> No
     # vector/sync_vector_env.py, reset: asserts an ndarray, its shape, its dtype, at least one True.
     with pytest.raises(errors.InvalidArgumentError, match="reset_mask"):
         make_env().reset(options={"reset_mask": mask})
-
-
-def test_reset_plays_the_requested_levels(make_env: MakeEnv) -> None:
-    # Ours: no source in Gymnasium.
-    _, infos = make_env().reset(options={"level_seeds": [5, 6, 7, 8]})
-    assert infos["level_seed"].tolist() == [5, 6, 7, 8]
 
 
 def test_next_step_mode_starts_the_episode_one_step_later(make_env: MakeEnv) -> None:

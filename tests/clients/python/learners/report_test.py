@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -23,56 +22,6 @@ def _run(
 
 def _cells(line: str) -> list[str]:
     return [cell.strip() for cell in line.split("|")[1:-1]]
-
-
-def test_curves_are_the_mean_and_range_of_seeds(
-    tmp_path: Path, saved_figures: list[Any]
-) -> None:
-    runs = [
-        _run("coinrun", 0, [5.0, 6.0, 7.0], [4.5]),
-        _run("coinrun", 1, [7.0, 8.0, 9.0, 9.5], [5.5]),
-        _run("maze", 0, [5.0, 5.0, 10.0], []),
-        _run("maze", 1, [5.0, 7.5, 10.0], []),
-    ]
-    openai = {"train": {512: {"return": published.Measured(4.0, 1.0)}, 9999: {}}}
-    runs[0] = runs[0]._replace(published=openai)
-    ranges: dict[str, report.Range | None] = {"coinrun": (5, 10), "maze": (5, 10)}
-    path = tmp_path / "curves.png"
-    report.plot(runs, ranges, "levels", path)
-
-    assert path.read_bytes().startswith(b"\x89PNG")
-    coinrun, maze, mean = (axes for axes in saved_figures[0].axes if axes.axison)
-    titles = [axes.get_title() for axes in (coinrun, maze, mean)]
-    assert titles == ["coinrun", "maze", "mean, normalised"]
-    curve, tested, openai_curve = coinrun.lines
-    assert curve.get_label() == "PPO"
-    assert curve.get_xydata().tolist() == [[512, 6], [1024, 7], [1536, 8]]
-    assert tested.get_xydata().tolist() == [[512, 5]]
-    assert openai_curve.get_xydata().tolist() == [[512, 4]]
-    area = coinrun.collections[0].get_paths()[0].vertices[:, 1]
-    assert (area.min(), area.max()) == (5, 9)
-    assert maze.lines[0].get_ydata().tolist() == [5, 6.25, 10]
-    # Normalised: coinrun 0.2, 0.4, 0.6 and maze 0, 0.25, 1.
-    assert mean.lines[0].get_ydata().tolist() == pytest.approx([0.1, 0.325, 0.8])
-
-
-def test_returns_are_plotted_over_numbers_of_levels(
-    tmp_path: Path, saved_figures: list[Any]
-) -> None:
-    runs = [
-        _run("coinrun", seed, [train], [test], levels)
-        for levels, seed, train, test in [
-            *((1000, 0, 8.0, 7.0), (1000, 1, 9.0, 8.0)),
-            *((10, 0, 10.0, 3.0), (10, 1, 10.0, 4.0)),
-        ]
-    ]
-    report.plot_levels(runs, "levels", tmp_path / "levels.png")
-    (axes,) = saved_figures[0].axes
-    assert axes.get_xscale() == "log"
-    train, test = axes.lines
-    assert (train.get_label(), test.get_label()) == ("training levels", "all")
-    assert train.get_xydata().tolist() == [[10, 10], [1000, 8.5]]
-    assert test.get_xydata().tolist() == [[10, 3.5], [1000, 7.5]]
 
 
 def test_table_has_the_mean_of_the_last_tenth_of_the_training() -> None:
