@@ -161,6 +161,29 @@ Image ScaledPart(const Image& source, const ScaledSize& size, const PixelBox& pa
   return image;
 }
 
+void Harden(Image* image) {
+  Rgba* const begin = image->Row(0);
+  Rgba* const end = begin + static_cast<ptrdiff_t>(image->width()) * image->height();
+  const uint32_t alpha_max = std::max_element(begin, end, [](const Rgba& a, const Rgba& b) {
+                               return a.alpha < b.alpha;
+                             })->alpha;
+  for (Rgba* pixel = begin; pixel != end; ++pixel) {
+    const uint32_t alpha = pixel->alpha;
+    if (alpha == alpha_max) {
+      continue;
+    }
+    if (alpha * 3 < alpha_max) {
+      *pixel = {};
+      continue;
+    }
+    const auto full = [&](uint8_t channel) {
+      return static_cast<uint8_t>(std::min(alpha_max, (channel * alpha_max + alpha / 2) / alpha));
+    };
+    *pixel = {full(pixel->red), full(pixel->green), full(pixel->blue),
+              static_cast<uint8_t>(alpha_max)};
+  }
+}
+
 ScaledImageCache::~ScaledImageCache() {
   for (std::atomic<const Entry*>& bucket : buckets_) {
     for (const Entry* entry = bucket; entry != nullptr;) {
@@ -200,6 +223,7 @@ std::shared_ptr<const ScaledImage> ScaledImageCache::Make(const Image& source,
   auto made = std::make_unique<Entry>();
   made->size = size;
   made->picture.image = Scaled(source, size);
+  Harden(&made->picture.image);
   made->picture.opaque = IsOpaque(made->picture.image);
   const int64_t bytes = BytesOf(made->picture.image.width(), made->picture.image.height());
   if (kept_bytes_.fetch_add(bytes, std::memory_order_relaxed) + bytes > kKeptBytesMax) {

@@ -43,10 +43,15 @@ Image Scaled(const Image& source, const ScaledSize& size);
 // is inside the scaled image and not empty.
 Image ScaledPart(const Image& source, const ScaledSize& size, const PixelBox& part);
 
-// The scaled and rotated copies of one image. Each is made once and kept, up to kKeptBytesMax:
-// enough for some dozens of sizes of a sprite at all angles, and for a background in the worlds of
-// most games. Copies beyond that are made for each use: what is drawn never depends on what is
-// kept.
+// Replaces soft edges by hard ones, so that a sprite of few pixels does not fade into its
+// background. A pixel with less than a third of the image's largest alpha becomes transparent; any
+// other gets that alpha and keeps its color. REQUIRES: the image is not empty.
+void Harden(Image* image);
+
+// The scaled and rotated copies of one image, with hard edges. Each is made once and kept, up to
+// kKeptBytesMax: enough for some dozens of sizes of a sprite at all angles, and for a background in
+// the worlds of most games. Copies beyond that are made for each use: what is drawn never depends
+// on what is kept.
 // Threads: thread-safe; Find takes no lock.
 class ScaledImageCache {
  public:

@@ -72,6 +72,35 @@ TEST(ScaledTest, ARotatedImageIsAsLargeAsItsCorners) {
   EXPECT_EQ(rotated.At(0, 0).alpha, 0);
 }
 
+TEST(HardenedTest, APixelCoveredByAThirdIsOpaqueAndKeepsItsColor) {
+  Image image(4, 1);
+  image.At(0, 0) = {200, 100, 0, 255};
+  image.At(1, 0) = {67, 33, 0, 85};
+  image.At(2, 0) = {66, 33, 0, 84};
+  Harden(&image);
+  EXPECT_EQ(image.At(0, 0), (Rgba{200, 100, 0, 255}));
+  EXPECT_EQ(image.At(1, 0), (Rgba{201, 99, 0, 255}));
+  EXPECT_EQ(image.At(2, 0), Rgba());
+  EXPECT_EQ(image.At(3, 0), Rgba());
+}
+
+TEST(HardenedTest, ATranslucentImageStaysTranslucent) {
+  Image image(2, 1);
+  image.At(0, 0) = {60, 0, 0, 120};
+  image.At(1, 0) = {30, 0, 0, 60};
+  Harden(&image);
+  EXPECT_EQ(image.At(0, 0), (Rgba{60, 0, 0, 120}));
+  EXPECT_EQ(image.At(1, 0), image.At(0, 0));
+}
+
+TEST(ScaledImageCacheTest, CopiesHaveHardEdges) {
+  const ScaledImageCache pictures;
+  const auto made = pictures.Make(ImageOf({"aa.", "aa.", "..."}), {.width = 2, .height = 2});
+  EXPECT_EQ(made->image.At(0, 0), (Rgba{'a', 0, 0, 255}));
+  EXPECT_EQ(made->image.At(1, 0).alpha, 255) << "covered by a third";
+  EXPECT_EQ(made->image.At(1, 1), Rgba());
+}
+
 TEST(ScaledImageCacheTest, EachSizeIsMadeOnce) {
   const Image source = ImageOf({"ab", "cd"});
   const ScaledImageCache pictures;
