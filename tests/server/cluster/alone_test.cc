@@ -1,23 +1,8 @@
-#include "gmock/gmock.h"
 #include "gtest/gtest.h"
 #include "server/cluster/cluster.h"
 
 namespace procgen {
 namespace {
-
-using ::testing::ElementsAre;
-using ::testing::IsEmpty;
-
-TEST(AloneTest, SoleNodeListsItself) {
-  const auto alone = Cluster::Alone("a");
-  EXPECT_EQ(alone->name(), "");
-  EXPECT_THAT(alone->Nodes(), IsEmpty());
-  NodeStatus status;
-  status.pool_count = 3;
-  alone->Publish(status);
-  status.node_id = "a";
-  EXPECT_THAT(alone->Nodes(), ElementsAre(status));
-}
 
 TEST(AloneTest, SubscribersAreNotifiedUntilTheSubscriptionEnds) {
   const auto alone = Cluster::Alone("a");

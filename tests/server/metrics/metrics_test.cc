@@ -12,20 +12,6 @@ namespace {
 using ::testing::AllOf;
 using ::testing::HasSubstr;
 
-TEST(MetricsTest, CountsStepsAndEpisodesByGameAndMode) {
-  Metrics metrics("1.2.3");
-  metrics.OfGame("maze", "hard").AddSteps(64);
-  metrics.OfGame("maze", "hard").AddSteps(64);
-  metrics.OfGame("maze", "hard").AddEpisode(10, 37);
-  metrics.OfGame("maze", "easy").AddSteps(1);
-  EXPECT_THAT(metrics.Text(),
-              AllOf(HasSubstr("procgen_steps_total{game=\"maze\",mode=\"hard\"} 128"),
-                    HasSubstr("procgen_steps_total{game=\"maze\",mode=\"easy\"} 1"),
-                    HasSubstr("procgen_episode_return_count{game=\"maze\",mode=\"hard\"} 1"),
-                    HasSubstr("procgen_episode_return_sum{game=\"maze\",mode=\"hard\"} 10"),
-                    HasSubstr("procgen_episode_length_steps_sum{game=\"maze\",mode=\"hard\"} 37")));
-}
-
 TEST(MetricsTest, ReturnsMayBeNegative) {
   Metrics metrics("1");
   metrics.OfGame("fruitbot", "easy").AddEpisode(-3, 20);
@@ -62,20 +48,6 @@ TEST(MetricsTest, CountsRequestsBytesAndErrors) {
             HasSubstr("procgen_stream_sent_bytes_total 12288"),
             HasSubstr("procgen_errors_total{code=\"NOT_FOUND\",method=\"PoolService/GetPool\"} 1"),
             HasSubstr("procgen_build_info{version=\"1.2.3\"} 1")));
-}
-
-TEST(MetricsTest, StreamTotalsEqualTheMetricsPage) {
-  Metrics metrics("1");
-  metrics.AddRequest(absl::Microseconds(5), absl::Milliseconds(3));
-  metrics.AddReceivedBytes(100);
-  metrics.AddSentBytes(12288);
-  const StreamTotals totals = metrics.stream_totals();
-  EXPECT_EQ(totals.received_bytes, 100);
-  EXPECT_EQ(totals.sent_bytes, 12288);
-  EXPECT_EQ(totals.queue_seconds.counts.front(), 1);
-  EXPECT_EQ(totals.queue_seconds.sum, 5e-6);
-  EXPECT_EQ(totals.run_seconds.counts.front(), 0);
-  EXPECT_EQ(totals.run_seconds.sum, 3e-3);
 }
 
 TEST(MetricsTest, ThreadsLoseNoCount) {

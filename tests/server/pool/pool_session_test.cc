@@ -38,13 +38,11 @@ struct CountingObserver final : PoolObserver {
 
 class PoolSessionTest : public testing::Test {
  protected:
-  std::unique_ptr<PoolSession> Make(
-      AutoresetMode autoreset_mode = AutoresetMode::kSameStep,
-      PoolSession::EndStream end_stream = [](const absl::Status&) {}) {
+  std::unique_ptr<PoolSession> Make(PoolSession::EndStream end_stream = [](const absl::Status&) {
+  }) {
     PoolOptions options;
     options.games = {"maze"};
     options.env_count = kEnvCount;
-    options.autoreset_mode = autoreset_mode;
     absl::StatusOr<std::unique_ptr<Pool>> pool = Pool::Create(options, workers_);
     EXPECT_THAT(pool, IsOk());
     return std::make_unique<PoolSession>("", "pools/7", *std::move(pool), SessionOptions(),
@@ -102,7 +100,7 @@ class PoolSessionTest : public testing::Test {
 TEST_F(PoolSessionTest, EndAsksTheStreamOnceAndCloseEndsObserversAndWaiters) {
   std::vector<absl::Status> ends;
   const std::unique_ptr<PoolSession> session =
-      Make(AutoresetMode::kSameStep, [&](const absl::Status& reason) { ends.push_back(reason); });
+      Make([&](const absl::Status& reason) { ends.push_back(reason); });
   const auto observer = std::make_shared<CountingObserver>();
   ASSERT_THAT(session->AddObserver(observer), IsOk());
   absl::Status waited = absl::UnknownError("it waits");
@@ -187,20 +185,6 @@ TEST_F(PoolSessionTest, ObserversSeeValuesThatTheLearnerDoesNotAskFor) {
   session->RemoveObserver(observer.get());
   ASSERT_THAT(Execute(session.get(), step.request), IsOk());
   EXPECT_EQ(observer->last_request, 1);
-}
-
-TEST_F(PoolSessionTest, StateIncludesThePendingReset) {
-  const std::unique_ptr<PoolSession> session = Make(AutoresetMode::kDisabled);
-  const std::vector<int32_t> actions(kEnvCount, 4);
-  const std::vector<int32_t> ending = {4, -1, 4, 4};
-  const std::string running = Save(session.get(), 1);
-  ASSERT_THAT(Execute(session.get(), StepOf(ending)), IsOk());
-  const std::string ended = Save(session.get(), 1);
-  ASSERT_THAT(Restore(session.get(), 1, running), IsOk());
-  EXPECT_THAT(Execute(session.get(), StepOf(actions)), IsOk());
-  ASSERT_THAT(Restore(session.get(), 3, ended), IsOk());
-  EXPECT_THAT(Execute(session.get(), StepOf(actions)),
-              StatusIs(absl::StatusCode::kFailedPrecondition, HasSubstr("environment 3")));
 }
 
 }  // namespace

@@ -95,22 +95,6 @@ TEST_F(PoolSupervisorTest, PoolWithoutEnvironmentsIsRejected) {
                                                    "spec.env_count is 0, allowed: at least 1"));
 }
 
-TEST_F(PoolSupervisorTest, TooManyEnvironmentsAreRejectedUntilAPoolIsFreed) {
-  const CreateResult pool = Create("", MazeOptions(8), "alice");
-  ASSERT_THAT(pool, IsOk());
-  EXPECT_THAT(Create("", MazeOptions(1), "alice"),
-              StatusIs(absl::StatusCode::kResourceExhausted,
-                       "owner alice has 8 environments and asks for 1 more, limit "
-                       "owner_env_count_max is 8"));
-  EXPECT_THAT(Create("", MazeOptions(3), "bob"),
-              StatusIs(absl::StatusCode::kResourceExhausted,
-                       "the server has 8 environments and is asked for 3 more, limit "
-                       "env_count_max is 10"));
-  EXPECT_THAT(Create("", MazeOptions(2), "bob"), IsOk());
-  supervisor_.Free(pool->get());
-  EXPECT_THAT(Create("", MazeOptions(8), "alice"), IsOk());
-}
-
 TEST_F(PoolSupervisorTest, BytesOfAnOwnersPoolsAreLimitedUntilOneIsFreed) {
   PoolOptions options = MazeOptions(1);
   options.observation_format.frame.size_px = 512;

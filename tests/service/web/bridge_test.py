@@ -17,7 +17,7 @@ from page import TIMEOUT_S, WebServer, serve
 _CATALOG = "/procgen.v1.CatalogService/GetCatalog"
 _OK, _CANCELLED, _INVALID_ARGUMENT, _NOT_FOUND = 0, 1, 3, 5
 _RESOURCE_EXHAUSTED, _UNIMPLEMENTED, _UNAVAILABLE, _UNAUTHENTICATED = 8, 12, 14, 16
-_ALICE, _BOB = "alice-token-0123456789", "bob-token-0123456789"
+_ALICE = "alice-token-0123456789"
 
 
 def run(test: Any) -> None:
@@ -171,28 +171,13 @@ def test_a_request_above_the_limit_ends_its_call(server: WebServer) -> None:
 
 @pytest.fixture(scope="module")
 def guarded(tmp_path_factory: pytest.TempPathFactory) -> Any:
-    """A server with two owners."""
+    """A server that requires tokens."""
     folder = tmp_path_factory.mktemp("guarded")
     tokens = folder / "tokens"
-    tokens.write_text(f"alice {_ALICE}\nbob {_BOB}\n")
+    tokens.write_text(f"alice {_ALICE}\n")
     tokens.chmod(0o600)
-    with serve(folder, f"--tokens={tokens}", "--owner_env_count_max=3") as running:
+    with serve(folder, f"--tokens={tokens}") as running:
         yield running
-
-
-def test_owners_see_their_own_pools_and_have_their_own_quotas(guarded: WebServer) -> None:
-    async def test() -> None:
-        async with open_bridge(guarded.url, token=_ALICE) as alice:
-            async with open_bridge(guarded.url, token=_BOB) as bob:
-                await alice.start_pool("mine", env_count=3)
-                assert await alice.pool_names() == ["pools/mine"]
-                assert not await bob.pool_names()
-                await bob.start_pool("mine", env_count=3)
-                with pytest.raises(CallError, match="owner_env_count_max") as raised:
-                    await alice.start_pool(env_count=1)
-                assert raised.value.code == _RESOURCE_EXHAUSTED
-
-    run(test())
 
 
 @pytest.mark.parametrize("token", [None, "", "stranger-0123456789", "x" * 2049, "a\nb"])

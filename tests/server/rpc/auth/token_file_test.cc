@@ -85,14 +85,6 @@ TEST_F(TokenFileTest, TokensIdentifyTheirOwner) {
   }
 }
 
-TEST_F(TokenFileTest, AReplacedFileIsReadAtOnce) {
-  const auto tokens = TokenFile::Open(path_);
-  ASSERT_THAT(tokens, IsOk());
-  Replace(std::string("bob ") + kBob);
-  EXPECT_EQ((*tokens)->OwnerOf(kBob), "bob");
-  EXPECT_EQ((*tokens)->OwnerOf(kAlice), std::nullopt);
-}
-
 TEST_F(TokenFileTest, LookupAfterAReplacementUsesTheNewFile) {
   const auto tokens = TokenFile::Open(path_);
   ASSERT_THAT(tokens, IsOk());

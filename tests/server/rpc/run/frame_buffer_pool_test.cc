@@ -8,20 +8,6 @@
 namespace procgen {
 namespace {
 
-TEST(FrameBufferPoolTest, SliceContainsTheWrittenBytes) {
-  FrameBufferPool pool;
-  const Frames frames = pool.Take(100000);
-  ASSERT_EQ(frames.slice.size(), 100000U);
-  ASSERT_EQ(frames.bytes.size(), 100000U);
-  std::fill(frames.bytes.begin(), frames.bytes.end(), 7);
-  EXPECT_EQ(frames.slice.begin(), frames.bytes.data());
-  EXPECT_EQ(*(frames.slice.end() - 1), 7);
-}
-
-TEST(FrameBufferPoolTest, ZeroBytesGiveAnEmptySlice) {
-  EXPECT_EQ(FrameBufferPool().Take(0).slice.size(), 0U);
-}
-
 TEST(FrameBufferPoolTest, MemoryIsReusedAfterTheLastSliceCopy) {
   FrameBufferPool pool;
   Frames frames = pool.Take(1000);
