@@ -88,20 +88,6 @@ TEST(ProcgenConformanceTest, ArtThatDiffersFromTheRecordingsFails) {
   EXPECT_EQ(Replay(recording).exit_status, 0);
 }
 
-TEST(ProcgenConformanceTest, AFolderWithoutArtIsRejected) {
-  const ProgramRun outcome =
-      Replay(absl::StrCat("--art_dir ", kGoldenFolder, " ", kGoldenFolder, kMaze));
-  EXPECT_EQ(outcome.exit_status, 2);
-  EXPECT_THAT(outcome.output, HasSubstr("329 of 329 images are missing or invalid"));
-}
-
-TEST(ProcgenConformanceTest, TruncatedFileFailsAndNamesTheArray) {
-  const std::string contents = Contents(absl::StrCat(kGoldenFolder, kMaze));
-  const ProgramRun outcome = Replay(Written(contents.substr(0, contents.size() - 10)));
-  EXPECT_EQ(outcome.exit_status, 1);
-  EXPECT_THAT(outcome.output, HasSubstr("the file ends within array prev_level_complete"));
-}
-
 TEST(ProcgenConformanceTest, AMissingFileFails) {
   const ProgramRun outcome = Replay("/nowhere/at.all");
   EXPECT_EQ(outcome.exit_status, 1);

@@ -31,19 +31,6 @@ TEST(UpstreamImagesTest, EverySlotOfEveryGameRequiresItsImageInItsSize) {
   }
 }
 
-TEST(UpstreamImagesTest, EveryBackgroundIsRequiredInAnySize) {
-  const auto pictures = ByPath();
-  for (const BackgroundGroup group :
-       {BackgroundGroup::kPlatform, BackgroundGroup::kSpace, BackgroundGroup::kTopdown,
-        BackgroundGroup::kTopdownSimple, BackgroundGroup::kWater, BackgroundGroup::kWaterSurface}) {
-    for (const BackgroundSlot& slot : BackgroundsOf(group)) {
-      const auto found = pictures.find(std::string(slot.upstream_path));
-      ASSERT_NE(found, pictures.end()) << slot.upstream_path;
-      EXPECT_EQ(found->second.width_px, 0) << slot.upstream_path;
-    }
-  }
-}
-
 TEST(UpstreamImagesTest, TheirNumberIsThatOfTheSpecification) {
   EXPECT_EQ(UpstreamImages().size(), 329U);
 }

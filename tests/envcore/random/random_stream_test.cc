@@ -23,15 +23,6 @@ TEST(RandomStreamTest, NegativeSeedMeansItsTwosComplementPattern) {
   EXPECT_EQ(RandomStream(-5).seed(), 0xfffffffbU);
 }
 
-TEST(RandomStreamTest, EveryDrawTakesOneOutput) {
-  RandomStream stream(7);
-  stream.Int(10);
-  stream.Int(3, 9);
-  stream.Unit();
-  stream.Coin();
-  EXPECT_EQ(stream.draws(), 4U);
-}
-
 TEST(RandomStreamTest, IntBetweenWrapsIn32Bits) {
   RandomStream stream(0);
   const int32_t low = 2147483600;

@@ -75,10 +75,6 @@ TEST(TraceTest, OnlyObservationsOfUpstreamArtNeedItForComparison) {
   }
 }
 
-TEST(TraceTest, AMissingFileIsNotFound) {
-  EXPECT_EQ(ReadTrace("/nowhere/at.all").status().code(), absl::StatusCode::kNotFound);
-}
-
 TEST(TraceTest, ATruncatedFileErrorNamesTheArray) {
   const std::string contents = Contents(kGolden);
   ExpectDataLoss(contents.substr(0, contents.size() - 1),
@@ -159,22 +155,6 @@ TEST(TraceTest, AVariantIsKeptAndAnUnknownOneIsNamed) {
   EXPECT_EQ(ParseTrace(TraceFileOf(*trace)).value().options.variant, Variant::kCheeseCorner);
   ExpectDataLoss(Changed(R"("debug_mode":0)", R"("debug_mode":0,"variant":"blue")"),
                  "variant is blue, must be one of coin_random (coinrun)");
-}
-
-TEST(TraceTest, EveryRowNeedsObservationDigests) {
-  const std::string contents = Contents(kGolden);
-  const size_t header_size = contents.find('\n');
-  const std::string header =
-      absl::StrReplaceAll(contents.substr(0, header_size),
-                          {{R"("prev_level_complete","u1",60])",
-                            R"("prev_level_complete","u1",60],["observation_fnv1a","u4",2])"}});
-  ExpectDataLoss(header + contents.substr(header_size) + "12345678", "wrong number of rows");
-}
-
-TEST(TraceTest, DigestsAreFnv1a) {
-  const uint8_t bytes[] = {'f', 'o', 'o', 'b', 'a', 'r'};
-  EXPECT_EQ(ObservationDigest(bytes, 0), 0x811c9dc5U);
-  EXPECT_EQ(ObservationDigest(bytes, sizeof(bytes)), 0xbf9cf968U);
 }
 
 }  // namespace

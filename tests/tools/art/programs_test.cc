@@ -15,7 +15,6 @@ namespace procgen {
 namespace {
 
 using ::testing::AllOf;
-using ::testing::ContainsRegex;
 using ::testing::HasSubstr;
 
 ProgramRun Gallery(const std::string& arguments) {
@@ -107,16 +106,6 @@ TEST(ProcgenLegibilityTest, ComparesTheContrastWithAnotherArt) {
   const ProgramRun strict = Legibility(flags + " --minimum 1000");
   EXPECT_EQ(strict.exit_status, 1);
   EXPECT_THAT(strict.output, HasSubstr("1 games are below 1000\n"));
-}
-
-TEST(ProcgenLegibilityTest, AnArtHasTheContrastOfItself) {
-  const TemporaryFolder temporary;
-  const std::string folder = temporary.At("art");
-  PaintArtFolder(folder);
-  const ProgramRun run =
-      Legibility(absl::StrCat("--games bigfish --art_dir ", folder, " --contrast_to ", folder));
-  EXPECT_EQ(run.exit_status, 0) << run.output;
-  EXPECT_THAT(run.output, ContainsRegex("mean .* 1.00 .* 1.00 "));
 }
 
 TEST(ProcgenLegibilityTest, WrongFlagsAreRejectedWithWhatIsAllowed) {

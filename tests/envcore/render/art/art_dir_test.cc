@@ -78,18 +78,6 @@ TEST_F(ArtDirTest, AWrongSizeIsReportedWithTheRequiredOne) {
                        HasSubstr("sea/fish.png is 4 x 6 pixels, must be 6 x 4")));
 }
 
-TEST_F(ArtDirTest, AnImageWithoutARequiredSizeMayHaveAny) {
-  Write("sea/fish.png", OneColourPng(4, 6, kRed));
-  EXPECT_THAT(StatusOfReading({{"sea/fish.png"}}), IsOk());
-}
-
-TEST_F(ArtDirTest, AFileThatIsNotAPngIsReported) {
-  Write("sea/fish.png", "a fish");
-  EXPECT_THAT(
-      StatusOfReading({kFishPicture}),
-      StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr("sea/fish.png is not a PNG file")));
-}
-
 TEST_F(ArtDirTest, ATruncatedFileIsReported) {
   const std::string png = OneColourPng(6, 4, kRed);
   Write("sea/fish.png", png.substr(0, png.size() - 1));

@@ -111,16 +111,6 @@ TEST_F(RasteriserTest, SpritesScaleWithTheRequestedSize) {
   }
 }
 
-TEST_F(RasteriserTest, GeneratedBackgroundsAreDistinguished) {
-  RandomStream random(1);
-  GeneratedArt level = GenerateBackground(random);
-  scene_.background = {.shown = true, .generated = &level};
-  const std::vector<uint8_t> first = AgentView();
-  EXPECT_EQ(AgentView(), first);
-  level = GenerateBackground(random);
-  EXPECT_NE(AgentView(), first);
-}
-
 TEST_F(RasteriserTest, FramesDoNotDependOnEarlierFrames) {
   RandomStream random(1);
   std::vector<GeneratedArt> levels;
