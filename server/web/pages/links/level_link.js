@@ -30,13 +30,16 @@ function problemsOf(catalog, query, own) {
     if (!option && !["game", "mode", "level", ...own].includes(name)) {
       problems.push({ text: `There is no option “${name}”.`, name, values: [null] });
     } else if (option && !isAllowed(option, value, game)) {
-      const allowed = option.type === "boolean" ? "true or false"
-        : option.type === "name" ? game.variants.join(", ") || `none in ${gameName}`
-        : `integers from ${option.min} to ${option.max}`;
-      problems.push({ text: `The option ${name} is “${value}”, allowed: ${allowed}.`, name, values: [null] });
+      problems.push({ text: `The option ${name} is “${value}”, allowed: ${allowedValues(option, game)}.`, name, values: [null] });
     }
   }
   return problems;
+}
+
+function allowedValues({ type, min, max }, { name, variants }) {
+  return type === "boolean" ? "true or false"
+    : type === "name" ? variants.join(", ") || `none in ${name}`
+    : `integers from ${min} to ${max}`;
 }
 
 function isAllowed({ type, min, max }, value, { variants }) {
