@@ -110,13 +110,13 @@ def main(arguments: Sequence[str] | None = None) -> int:
     root = Path(given.output) / f"{given.name}-{given.scale}"
     jobs = [] if given.report else list(jobs_of(experiment, scale, root))
     labels = (f"{job.game}, {job.variant.label}, seed {job.seed}" for job in jobs)
-    Processes(given.jobs, given.time_limit).run(
+    status = Processes(given.jobs, given.time_limit).run(
         program_of(job, scale, more, f"[{number}/{len(jobs)}] {label}")
         for number, (job, label) in enumerate(zip(jobs, labels, strict=True), 1)
         if last_step(job.folder) < scale.total_steps
     )
     write_report(given.name, experiment, scale, root)
-    return 0
+    return status
 
 
 def _parser() -> argparse.ArgumentParser:

@@ -7,12 +7,15 @@ import os
 import shutil
 import signal
 import subprocess
+import sys
 import tempfile
 import threading
 import time
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from typing import Any, NamedTuple
+
+import torch
 
 _SIGNALS = (signal.SIGTERM, signal.SIGINT)
 _MPS = "nvidia-cuda-mps-control"
@@ -44,7 +47,7 @@ class Program(NamedTuple):
 class Processes:
     """Runs programs in their order, several at a time.
 
-    A signal is passed on to the programs that run. When one fails, the others get SIGTERM.
+    A signal is passed on to the programs that run, and no other starts. After a failure they go on.
     """
 
     def __init__(self, count: int, time_limit: float = float("inf")) -> None:
@@ -56,18 +59,15 @@ class Processes:
         self._end = time.monotonic() + time_limit
         self._lock = threading.RLock()  # A handler of a signal can interrupt another.
         self._running: set[subprocess.Popen[str]] = set()
-        self._status = 0  # Of the first program that failed, or 128 plus a signal.
+        self._signal = 0
+        self._status = 0  # Of the last program that failed.
 
-    def run(self, programs: Iterable[Program]) -> None:
-        """Returns after the last program. With several at a time, labels precede their output.
+    def run(self, programs: Iterable[Program]) -> int:
+        """Returns the exit status after the last program: 0, of a failure, or 128 plus a signal.
 
-        Raises:
-            SystemExit: A signal arrived, or a program failed.
+        With several at a time, labels precede their output.
         """
-        handlers = {
-            number: signal.signal(number, lambda n, _: self._stop(n, 128 + n))
-            for number in _SIGNALS
-        }
+        handlers = {number: signal.signal(number, self._on_signal) for number in _SIGNALS}
         waiting = iter(programs)
         try:
             with _multi_process_service(self._count) as environment:
@@ -82,8 +82,7 @@ class Processes:
         finally:
             for number, handler in handlers.items():
                 signal.signal(number, handler)
-        if self._status:
-            raise SystemExit(self._status)
+        return 128 + self._signal if self._signal else self._status
 
     def _run_each(
         self, waiting: Iterator[Program], cores: set[int], environment: Mapping[str, str]
@@ -92,7 +91,7 @@ class Processes:
         pipes: dict[str, Any] = {"stdout": subprocess.PIPE, "stderr": subprocess.STDOUT}
         while True:
             with self._lock:
-                program = None if self._status else next(waiting, None)
+                program = None if self._signal else next(waiting, None)
                 left = self._end - time.monotonic()
                 if program is None or left <= 0:
                     return
@@ -110,15 +109,16 @@ class Processes:
                     print(f"{program.label}: {line}", end="", flush=True)
             with self._lock:
                 self._running.remove(process)
-                if process.returncode == 0:
+                code = process.returncode
+                if code == 0:
                     program.ended()
                 else:
-                    code = process.returncode
-                    self._stop(signal.SIGTERM, code if code > 0 else 128 - code)
+                    self._status = code if code > 0 else 128 - code
+                    print(f"{program.label} ended with status {self._status}", flush=True)
 
-    def _stop(self, number: int, status: int) -> None:
+    def _on_signal(self, number: int, frame: Any) -> None:  # noqa: ANN401
         with self._lock:
-            self._status = self._status or status
+            self._signal = number
             for process in self._running:
                 process.send_signal(number)
 
@@ -146,11 +146,21 @@ def _multi_process_service(count: int) -> Iterator[Mapping[str, str]]:
     with tempfile.TemporaryDirectory() as folder:
         environment = os.environ | {_MPS_PIPES: folder, _MPS_LOGS: folder}
         started = subprocess.run([program, "-d"], env=environment, check=False)
-        if started.returncode:
-            print(f"{_MPS} -d failed: programs use a GPU in turns", flush=True)
-            yield os.environ
-            return
         try:
-            yield environment
+            if started.returncode == 0 and _can_compute(environment):
+                yield environment
+            else:
+                print(f"{_MPS} does not work here: programs use a GPU in turns", flush=True)
+                yield os.environ
         finally:
             subprocess.run([program], input="quit\n", text=True, env=environment, check=False)
+
+
+def _can_compute(environment: Mapping[str, str]) -> bool:
+    """Returns whether a program with this environment computes on the device of this process."""
+    device = "cuda" if torch.cuda.is_available() else "cpu"
+    check = [sys.executable, "-c", f"import torch; torch.zeros(1, device='{device}')"]
+    try:
+        return subprocess.run(check, env=environment, check=False, timeout=120).returncode == 0
+    except subprocess.TimeoutExpired:
+        return False

@@ -78,9 +78,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
                 command = [sys.executable, "-m", "learners.ppo", *words_of(options), *more]
                 yield Program(f"{name}, seed {seed}", command, write_table)
 
-    Processes(given.jobs, given.time_limit).run(programs())
+    status = Processes(given.jobs, given.time_limit).run(programs())
     print(table(given.output))
-    return 0
+    return status
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-"""Programs run side by side with their parts of the cores, and stop together."""
+"""Programs run side by side with their parts of the cores; a signal stops all."""
 
 from __future__ import annotations
 
@@ -10,6 +10,8 @@ import time
 from pathlib import Path
 
 import pytest
+
+pytest.importorskip("torch")
 
 from learners.processes import Processes, Program
 
@@ -36,13 +38,6 @@ signal.signal(signal.SIGINT, stop)
 path.write_text("runs")
 time.sleep(60)
 """
-# Waits for a file, then fails.
-_FAIL = """
-import pathlib, sys, time
-while not pathlib.Path(sys.argv[1]).exists():
-    time.sleep(0.01)
-sys.exit(7)
-"""
 
 
 def _program(label: str, code: str, *arguments: object, ended: list[str] | None = None) -> Program:
@@ -56,7 +51,7 @@ def test_programs_run_at_the_same_time_on_parts_of_the_cores(
     ended: list[str] = []
     one = _program("first", _MEET, tmp_path, "a", "b", ended=ended)
     two = _program("second", _MEET, tmp_path, "b", "a", ended=ended)
-    Processes(2).run([one, two])
+    assert Processes(2).run([one, two]) == 0
     assert sorted(ended) == ["first", "second"]
     lines = capfd.readouterr().out.splitlines()
     assert {"first: met b", "second: met a"} <= set(lines)
@@ -66,14 +61,15 @@ def test_programs_run_at_the_same_time_on_parts_of_the_cores(
     assert not mine & its or len(cores) == 1
 
 
-def test_failure_stops_the_others(tmp_path: Path) -> None:
-    path, ended = tmp_path / "waits", []
-    programs = [_program("waits", _WAIT, path, ended=ended), _program("fails", _FAIL, path)]
-    programs.append(_program("never", "", ended=ended))
-    with pytest.raises(SystemExit, match="7"):
-        Processes(2).run(programs)
-    assert path.read_text() == str(int(signal.SIGTERM))
-    assert not ended
+@pytest.mark.parametrize("count", [1, 2])
+def test_failure_is_returned_after_the_other_programs(
+    count: int, capfd: pytest.CaptureFixture[str]
+) -> None:
+    ended: list[str] = []
+    programs = [_program("fails", "exit(7)"), _program("later", "", ended=ended)]
+    assert Processes(count).run(programs) == 7
+    assert ended == ["later"]
+    assert "fails ended with status 7\n" in capfd.readouterr().out
 
 
 @pytest.mark.parametrize("count", [1, 2])
@@ -87,8 +83,8 @@ def test_signal_is_passed_on_to_all_programs(tmp_path: Path, count: int) -> None
 
     thread = threading.Thread(target=interrupt)
     thread.start()
-    with pytest.raises(SystemExit, match="130"):
-        Processes(count).run(_program(path.name, _WAIT, path) for path in paths)
+    programs = (_program(path.name, _WAIT, path) for path in paths)
+    assert Processes(count).run(programs) == 128 + signal.SIGINT
     thread.join()
     assert [path.read_text() for path in paths[:count]] == [str(int(signal.SIGINT))] * count
     assert not paths[count].exists()
@@ -104,21 +100,38 @@ def test_time_limit_is_divided(tmp_path: Path, capfd: pytest.CaptureFixture[str]
     assert 0 < float(left) <= 1
 
 
+def _install_mps(folder: Path, code: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Puts a shell script in the place of NVIDIA's program."""
+    script = folder / "nvidia-cuda-mps-control"
+    script.write_text(f"#!/bin/sh\n{code}\n")
+    script.chmod(0o755)
+    monkeypatch.setenv("PATH", str(folder), prepend=os.pathsep)
+    monkeypatch.delenv("CUDA_MPS_PIPE_DIRECTORY", raising=False)
+
+
+_SHOW_PIPES = "import os; print(os.environ.get('CUDA_MPS_PIPE_DIRECTORY'))"
+
+
 def test_mps_is_started_for_several_programs_and_stopped(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
 ) -> None:
-    """With a script in its place, which shows how it is called."""
-    script = tmp_path / "nvidia-cuda-mps-control"
-    script.write_text('#!/bin/sh\necho "mps $1 $CUDA_MPS_PIPE_DIRECTORY"; [ "$1" ] || cat\n')
-    script.chmod(0o755)
-    monkeypatch.setenv("PATH", str(tmp_path), prepend=os.pathsep)
-    monkeypatch.delenv("CUDA_MPS_PIPE_DIRECTORY", raising=False)
-    code = "import os; print(os.environ.get('CUDA_MPS_PIPE_DIRECTORY'))"
-    Processes(2).run([_program("one", code)])
+    code = 'echo "mps $1 $CUDA_MPS_PIPE_DIRECTORY"; [ "$1" ] || cat'
+    _install_mps(tmp_path, code, monkeypatch)
+    Processes(2).run([_program("one", _SHOW_PIPES)])
     begin, label, found, end, command = capfd.readouterr().out.splitlines()
     folder = begin.removeprefix("mps -d ")
     assert (label, found) == ("one", f"one: {folder}")
     assert (end.split(), command) == (["mps", folder], "quit")
     assert not Path(folder).exists()
-    Processes(1).run([_program("one", code)])
+    Processes(1).run([_program("one", _SHOW_PIPES)])
     assert capfd.readouterr().out.splitlines() == ["one", "None"]
+
+
+def test_programs_run_without_mps_that_does_not_work(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> None:
+    _install_mps(tmp_path, "exit 1", monkeypatch)
+    Processes(2).run([_program("one", _SHOW_PIPES)])
+    problem, *lines = capfd.readouterr().out.splitlines()
+    assert "programs use a GPU in turns" in problem
+    assert lines == ["one", "one: None"]
