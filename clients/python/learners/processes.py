@@ -12,7 +12,9 @@ import tempfile
 import threading
 import time
 from collections.abc import Callable, Iterable, Iterator, Mapping
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
+from functools import partial
 from typing import Any, NamedTuple
 
 import torch
@@ -71,21 +73,17 @@ class Processes:
         waiting = iter(programs)
         try:
             with _multi_process_service(self._count) as environment:
-                threads = [
-                    threading.Thread(target=self._run_each, args=(waiting, cores, environment))
-                    for cores in _parts_of_cores(self._count)
-                ]
-                for thread in threads:
-                    thread.start()
-                for thread in threads:
-                    thread.join()
+                with ThreadPoolExecutor(self._count) as pool:
+                    parts = _parts_of_cores(self._count)
+                    run = partial(self._run_each, waiting, environment)
+                    list(pool.map(run, parts))  # Raises what a thread raises.
         finally:
             for number, handler in handlers.items():
                 signal.signal(number, handler)
         return 128 + self._signal if self._signal else self._status
 
     def _run_each(
-        self, waiting: Iterator[Program], cores: set[int], environment: Mapping[str, str]
+        self, waiting: Iterator[Program], environment: Mapping[str, str], cores: set[int]
     ) -> None:
         os.sched_setaffinity(0, cores)  # Of this thread; its processes inherit it.
         pipes: dict[str, Any] = {"stdout": subprocess.PIPE, "stderr": subprocess.STDOUT}

@@ -90,6 +90,11 @@ def test_signal_is_passed_on_to_all_programs(tmp_path: Path, count: int) -> None
     assert not paths[count].exists()
 
 
+def test_program_that_does_not_exist_is_an_error() -> None:
+    with pytest.raises(FileNotFoundError, match="no-such-program"):
+        Processes(2).run([Program("missing", ["no-such-program"], lambda: None)])
+
+
 def test_time_limit_is_divided(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
     code = "import sys, time; print(*sys.argv[1:]); time.sleep(1.5)"
     Processes(1, time_limit=1).run(_program(label, code) for label in ("one", "two"))
