@@ -18,6 +18,7 @@
 #include "tools/art/images.h"
 #include "tools/art/legibility.h"
 #include "tools/art/requests.h"
+#include "tools/art/variety.h"
 #include "tools/progress.h"
 
 ABSL_FLAG(std::vector<std::string>, games, {}, "games to measure, e.g. maze,heist; empty: all");
@@ -27,6 +28,10 @@ ABSL_FLAG(
     std::string, contrast_to, "",
     "folder with art in the layout of Procgen 0.10.7: compare the contrast of the agent's views "
     "with it, instead of measuring distances");
+ABSL_FLAG(
+    int32_t, variety_levels, 0,
+    "with --contrast_to: compare how much the first views of this many levels differ, instead "
+    "of the contrast; at least 0");
 ABSL_FLAG(double, minimum, 0,
           "smallest distance that passes, or with --contrast_to smallest ratio; at least 0");
 ABSL_FLAG(std::string, crops, "", "folder for an enlarged image of each pair; empty: none");
@@ -123,6 +128,11 @@ std::string CommandError(const std::vector<char*>& arguments) {
   if (!(absl::GetFlag(FLAGS_minimum) >= 0)) {
     return absl::StrCat("--minimum ", absl::GetFlag(FLAGS_minimum), ": must be at least 0");
   }
+  const int32_t level_count = absl::GetFlag(FLAGS_variety_levels);
+  if (level_count < 0 || (level_count > 0 && absl::GetFlag(FLAGS_contrast_to).empty())) {
+    return absl::StrCat("--variety_levels ", level_count,
+                        ": must be at least 0, and needs --contrast_to");
+  }
   return "";
 }
 
@@ -183,6 +193,33 @@ int CompareContrasts(const DrawingRequest& request, const SharedArt& other_art) 
   return ReportWeak(weak_count, "games");
 }
 
+// "the art / the other art" of a mean and its spread over the levels.
+std::string Pair(double mean, double spread, double other_mean, double other_spread) {
+  return absl::StrFormat("%.0f ± %.0f / %.0f ± %.0f", mean, spread, other_mean, other_spread);
+}
+
+int CompareVarieties(const DrawingRequest& request, const SharedArt& other_art) {
+  Progress progress(request.games.size());
+  const int32_t level_count = absl::GetFlag(FLAGS_variety_levels);
+  std::cout
+      << "| game | backgrounds | looks | lightness | contrast | chroma | hue | colors | grain "
+         "|\n| --- | --- | --- | --- | --- | --- | --- | --- | --- |\n";
+  for (const GameSpec* game : request.games) {
+    const Roles& roles = RolesOf(game->name);
+    const Variety art = MeasureVariety(roles, *request.art, level_count);
+    const Variety other = MeasureVariety(roles, other_art, level_count);
+    progress.Finish(roles.game, absl::StrFormat("%.1f", art.color_spread));
+    std::cout << absl::StreamFormat(
+        "| %s | %d | %d | %s | %s | %s | %.0f / %.0f | %.0f / %.0f | %.1f / %.1f |\n", roles.game,
+        art.background_count, art.look_count,
+        Pair(art.lightness, art.lightness_spread, other.lightness, other.lightness_spread),
+        Pair(art.contrast, art.contrast_spread, other.contrast, other.contrast_spread),
+        Pair(art.chroma, art.chroma_spread, other.chroma, other.chroma_spread), art.hue_spread,
+        other.hue_spread, art.color_spread, other.color_spread, art.grain, other.grain);
+  }
+  return 0;
+}
+
 int Main(const std::vector<char*>& arguments) {
   if (const std::string error = CommandError(arguments); !error.empty()) {
     return Fail(error);
@@ -196,8 +233,11 @@ int Main(const std::vector<char*>& arguments) {
     return MeasureDistances(*request);
   }
   const auto other_art = SharedArt::LoadFolder(other_folder);
-  return other_art.ok() ? CompareContrasts(*request, **other_art)
-                        : Fail(other_art.status().message());
+  if (!other_art.ok()) {
+    return Fail(other_art.status().message());
+  }
+  return absl::GetFlag(FLAGS_variety_levels) > 0 ? CompareVarieties(*request, **other_art)
+                                                 : CompareContrasts(*request, **other_art);
 }
 
 }  // namespace
@@ -209,6 +249,6 @@ int main(int argc, char** argv) {
       "two "
       "arts.\n"
       "usage: procgen-legibility [--games NAME,...] [--minimum X] [--crops FOLDER] "
-      "[--art_dir FOLDER] [--contrast_to FOLDER]");
+      "[--art_dir FOLDER] [--contrast_to FOLDER [--variety_levels N]]");
   return procgen::Main(absl::ParseCommandLine(argc, argv));
 }

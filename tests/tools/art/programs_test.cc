@@ -108,12 +108,24 @@ TEST(ProcgenLegibilityTest, ComparesTheContrastWithAnotherArt) {
   EXPECT_THAT(strict.output, HasSubstr("1 games are below 1000\n"));
 }
 
+TEST(ProcgenLegibilityTest, ComparesTheVarietyWithAnotherArt) {
+  const TemporaryFolder temporary;
+  PaintArtFolder(temporary.At("art"));
+  const ProgramRun run = Legibility(
+      absl::StrCat("--games maze --variety_levels 20 --contrast_to ", temporary.At("art")));
+  EXPECT_EQ(run.exit_status, 0) << run.output;
+  EXPECT_THAT(run.output, AllOf(HasSubstr("| game | backgrounds | looks | lightness |"),
+                                ContainsRegex("\n\\| maze \\| [3-9] \\| 3 \\| ")));
+}
+
 TEST(ProcgenLegibilityTest, WrongFlagsAreRejectedWithWhatIsAllowed) {
   EXPECT_EQ(Legibility("--minimum -1").exit_status, 2);
   EXPECT_THAT(Legibility("--minimum -1").output, HasSubstr("--minimum -1: must be at least 0"));
   EXPECT_THAT(Legibility("--games chess").output, HasSubstr("game 'chess' is not one of bigfish"));
   EXPECT_THAT(Legibility("maze").output,
               HasSubstr("unexpected argument 'maze': only flags are allowed"));
+  EXPECT_THAT(Legibility("--variety_levels 5").output,
+              HasSubstr("--variety_levels 5: must be at least 0, and needs --contrast_to"));
   EXPECT_EQ(Legibility("--contrast_to /no/art").exit_status, 2);
   EXPECT_THAT(Legibility("--contrast_to /no/art").output, HasSubstr("/no/art"));
 }
