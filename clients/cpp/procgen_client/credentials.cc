@@ -71,8 +71,7 @@ absl::StatusOr<Credentials> Credentials::FromEnvironment() {
   return credentials;
 }
 
-absl::StatusOr<std::shared_ptr<grpc::ChannelCredentials>> ChannelCredentialsOf(
-    const Credentials& credentials, const std::string& address) {
+absl::Status CheckCredentials(const Credentials& credentials, const std::string& address) {
   if (credentials.certificate.empty() != credentials.key.empty()) {
     return absl::InvalidArgumentError(
         "a client certificate or its key is given alone, allowed: both or none");
@@ -83,11 +82,7 @@ absl::StatusOr<std::shared_ptr<grpc::ChannelCredentials>> ChannelCredentialsOf(
         "second word");
   }
   if (!credentials.ca.empty()) {
-    grpc::SslCredentialsOptions options;
-    options.pem_root_certs = credentials.ca;
-    options.pem_cert_chain = credentials.certificate;
-    options.pem_private_key = credentials.key;
-    return grpc::SslCredentials(options);
+    return absl::OkStatus();
   }
   if (!credentials.certificate.empty()) {
     return absl::InvalidArgumentError(
@@ -99,7 +94,22 @@ absl::StatusOr<std::shared_ptr<grpc::ChannelCredentials>> ChannelCredentialsOf(
                      " in plain text; set the server's CA certificates (PROCGEN_SERVER_CA), or "
                      "token_in_plain_text"));
   }
-  return grpc::InsecureChannelCredentials();
+  return absl::OkStatus();
+}
+
+absl::StatusOr<std::shared_ptr<grpc::ChannelCredentials>> ChannelCredentialsOf(
+    const Credentials& credentials, const std::string& address) {
+  if (absl::Status status = CheckCredentials(credentials, address); !status.ok()) {
+    return status;
+  }
+  if (credentials.ca.empty()) {
+    return grpc::InsecureChannelCredentials();
+  }
+  grpc::SslCredentialsOptions options;
+  options.pem_root_certs = credentials.ca;
+  options.pem_cert_chain = credentials.certificate;
+  options.pem_private_key = credentials.key;
+  return grpc::SslCredentials(options);
 }
 
 void ShowToken(const std::string& token, grpc::ClientContext* context) {

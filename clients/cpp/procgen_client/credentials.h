@@ -4,6 +4,7 @@
 #include <memory>
 #include <string>
 
+#include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "absl/strings/string_view.h"
 #include "grpcpp/client_context.h"
@@ -32,9 +33,12 @@ struct Credentials {
 // Whether the address is loopback or a unix socket, where plain text is safe.
 bool IsThisMachine(absl::string_view address);
 
-// Converts credentials to gRPC's, for a connection to `address`. Errors: INVALID_ARGUMENT a
-// certificate without its key or without `ca`, or a token that would be sent to another machine in
-// plain text.
+// Checks credentials for a connection to `address`; does not start gRPC, which reads its
+// environment variables then. Errors: INVALID_ARGUMENT a certificate without its key or without
+// `ca`, or a token that would be sent to another machine in plain text.
+absl::Status CheckCredentials(const Credentials& credentials, const std::string& address);
+
+// Converts credentials to gRPC's. Errors: those of CheckCredentials.
 absl::StatusOr<std::shared_ptr<grpc::ChannelCredentials>> ChannelCredentialsOf(
     const Credentials& credentials, const std::string& address);
 

@@ -50,10 +50,10 @@ absl::StatusOr<std::shared_ptr<Servers>> Servers::Connect(absl::string_view addr
     options.credentials = *std::move(credentials);
   }
   for (const std::string& each : given) {
-    const auto checked = ChannelCredentialsOf(*options.credentials,
-                                              std::string(absl::StripPrefix(each, kClusterScheme)));
-    if (!checked.ok()) {
-      return checked.status();
+    absl::Status status = CheckCredentials(*options.credentials,
+                                           std::string(absl::StripPrefix(each, kClusterScheme)));
+    if (!status.ok()) {
+      return status;
     }
   }
   const bool is_single = given.size() == 1 && !absl::StartsWith(given.front(), kClusterScheme) &&
