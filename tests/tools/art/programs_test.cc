@@ -15,6 +15,7 @@ namespace procgen {
 namespace {
 
 using ::testing::AllOf;
+using ::testing::ContainsRegex;
 using ::testing::HasSubstr;
 
 ProgramRun Gallery(const std::string& arguments) {
