@@ -100,9 +100,9 @@ Variety SpreadOf(absl::Span<const ViewColors> views) {
       MeanAndDeviation(views, &ViewColors::contrast);
   std::tie(variety.chroma, variety.chroma_spread) = MeanAndDeviation(views, &ViewColors::chroma);
   variety.hue_spread = HueSpread(views);
-  variety.color_spread = std::hypot(variety.lightness_spread,
-                                    MeanAndDeviation(views, &ViewColors::a).second,
-                                    MeanAndDeviation(views, &ViewColors::b).second);
+  variety.color_spread =
+      std::hypot(variety.lightness_spread, MeanAndDeviation(views, &ViewColors::a).second,
+                 MeanAndDeviation(views, &ViewColors::b).second);
   variety.grain = MeanAndDeviation(views, &ViewColors::grain).first;
   return variety;
 }

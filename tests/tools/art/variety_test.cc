@@ -50,8 +50,8 @@ TEST(VarietyTest, EqualViewsHaveNoSpread) {
 }
 
 TEST(VarietyTest, SpreadsAreStandardDeviations) {
-  const Variety variety = SpreadOf({{.lightness = 20, .a = 10, .b = 0},
-                                    {.lightness = 60, .a = 0, .b = 10}});
+  const Variety variety =
+      SpreadOf({{.lightness = 20, .a = 10, .b = 0}, {.lightness = 60, .a = 0, .b = 10}});
   EXPECT_THAT(variety.lightness, DoubleNear(40, 1e-9));
   EXPECT_THAT(variety.lightness_spread, DoubleNear(20, 1e-9));
   EXPECT_THAT(variety.color_spread, DoubleNear(21.21, 0.01));  // of 20, 5 and 5
