@@ -46,7 +46,7 @@ TEST(DomainConfigTest, ManyPeersAreProbedLessOften) {
   EXPECT_THAT(DomainConfig(options, {}), HasSubstr("<SPDPInterval>15000ms<"));
   options.peers = {"nodes"};
   for (const auto& [count, interval] :
-       {std::pair<size_t, const char*>{1, "15000"}, {64, "85333"}, {10'000, "900000"}}) {
+       {std::pair<size_t, const char*>{1, "15000"}, {64, "128000"}, {10'000, "900000"}}) {
     const std::vector<std::string> addresses(count, "10.0.0.1");
     EXPECT_THAT(DomainConfig(options, addresses),
                 HasSubstr(absl::StrCat("<SPDPInterval>", interval, "ms<")));

@@ -34,7 +34,7 @@ def test_a_grid_is_run_once(
     root = _run("generalization", server, tmp_path, "--games", "bigfish", "--jobs", "2")
     output = capfd.readouterr().out
     assert "\n[4/4] bigfish, 1000 levels, seed 0\n" in output
-    assert "\n[4/4] bigfish, 1000 levels, seed 0: bigfish [####################]" in output
+    assert "\n[4/4] bigfish, 1000 levels, seed 0: bigfish 512 of 512 steps, " in output
     table = (root / "table.md").read_text().splitlines()
     assert table[0].startswith("| game | variant | seeds | million steps | training | all levels |")
     rows = [line.split(" | ") for line in table[2:]]

@@ -46,7 +46,7 @@ test("the return comes first, with the means of a random agent and of the refere
   const page = await it.open(server.page("/?pool=pools/one"));
   const first = page.locator("#plots figure").first();
   await waitForText(first.locator("h3"), "Mean return");
-  await waitForText(first.locator(".number"), /random agent 2\.62.*PPO, 25 million steps 8\.65/);
+  await waitForText(first.locator(".number"), /random agent 2\.77.*PPO, 25 million steps 8\.65/);
   const [high, other] = await page.locator("#plots .drawing").evaluateAll((all) => all.map((one) => one.getBoundingClientRect().height));
   assert(high > 1.4 * other);
 });

@@ -15,7 +15,8 @@ after(async () => assert.equal(await server.stop(), 0));
 
 test("the means of a random agent and of a learner are shown beside the score", async () => {
   const page = await it.open(server.page("/play?game=coinrun&mode=easy&level=1"));
-  await waitForText(page.locator("#scores"), `Mean scores to compare with: random agent ${BASELINES.coinrun.easy[0]}; PPO, 25 million steps ${BASELINES.coinrun.easy[1]}.`);
+  const [random, learner] = BASELINES.coinrun.easy;
+  await waitForText(page.locator("#scores"), `Mean scores to compare with: random agent ${random}; PPO, 25 million steps ${learner}.`);
   await page.goto(server.page("/play?game=coinrun&mode=hard&level=3"));
   await waitForText(page.locator("#scores"), /: random agent 2\.52\.$/);
   await page.goto(server.page("/play?game=maze&mode=memory&level=3"));
