@@ -58,7 +58,7 @@ test("a withdrawn token is asked for again, on every page", async () => {
 
   await writeFile(file, tokens.bob);
   await waitForText(live.locator("#token-problem"), "The server no longer accepts this token.");
-  await play.keyboard.press("n");  // Another level is another pool; the running one continues.
+  await play.keyboard.press("n");  // The next level is another pool; the running one would continue.
   await waitForText(play.locator("#token-problem"), "The server no longer accepts this token.");
   assert.equal(await play.locator("#notices").textContent(), "");
 
@@ -68,7 +68,7 @@ test("a withdrawn token is asked for again, on every page", async () => {
     await waitForText(page.locator(".link"), "Connected");
     await page.locator(state).waitFor();
   }
-  await waitForText(figure(play, "#figures", "Level seed"), /^5$/);
+  await waitForText(figure(play, "#figures", "Level seed"), /^6$/);
   assert.equal(await server.stop(), 0);
   await rm(folder, { recursive: true });
 });
