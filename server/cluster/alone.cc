@@ -8,7 +8,6 @@
 #include "absl/base/thread_annotations.h"
 #include "absl/synchronization/mutex.h"
 #include "server/cluster/cluster.h"
-#include "server/cluster/subscribers.h"
 
 namespace procgen {
 namespace {
@@ -22,14 +21,8 @@ class LoneNode final : public Cluster {
 
   void Publish(NodeStatus status) override {
     status.node_id = node_id_;
-    {
-      absl::MutexLock lock(&mutex_);
-      if (nodes_ == std::vector<NodeStatus>{status}) {
-        return;
-      }
-      nodes_ = {std::move(status)};
-    }
-    subscribers_.Notify();
+    absl::MutexLock lock(&mutex_);
+    nodes_ = {std::move(status)};
   }
 
   std::vector<NodeStatus> Nodes() const override {
@@ -37,14 +30,9 @@ class LoneNode final : public Cluster {
     return nodes_;
   }
 
-  Subscription Subscribe(absl::AnyInvocable<void()> changed) override {
-    return subscribers_.Add(std::move(changed));
-  }
-
  private:
   const std::string name_;  // empty
   const std::string node_id_;
-  Subscribers subscribers_;
   mutable absl::Mutex mutex_;
   std::vector<NodeStatus> nodes_ ABSL_GUARDED_BY(mutex_);
 };

@@ -10,7 +10,6 @@
 #include "absl/synchronization/mutex.h"
 #include "server/cluster/dds_log.h"
 #include "server/cluster/participant.h"
-#include "server/cluster/subscribers.h"
 #include "server/cluster/timing.h"
 #include "server/concurrency/steady_time.h"
 #include "server/logging/event_log.h"
@@ -87,7 +86,6 @@ class DdsCluster final : public Cluster {
         Send();
       }
     }
-    participant()->Wake();
   }
 
   std::vector<NodeStatus> Nodes() const override {
@@ -99,10 +97,6 @@ class DdsCluster final : public Cluster {
     return nodes;
   }
 
-  Subscription Subscribe(absl::AnyInvocable<void()> changed) override {
-    return subscribers_.Add(std::move(changed));
-  }
-
  private:
   std::shared_ptr<Participant> participant() const {
     absl::MutexLock lock(&mutex_);
@@ -112,18 +106,10 @@ class DdsCluster final : public Cluster {
   bool Stops() const { return stopped_.HasBeenNotified(); }
 
   void WatchUntilStopped() {
-    std::vector<NodeStatus> told_nodes;
     while (!Stops()) {
       RefreshNodes();
-      std::vector<NodeStatus> nodes = Nodes();
-      if (nodes == told_nodes) {
-        stopped_.WaitWithTimeout(kRefreshIntervalMin);
-        continue;
-      }
-      told_nodes = std::move(nodes);
-      subscribers_.Notify();
-      // Changes that arrive meanwhile are reported together.
-      stopped_.WaitWithTimeout(kTellIntervalMin);
+      // Samples that arrive meanwhile are read together.
+      stopped_.WaitWithTimeout(kRefreshIntervalMin);
     }
   }
 
@@ -197,7 +183,6 @@ class DdsCluster final : public Cluster {
   absl::Time published_ ABSL_GUARDED_BY(mutex_) = absl::InfinitePast();
   absl::Time sent_time_ ABSL_GUARDED_BY(mutex_) = absl::InfinitePast();
   std::vector<NodeStatus> others_ ABSL_GUARDED_BY(mutex_);
-  Subscribers subscribers_;
 
   // Last: they use the members above.
   std::thread watching_;

@@ -6,12 +6,10 @@
 #include <string>
 #include <vector>
 
-#include "absl/functional/any_invocable.h"
 #include "absl/status/statusor.h"
 #include "absl/time/time.h"
 #include "server/cluster/cluster_options.h"
 #include "server/cluster/node_status.h"
-#include "server/cluster/subscription.h"
 #include "server/cluster/timing.h"
 
 namespace procgen {
@@ -48,11 +46,6 @@ class Cluster {
   virtual void Publish(NodeStatus status) = 0;
   // The live nodes, by node_id; including this one once it has published.
   virtual std::vector<NodeStatus> Nodes() const = 0;
-
-  // Calls `changed` after a node joined, left or changed, on a thread of the cluster or of a
-  // publisher. `changed` must not block. Calls are at least kTellIntervalMin apart, so several
-  // changes may share one; the last change always causes a call.
-  virtual Subscription Subscribe(absl::AnyInvocable<void()> changed) = 0;
 };
 
 }  // namespace procgen

@@ -22,8 +22,6 @@ inline constexpr int kDiscoveryMessagesPerSecondMax = 4;
 // Time after which Cyclone DDS forgets a silent participant: this, or three discovery intervals.
 inline constexpr absl::Duration kDiscoveryLeaseMin = absl::Minutes(1);
 
-// Minimum time between two reports of changes; the first of a series is reported immediately.
-inline constexpr absl::Duration kTellIntervalMin = absl::Milliseconds(100);
 // Maximum and minimum interval of reading the status of the nodes.
 inline constexpr absl::Duration kRefreshInterval = absl::Milliseconds(200);
 inline constexpr absl::Duration kRefreshIntervalMin = absl::Milliseconds(20);

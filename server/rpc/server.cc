@@ -197,7 +197,6 @@ class GrpcServer final : public Server {
     }
     listener_.reset();
     internal_listener_.reset();
-    cluster_service_.EndWatches();
     const absl::Duration rest = std::min(end - SteadyNow(), kConnectionCloseTimeout);
     server_->Shutdown(
         gpr_time_add(gpr_now(GPR_CLOCK_MONOTONIC),

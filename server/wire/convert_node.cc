@@ -19,4 +19,16 @@ v1::Node NodeMessageOf(const NodeStatus& status) {
   return node;
 }
 
+v1::ListNodesResponse NodesMessageOf(const Cluster& cluster) {
+  v1::ListNodesResponse response;
+  for (const NodeStatus& node : cluster.Nodes()) {
+    *response.add_nodes() = NodeMessageOf(node);
+    if (node.node_id == cluster.node_id()) {
+      response.set_local_node(response.nodes().rbegin()->name());
+    }
+  }
+  response.set_cluster(cluster.name());
+  return response;
+}
+
 }  // namespace procgen

@@ -34,14 +34,16 @@ int Run(const ClusterOptions& options) {
   }
   Cluster& cluster = **joined;
   size_t reported = 0;
-  const Subscription subscription = cluster.Subscribe([&] {
-    const size_t count = cluster.Nodes().size();
-    if (std::exchange(reported, count) != count) {
-      std::printf("%.6f %zu\n", MonotonicSeconds(), count);
-      std::fflush(stdout);
-    }
-  });
   SteadyNotification stopped;
+  std::thread observer([&] {
+    do {
+      const size_t count = cluster.Nodes().size();
+      if (std::exchange(reported, count) != count) {
+        std::printf("%.6f %zu\n", MonotonicSeconds(), count);
+        std::fflush(stdout);
+      }
+    } while (!stopped.WaitWithTimeout(absl::Milliseconds(50)));
+  });
   std::thread publisher([&] {
     NodeStatus status;
     status.address = options.address;
@@ -57,6 +59,7 @@ int Run(const ClusterOptions& options) {
   }
   stopped.Notify();
   publisher.join();
+  observer.join();
   return 0;
 }
 

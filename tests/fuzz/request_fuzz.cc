@@ -24,8 +24,8 @@ void CallAll(const std::vector<Piece>& pieces) {
       continue;
     }
     const size_t method = static_cast<uint8_t>(piece.bytes[0]) % std::size(kMethods);
-    // Watch methods send responses without end.
-    const size_t response_count_max = method == kWatchNodes || method == kWatchPool ? 1 : SIZE_MAX;
+    // A watch sends responses without end.
+    const size_t response_count_max = method == kWatchPool ? 1 : SIZE_MAX;
     RequirePromised(CallRaw(TheFuzzedServer().channel(), kMethods[method], {piece.bytes.substr(1)},
                             "", response_count_max)
                         .status);

@@ -8,9 +8,8 @@ inline constexpr const char* kMethods[] = {
     "/procgen.v1.CatalogService/GetCatalog", "/procgen.v1.CatalogService/GetLoad",
     "/procgen.v1.PoolService/GetPool",       "/procgen.v1.PoolService/ListPools",
     "/procgen.v1.PoolService/WatchPool",     "/procgen.v1.PoolService/GetEpisode",
-    "/procgen.v1.ClusterService/ListNodes",  "/procgen.v1.ClusterService/WatchNodes",
+    "/procgen.v1.ClusterService/ListNodes",  "/procgen.v1.PoolService/PausePool",
     "/procgen.v1.PoolService/ListEpisodes",  "/procgen.v1.PoolService/GetPoolHistory",
-    "/procgen.v1.PoolService/PausePool",
 };
 
 enum RequestMethod {
@@ -21,10 +20,9 @@ enum RequestMethod {
   kWatchPool,
   kGetEpisode,
   kListNodes,
-  kWatchNodes,
+  kPausePool,
   kListEpisodes,
   kGetPoolHistory,
-  kPausePool,
 };
 
 }  // namespace procgen

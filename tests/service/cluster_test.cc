@@ -6,12 +6,10 @@
 #include <functional>
 #include <memory>
 #include <string>
-#include <thread>
 #include <vector>
 
 #include "absl/hash/hash.h"
 #include "absl/strings/str_cat.h"
-#include "absl/synchronization/notification.h"
 #include "absl/time/clock.h"
 #include "gmock/gmock.h"
 #include "gtest/gtest.h"
@@ -54,27 +52,23 @@ class Node {
     return nodes.ok() ? IdsOf(*nodes) : std::vector<std::string>();
   }
 
-  // Waits for a response that satisfies `is_expected`; returns false after `timeout`.
-  bool WaitForNodes(const std::function<bool(const v1::WatchNodesResponse&)>& is_expected,
+  // Waits for a list that satisfies `is_expected`; returns false after `timeout`.
+  bool WaitForNodes(const std::function<bool(const v1::ListNodesResponse&)>& is_expected,
                     absl::Duration timeout = kSeenWithin) {
-    const auto watch = client_->WatchNodes();
-    absl::Notification done;
-    std::thread alarm([&] {
-      if (!done.WaitForNotificationWithTimeout(timeout)) {
-        watch->Stop();
+    const absl::Time end = absl::Now() + timeout;
+    while (absl::Now() < end) {
+      const auto nodes = client_->ListNodes();
+      EXPECT_THAT(nodes, IsOk());
+      if (!nodes.ok() || is_expected(*nodes)) {
+        return nodes.ok();
       }
-    });
-    absl::StatusOr<v1::WatchNodesResponse> nodes = watch->Next();
-    while (nodes.ok() && !is_expected(*nodes)) {
-      nodes = watch->Next();
+      absl::SleepFor(absl::Milliseconds(5));
     }
-    done.Notify();
-    alarm.join();
-    return nodes.ok();
+    return false;
   }
 
   bool WaitForIds(const std::vector<std::string>& ids, absl::Duration timeout = kSeenWithin) {
-    return WaitForNodes([&](const v1::WatchNodesResponse& nodes) { return IdsOf(nodes) == ids; },
+    return WaitForNodes([&](const v1::ListNodesResponse& nodes) { return IdsOf(nodes) == ids; },
                         timeout);
   }
 
@@ -88,8 +82,7 @@ class Node {
     return all;
   }
 
-  template <typename Nodes>
-  static std::vector<std::string> IdsOf(const Nodes& nodes) {
+  static std::vector<std::string> IdsOf(const v1::ListNodesResponse& nodes) {
     std::vector<std::string> ids;
     for (const v1::Node& node : nodes.nodes()) {
       ids.push_back(node.name().substr(std::string("nodes/").size()));
@@ -125,7 +118,7 @@ TEST_F(ClusterServiceTest, ThreeServersListEachOther) {
     EXPECT_EQ(nodes->nodes(1).address(), b.address());
     EXPECT_TRUE(nodes->nodes(1).healthy());
     EXPECT_FALSE(nodes->nodes(1).draining());
-    EXPECT_TRUE(node->WaitForNodes([](const v1::WatchNodesResponse& response) {
+    EXPECT_TRUE(node->WaitForNodes([](const v1::ListNodesResponse& response) {
       return response.nodes_size() == 3 && response.nodes(1).env_count() == 7 &&
              response.nodes(1).pool_count() == 1;
     }));
@@ -146,26 +139,11 @@ TEST_F(ClusterServiceTest, StoppingServerReportsDrainAndDisappears) {
   while (b.client().GetPool(run.name())->step_count() < 2000) {
   }
   b.process().Signal(SIGTERM);
-  EXPECT_TRUE(a.WaitForNodes([](const v1::WatchNodesResponse& nodes) {
+  EXPECT_TRUE(a.WaitForNodes([](const v1::ListNodesResponse& nodes) {
     return nodes.nodes_size() == 2 && nodes.nodes(1).draining() && !nodes.nodes(1).healthy();
   }));
   EXPECT_EQ(b.process().Wait(), 0);
   EXPECT_TRUE(a.WaitForIds({"a"}, kGoneAtOnceWithin));
-}
-
-TEST_F(ClusterServiceTest, WatchNodesDoesNotDelayShutdown) {
-  Node a("a", cluster_);
-  const auto watch = a.client().WatchNodes();
-  ASSERT_THAT(watch->Next(), IsOk());
-  const absl::Time begin = absl::Now();
-  a.process().Signal(SIGTERM);
-  absl::StatusOr<v1::WatchNodesResponse> nodes = watch->Next();
-  while (nodes.ok()) {
-    nodes = watch->Next();
-  }
-  EXPECT_THAT(nodes, StatusIs(absl::StatusCode::kUnavailable, HasSubstr("the server stops")));
-  EXPECT_EQ(a.process().Wait(), 0);
-  EXPECT_LT(absl::Now() - begin, absl::Seconds(8));
 }
 
 TEST_F(ClusterServiceTest, AdvertisedAddressIsReported) {

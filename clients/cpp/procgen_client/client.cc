@@ -177,7 +177,6 @@ std::string Client::WhyNotConnected() {
 Client::Client(const std::shared_ptr<grpc::Channel>& channel, CallOptions options)
     : call_options_(std::move(options)),
       channel_(channel),
-      cluster_(v1::ClusterService::NewStub(channel)),
       pools_(v1::PoolService::NewStub(channel)) {}
 
 template <typename Response>
@@ -205,12 +204,6 @@ absl::StatusOr<v1::Load> Client::GetLoad() {
 absl::StatusOr<v1::ListNodesResponse> Client::ListNodes() {
   return CallUnary<v1::ListNodesResponse>("/procgen.v1.ClusterService/ListNodes",
                                           v1::ListNodesRequest());
-}
-
-std::unique_ptr<NodeWatch> Client::WatchNodes() {
-  return std::make_unique<NodeWatch>(call_options_.token, [this](grpc::ClientContext* context) {
-    return cluster_->WatchNodes(context, v1::WatchNodesRequest());
-  });
 }
 
 absl::StatusOr<v1::Pool> Client::GetPool(const std::string& name) {

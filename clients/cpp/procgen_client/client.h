@@ -15,7 +15,7 @@
 #include "grpcpp/channel.h"
 #include "grpcpp/support/channel_arguments.h"
 #include "procgen/v1/catalog.pb.h"
-#include "procgen/v1/cluster.grpc.pb.h"
+#include "procgen/v1/cluster.pb.h"
 #include "procgen/v1/pool_service.grpc.pb.h"
 #include "procgen_client/cancellation.h"
 #include "procgen_client/credentials.h"
@@ -68,8 +68,6 @@ class Client {
 
   // Returns the servers of the cluster, or this server if it is in none.
   absl::StatusOr<procgen::v1::ListNodesResponse> ListNodes();
-  // As ListNodes, and again after each change.
-  std::unique_ptr<NodeWatch> WatchNodes();
 
   // Returns a pool, or all that the caller may see.
   absl::StatusOr<procgen::v1::Pool> GetPool(const std::string& name);
@@ -118,7 +116,6 @@ class Client {
 
   const CallOptions call_options_;
   const std::shared_ptr<grpc::Channel> channel_;
-  const std::unique_ptr<procgen::v1::ClusterService::Stub> cluster_;
   const std::unique_ptr<procgen::v1::PoolService::Stub> pools_;
 };
 

@@ -10,7 +10,6 @@
 #include "absl/status/statusor.h"
 #include "grpcpp/client_context.h"
 #include "grpcpp/support/sync_stream.h"
-#include "procgen/v1/cluster.pb.h"
 #include "procgen/v1/render.pb.h"
 #include "procgen_client/credentials.h"
 #include "procgen_client/internal/grpc_error.h"
@@ -63,8 +62,6 @@ class Watch {
   absl::Status end_;  // OK while the stream is open
 };
 
-// The servers of a cluster (WatchNodes). Ends with UNAVAILABLE when the server stops.
-using NodeWatch = Watch<procgen::v1::WatchNodesResponse>;
 // Frames of a pool (WatchPool). Ends with ABORTED when the pool ends,
 // and with UNAVAILABLE when the server drains.
 using PoolWatch = Watch<procgen::v1::WatchPoolResponse>;

@@ -15,7 +15,7 @@
 #include "gmock/gmock.h"
 #include "gtest/gtest.h"
 #include "server/concurrency/steady_time.h"
-#include "tests/server/cluster/cluster_watch.h"
+#include "tests/server/cluster/await.h"
 #include "tests/server/cluster/publisher.h"
 #include "tests/server/cluster/test_options.h"
 #include "tests/status_matchers.h"
@@ -59,8 +59,8 @@ std::vector<std::string> IdsOf(const std::vector<NodeStatus>& nodes) {
 
 using Ids = std::vector<std::string>;
 
-bool AwaitIds(Cluster* cluster, const Ids& ids, absl::Duration timeout = absl::Seconds(20)) {
-  return ClusterWatch(cluster).Await([&] { return IdsOf(cluster->Nodes()) == ids; }, timeout);
+bool AwaitIds(const Cluster* cluster, const Ids& ids, absl::Duration timeout = absl::Seconds(20)) {
+  return Await([&] { return IdsOf(cluster->Nodes()) == ids; }, timeout);
 }
 
 // Cyclone DDS leaks two blocks where a participant cannot be created.
@@ -83,7 +83,7 @@ TEST(ClusterTest, ChangesAreReceived) {
   NodeStatus status = SomeStatus("127.0.0.1:3");
   status.draining = false;
   b->Publish(status);
-  EXPECT_TRUE(ClusterWatch(a.get()).Await(
+  EXPECT_TRUE(Await(
       [&] { return a->Nodes().front().address == "127.0.0.1:3" && !a->Nodes().front().draining; }));
 }
 
@@ -114,7 +114,7 @@ TEST(ClusterTest, NodesThatPublishNothingNewStay) {
   const Publisher publisher_a(a.get(), SomeStatus("127.0.0.1:1"));
   const Publisher publisher_b(b.get(), SomeStatus("127.0.0.1:2"));
   EXPECT_TRUE(AwaitIds(a.get(), {"a", "b"}));
-  EXPECT_FALSE(ClusterWatch(a.get()).Await(
+  EXPECT_FALSE(Await(
       [&] {
         return IdsOf(a->Nodes()) != Ids{"a", "b"};
       },
@@ -124,13 +124,12 @@ TEST(ClusterTest, NodesThatPublishNothingNewStay) {
 TEST(ClusterTest, ChangesOfTheRateArriveWithTheNextRepetition) {
   const auto a = Join(TestOptions("a"));
   const auto b = Join(TestOptions("b"));
-  ClusterWatch watch(a.get());
   for (const double rate : {1000.0, 1001.0, 0.0}) {
     NodeStatus status = SomeStatus("127.0.0.1:2");
     status.steps_per_second = rate;
     const Publisher publisher(b.get(), status);
     EXPECT_TRUE(
-        watch.Await([&] { return !a->Nodes().empty() && a->Nodes()[0].steps_per_second == rate; }));
+        Await([&] { return !a->Nodes().empty() && a->Nodes()[0].steps_per_second == rate; }));
   }
 }
 
@@ -168,9 +167,8 @@ TEST(ClusterTest, ReplacementNodeStaysWhenTheOldOneLeaves) {
   const auto a = Join(TestOptions("a"));
   auto before = Join(TestOptions("b"));
   const auto after = Join(TestOptions("b"));
-  ClusterWatch watch(a.get());
   const auto await_address = [&](const std::string& address) {
-    return watch.Await([&] { return a->Nodes().size() == 1 && a->Nodes()[0].address == address; });
+    return Await([&] { return a->Nodes().size() == 1 && a->Nodes()[0].address == address; });
   };
   before->Publish(SomeStatus("127.0.0.1:2"));
   EXPECT_TRUE(await_address("127.0.0.1:2"));
@@ -197,24 +195,19 @@ TEST(ClusterTest, PeersWithNewAddressesStayListed) {
     ASSERT_TRUE(AwaitIds(a.get(), {"a", "b"}));
     ASSERT_TRUE(AwaitIds(b.get(), {"a", "b"}));
   }
-  std::atomic<bool> lost = false;
-  const auto check = [&lost](const Cluster& cluster) {
-    lost = lost || IdsOf(cluster.Nodes()) != Ids{"a", "b"};
-  };
-  const Subscription of_a = a->Subscribe([&] { check(*a); });
-  const Subscription of_b = b->Subscribe([&] { check(*b); });
+  bool lost = false;
   // The third resolution shows that the new addresses were used.
-  ClusterWatch watch(a.get());
   NodeStatus status = SomeStatus("127.0.0.1:1");
-  EXPECT_TRUE(watch.Await([&] {
+  EXPECT_TRUE(Await([&] {
     ++status.pool_count;
     a->Publish(status);
     b->Publish(status);
+    lost = lost || IdsOf(a->Nodes()) != Ids{"a", "b"} || IdsOf(b->Nodes()) != Ids{"a", "b"};
     return asked >= 3;
   }));
   status.pool_count = 0;
   a->Publish(status);
-  EXPECT_TRUE(ClusterWatch(b.get()).Await([&] { return b->Nodes()[0].pool_count == 0; }));
+  EXPECT_TRUE(Await([&] { return b->Nodes()[0].pool_count == 0; }));
   EXPECT_FALSE(lost);
 }
 

@@ -12,7 +12,7 @@
 #include "gtest/gtest.h"
 #include "server/cluster/cluster.h"
 #include "server/cluster/participant.h"
-#include "tests/server/cluster/cluster_watch.h"
+#include "tests/server/cluster/await.h"
 #include "tests/server/cluster/test_options.h"
 #include "tests/status_matchers.h"
 
@@ -82,12 +82,12 @@ TEST(HostilePeersTest, InvalidSamplesAreDropped) {
   std::vector<NodeStatus> forged = StatusesThatMakeNoSense();
   forged.push_back(Node("z"));
   NodeStatus own = Node("a");
-  EXPECT_TRUE(ClusterWatch(cluster.get()).Await([&] {
+  EXPECT_TRUE(Await([&] {
     for (const NodeStatus& status : forged) {
       EXPECT_THAT(Forge(**forger, status), IsOk());
     }
     ++own.pool_count;
-    cluster->Publish(own);  // a change, so this runs again
+    cluster->Publish(own);
     const auto nodes = cluster->Nodes();
     return !nodes.empty() && nodes.back().node_id == "z";
   }));
@@ -97,18 +97,18 @@ TEST(HostilePeersTest, InvalidSamplesAreDropped) {
 TEST(HostilePeersTest, ForgedNodesAreBoundedAndLeaveWithTheForger) {
   const auto a = Join("a");
   const auto b = Join("b");
-  ASSERT_TRUE(ClusterWatch(a.get()).Await([&] { return a->Nodes().size() == 2; }));
+  ASSERT_TRUE(Await([&] { return a->Nodes().size() == 2; }));
   {
     const auto forger = Participant::Create(TestOptions("forger"), {});
     ASSERT_THAT(forger.status(), IsOk());
     int count = 0;
     NodeStatus own = Node("a");
-    ASSERT_TRUE(ClusterWatch(a.get()).Await([&] {
+    ASSERT_TRUE(Await([&] {
       for (int i = 0; i < 500; ++i) {
         Forge(**forger, Node(absl::StrCat("forged-", count++ % 6000))).IgnoreError();
       }
       ++own.pool_count;
-      a->Publish(own);  // a change, so this runs again
+      a->Publish(own);
       b->Publish(Node("b"));
       return a->Nodes().size() > 1000;
     }));
@@ -116,7 +116,7 @@ TEST(HostilePeersTest, ForgedNodesAreBoundedAndLeaveWithTheForger) {
   }
   a->Publish(Node("a"));
   b->Publish(Node("b"));
-  EXPECT_TRUE(ClusterWatch(a.get()).Await([&] { return a->Nodes().size() == 2; }));
+  EXPECT_TRUE(Await([&] { return a->Nodes().size() == 2; }));
   EXPECT_THAT(IdsOf(*a), testing::ElementsAre("a", "b"));
 }
 

@@ -25,7 +25,6 @@ const char kGarbage[] = "\x0a\xff\xff\xff\x7f garbage";
 
 class GarbageTest : public ServiceTest {};
 
-// All but WatchNodes, whose request has no fields and is not read.
 TEST_F(GarbageTest, MethodsReportUnparsableMessages) {
   for (const char* method :
        {"PoolService/GetPool", "PoolService/ListPools", "PoolService/GetEpisode",

@@ -133,9 +133,11 @@ def test_a_request_out_of_place_closes_the_socket(
     server: WebServer, fields: dict[str, Any], text: str
 ) -> None:
     async def test() -> None:
-        async with open_bridge(server.url) as page:
+        async with open_bridge(server.url) as other, open_bridge(server.url) as page:
+            await other.start_pool("kept")
             # Stays open after the half-close.
-            await page.start("/procgen.v1.ClusterService/WatchNodes", b"")
+            watched = page.api.message("WatchPoolRequest", pool="pools/kept", environments=[0])
+            await page.start(f"{POOLS}WatchPool", watched)
             await page.send(**fields)
             assert await page.closed() == (1008, text)
 
