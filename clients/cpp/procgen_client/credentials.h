@@ -35,7 +35,7 @@ bool IsThisMachine(absl::string_view address);
 
 // Checks credentials for a connection to `address`; does not start gRPC, which reads its
 // environment variables then. Errors: INVALID_ARGUMENT a certificate without its key or without
-// `ca`, or a token that would be sent to another machine in plain text.
+// `ca`, a token with white space, or one that would be sent to another machine in plain text.
 absl::Status CheckCredentials(const Credentials& credentials, const std::string& address);
 
 // Converts credentials to gRPC's. Errors: those of CheckCredentials.

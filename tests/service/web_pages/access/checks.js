@@ -3,6 +3,7 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 import { axeViolations } from "../axe.js";
+import { faintControls } from "../contrast.js";
 import { stickingOut } from "../overflow.js";
 
 const WIDE = { width: 1440, height: 900 };
@@ -47,6 +48,7 @@ async function checkLooks(page) {
     await page.setViewportSize(viewport);
     // With reduced motion colors change at once.
     await page.emulateMedia({ colorScheme, reducedMotion: "reduce" });
+    assert.deepEqual(await page.evaluate(faintControls), [], colorScheme);
     assert.deepEqual(await axeViolations(page), [], `${colorScheme}, ${viewport.width} pixels`);
     assert.equal(await page.evaluate(() => document.documentElement.scrollWidth), viewport.width);
     assert.deepEqual(await page.evaluate(stickingOut), [], `${viewport.width} pixels`);
