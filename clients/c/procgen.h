@@ -23,8 +23,9 @@
 #ifndef CLIENTS_C_PROCGEN_H_
 #define CLIENTS_C_PROCGEN_H_
 
-#include <stddef.h>  // NOLINT(modernize-deprecated-headers): C includes this file, too
-#include <stdint.h>  // NOLINT(modernize-deprecated-headers)
+// C includes this file, too. NOLINTBEGIN(modernize-*,readability-identifier-naming)
+#include <stddef.h>
+#include <stdint.h>
 
 #define PROCGEN_API __attribute__((visibility("default")))
 
@@ -325,4 +326,5 @@ PROCGEN_API ProcgenCode procgen_render(ProcgenPool* pool, int32_t environment, i
 }  // extern "C"
 #endif
 
+// NOLINTEND(modernize-*,readability-identifier-naming)
 #endif  // CLIENTS_C_PROCGEN_H_

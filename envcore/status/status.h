@@ -42,7 +42,8 @@ class [[nodiscard]] Status {
 template <typename Value>
 class [[nodiscard]] StatusOr {
  public:
-  // NOLINTBEGIN(google-explicit-constructor): as absl::StatusOr
+  // As absl::StatusOr. What is convertible to Value is not a StatusOr.
+  // NOLINTBEGIN(google-explicit-constructor,bugprone-forwarding-reference-overload)
   // REQUIRES: not OK.
   StatusOr(Status status) : status_(std::move(status)) {}
   template <typename Given>
@@ -51,7 +52,7 @@ class [[nodiscard]] StatusOr {
   operator absl::StatusOr<Value>() && {
     return ok() ? absl::StatusOr<Value>(*std::move(value_)) : absl::StatusOr<Value>(status_);
   }
-  // NOLINTEND(google-explicit-constructor)
+  // NOLINTEND(google-explicit-constructor,bugprone-forwarding-reference-overload)
 
   bool ok() const { return value_.has_value(); }
   const Status& status() const { return status_; }
