@@ -47,6 +47,7 @@ class Build(build_py):
             )
             bundle.copy_libraries(built, package, _MACHINE)
             bundle.copy_protobuf(package)
+            shutil.copy2(_CHECKOUT / "clients/c/procgen.h", package)
             shutil.copy2(_CHECKOUT / "LICENSE", package / "licenses/procgen-server")
 
 

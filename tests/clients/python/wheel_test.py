@@ -31,7 +31,7 @@ def _run(*command: str | Path, **variables: str) -> str:
 def _build(output: Path, checkout: Path) -> Path:
     """Builds a wheel from a copy, because the build leaves files in the tree."""
     generated = shutil.ignore_patterns("_proto", "__pycache__", "build", "*.egg-info")
-    for folder in ("proto", "clients/python"):
+    for folder in ("proto", "clients/c", "clients/python"):
         shutil.copytree(_ROOT / folder, checkout / folder, ignore=generated)
     shutil.copy2(_ROOT / "LICENSE", checkout)
     built = Path(os.environ["PROCGEN_LIBRARY"]).parent
@@ -64,6 +64,8 @@ def test_the_wheel_contains_the_modules_the_library_and_licenses(wheel: Path) ->
     assert own - {"procgen_client/libprocgen_remote.so.1"} == sources | {
         "procgen_client/py.typed",
         "procgen_client/libprocgen.so.1",
+        "procgen_client/procgen.h",
+        "procgen_client/adapters/_xla.c",
     }
     assert {"procgen_client/licenses/procgen-server", "procgen_client/licenses/zlib1g-dev"} < names
     assert "procgen_client/_vendor/google/protobuf/message.py" in names

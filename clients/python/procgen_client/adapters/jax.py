@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import jax
@@ -11,9 +11,9 @@ from jax.experimental import io_callback
 
 from procgen_client._place import Server
 from procgen_client._requests import Reset
+from procgen_client.adapters._xla import XlaPool
 from procgen_client.batch import Batch
 from procgen_client.options import PoolOptions
-from procgen_client.pool import Pool
 from procgen_client.tools.art import Art
 
 if TYPE_CHECKING:
@@ -34,8 +34,8 @@ class ProcgenJaxEnv:
     """N environments whose methods may be called in jit and in lax.scan.
 
     Each call is an ordered io_callback: the pool steps on the host, in the order of the program.
-    Not for vmap, grad or pmap: the environments are the batch, and there is one of them. Threads:
-    one at a time.
+    :meth:`xla` steps without Python. Not for vmap, grad or pmap: the environments are the batch,
+    and there is one of them. Threads: one at a time.
 
     Attributes:
         pool: The Pool, with autoreset_mode "same_step".
@@ -51,7 +51,7 @@ class ProcgenJaxEnv:
         **options: Unpack[PoolOptions],
     ) -> None:
         """Makes the environments; arguments and errors as Pool."""
-        self.pool = Pool(games, num_envs, server=server, art=art, **options)
+        self.pool = XlaPool(games, num_envs, server=server, art=art, **options)
         self._results = jax.tree_util.tree_map(
             lambda array: jax.ShapeDtypeStruct(array.shape, array.dtype),
             _time_step(self.pool.observe()),
@@ -70,6 +70,24 @@ class ProcgenJaxEnv:
     def step(self, actions: Any) -> TimeStep:  # noqa: ANN401 - a JAX array
         """Steps with actions int [N], each in [0, 15), or -1, which ends an episode."""
         return self._call(lambda given: self.pool.step(np.asarray(given)), actions)
+
+    def xla(self) -> tuple[Any, Callable[[Any, Any], tuple[Any, TimeStep]]]:
+        """Returns a handle and a function that steps without Python, for programs on the CPU.
+
+        ``handle, time_step = step(handle, actions)`` is a custom call of XLA. Each call takes the
+        handle that the one before returned, which orders the calls; another one is an error. The
+        first call compiles a file of C, in a fraction of a second.
+
+        Raises:
+            FailedPreconditionError: There is no C compiler.
+        """
+
+        def step(handle: Any, actions: Any) -> tuple[Any, TimeStep]:  # noqa: ANN401 - JAX arrays
+            given = jax.numpy.asarray(actions)
+            handle, *fields = self.pool.xla_step(self._results, handle, given)
+            return handle, TimeStep(*fields)
+
+        return self.pool.xla_handle(), step
 
     def close(self) -> None:
         """Closes the pool. Closing again does nothing."""
