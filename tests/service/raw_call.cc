@@ -1,5 +1,9 @@
 #include "tests/service/raw_call.h"
 
+#include <arpa/inet.h>
+#include <netinet/in.h>
+#include <sys/socket.h>
+
 #include "grpcpp/client_context.h"
 #include "grpcpp/completion_queue.h"
 #include "grpcpp/generic/generic_stub.h"
@@ -68,6 +72,16 @@ RawResult CallRaw(const std::shared_ptr<grpc::Channel>& channel, const std::stri
   result.status =
       absl::Status(static_cast<absl::StatusCode>(status.error_code()), status.error_message());
   return result;
+}
+
+int ConnectTo(const std::string& address) {
+  const int connection = socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
+  sockaddr_in peer = {};
+  peer.sin_family = AF_INET;
+  peer.sin_port = htons(static_cast<uint16_t>(std::stoi(address.substr(address.rfind(':') + 1))));
+  peer.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+  const int status = connect(connection, reinterpret_cast<sockaddr*>(&peer), sizeof(peer));
+  return status == 0 ? connection : -1;
 }
 
 }  // namespace procgen

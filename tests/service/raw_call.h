@@ -24,6 +24,9 @@ RawResult CallRaw(const std::shared_ptr<grpc::Channel>& channel, const std::stri
                   const std::vector<std::string>& requests, const std::string& token = "",
                   size_t response_count_max = SIZE_MAX);
 
+// Opens a TCP connection to "127.0.0.1:PORT" that sends nothing. -1: the server did not accept it.
+int ConnectTo(const std::string& address);
+
 }  // namespace procgen
 
 #endif  // TESTS_SERVICE_RAW_CALL_H_

@@ -1,5 +1,6 @@
 // Connections, calls and watches: waits, ends, broken connections and processes.
 
+#include <signal.h>
 #include <unistd.h>
 
 #include <atomic>
@@ -11,16 +12,21 @@
 
 #include "gmock/gmock.h"
 #include "gtest/gtest.h"
-#include "procgen/v1/catalog.pb.h"
 #include "procgen/v1/render.pb.h"
 #include "tests/clients/c/remote_fixture.h"
-#include "tests/service/robustness/fault_proxy.h"
 #include "tests/service/robustness/process_resources.h"
+#include "tests/service/server_process.h"
 
 namespace procgen {
 namespace {
 
-using testing::HasSubstr;
+// A server that no longer answers once it is stopped.
+struct StoppableServer {
+  void Stop() const { process.Signal(SIGSTOP); }
+
+  ServerProcess process{{"--address=127.0.0.1:0", "--workers=1"}};
+  const std::string address = process.Address();
+};
 
 class RemoteConnectionTest : public RemoteTest {
  protected:
@@ -56,23 +62,6 @@ TEST_F(RemoteConnectionTest, AWaitThatIsOverCanBeContinued) {
     ASSERT_EQ(code, PROCGEN_OK) << procgen_error_message();
     ASSERT_EQ(buffers, expected[static_cast<size_t>(t)]) << t;
   }
-}
-
-TEST_F(RemoteConnectionTest, CallsByPathReturnTheServersMessages) {
-  const CConnection connection = Connected();
-  std::string response;
-  ASSERT_EQ(Call(connection, "/procgen.v1.CatalogService/GetCatalog", "", &response), PROCGEN_OK)
-      << procgen_error_message();
-  v1::Catalog catalog;
-  ASSERT_TRUE(catalog.ParseFromString(response));
-  EXPECT_EQ(catalog.games_size(), 16);
-  EXPECT_EQ(Call(connection, "/procgen.v1.PoolService/GetPool", NameMessage("pools/no"), &response),
-            PROCGEN_NOT_FOUND);
-  EXPECT_THAT(procgen_error_message(), HasSubstr("pools/no"));
-  EXPECT_EQ(Call(connection, "/procgen.v1.PoolService/NoMethod", "", &response),
-            PROCGEN_UNIMPLEMENTED);
-  EXPECT_EQ(Call(connection, "GetPool", "", &response), PROCGEN_INVALID_ARGUMENT);
-  EXPECT_THAT(procgen_error_message(), HasSubstr("path is GetPool"));
 }
 
 v1::WatchPoolResponse NextOf(const CWatch& watch) {
@@ -129,12 +118,12 @@ TEST_F(RemoteConnectionTest, StoppingAWatchEndsItsWait) {
 
 TEST_F(RemoteConnectionTest, ClosingEndsAllWaits) {
   for (const double timeout_s : {-1.0, 100.0}) {
-    FaultProxy proxy({.target = server_->address()});
-    const CConnection connection = Connected(ConnectOptionsOf(), proxy.address());
+    StoppableServer server;
+    const CConnection connection = Connected(ConnectOptionsOf(), server.address);
     const CPool pool = MadeOn(connection, COptions("maze"));
     const CWatch watch = WatchOf(connection, procgen_pool_name(pool.get()));
     NextOf(watch);
-    proxy.Freeze();
+    server.Stop();
     BatchBuffers buffers(4);
     ASSERT_EQ(SendObserve(pool, buffers), PROCGEN_OK);
     std::atomic<int> waiting = 0;
@@ -169,35 +158,14 @@ TEST_F(RemoteConnectionTest, ClosingEndsAllWaits) {
   }
 }
 
-TEST_F(RemoteConnectionTest, TheCallersCheckCancelsWaits) {
-  FaultProxy proxy({.target = server_->address()});
-  std::atomic<bool> is_cancelled = false;
-  ProcgenConnectOptions options = ConnectOptionsOf();
-  options.is_cancelled = [](void* context) {
-    return static_cast<int>(*static_cast<std::atomic<bool>*>(context));
-  };
-  options.context = &is_cancelled;
-  const CConnection connection = Connected(options, proxy.address());
-  const CPool pool = MadeOn(connection, COptions("maze"));
-  const CWatch watch = WatchOf(connection, procgen_pool_name(pool.get()));
-  NextOf(watch);
-  proxy.Freeze();
-  BatchBuffers buffers(4);
-  ASSERT_EQ(SendObserve(pool, buffers), PROCGEN_OK);
-  is_cancelled = true;
-  EXPECT_EQ(procgen_receive(pool.get(), -1), PROCGEN_CANCELLED);
-  EXPECT_EQ(EndOf(watch), PROCGEN_CANCELLED);
-  EXPECT_EQ(SendObserve(pool, buffers), PROCGEN_CANCELLED) << "the pool has ended";
-}
-
 TEST_F(RemoteConnectionTest, DestroyingWithoutAServerIsQuick) {
-  FaultProxy proxy({.target = server_->address()});
-  CConnection frozen = Connected(ConnectOptionsOf(), proxy.address());
+  StoppableServer server;
+  CConnection frozen = Connected(ConnectOptionsOf(), server.address);
   CConnection connection = Connected();
   CPool frozen_pool = MadeOn(frozen, COptions("maze"));
   CPool pool = MadeOn(connection, COptions("maze"));
   BatchBuffers buffers(4);
-  proxy.Freeze();
+  server.Stop();
   ASSERT_EQ(SendObserve(frozen_pool, buffers), PROCGEN_OK);
   server_ = nullptr;
   EXPECT_LT(SecondsOf([&] {
@@ -212,17 +180,17 @@ TEST_F(RemoteConnectionTest, DestroyingWithoutAServerIsQuick) {
 
 TEST_F(RemoteConnectionTest, DestroyingWithoutAServerClosesItsSockets) {
   const auto lose = [&] {
-    FaultProxy proxy({.target = server_->address()});
-    const CConnection connection = Connected(ConnectOptionsOf(), proxy.address());
+    StoppableServer server;
+    const CConnection connection = Connected(ConnectOptionsOf(), server.address);
     const CPool pool = MadeOn(connection, COptions("maze"));
     const CWatch watch = WatchOf(connection, procgen_pool_name(pool.get()));
-    proxy.Freeze();
+    server.Stop();
     BatchBuffers buffers(4);
     ASSERT_EQ(SendObserve(pool, buffers), PROCGEN_OK);
   };
   lose();
   const int64_t files = ProcessResources::Of(getpid()).file_count;
-  for (int i = 0; i < 4; ++i) {
+  for (int i = 0; i < 2; ++i) {
     lose();
   }
   // gRPC closes sockets on a thread of its own. The test's timeout ends this loop.

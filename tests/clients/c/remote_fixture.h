@@ -70,11 +70,6 @@ class RemoteTest : public testing::Test {
     return CPool(pool);
   }
 
-  // A serialised message with one string field, number 1, such as GetPoolRequest.
-  static std::string NameMessage(const std::string& name) {
-    return std::string("\x0a") + static_cast<char>(name.size()) + name;
-  }
-
   static ProcgenCode Call(const CConnection& connection, const std::string& path,
                           const std::string& request, std::string* response) {
     uint8_t* bytes = nullptr;

@@ -82,25 +82,29 @@ def test_a_draining_server_is_named_if_none_takes_its_place() -> None:
                     pool.step([4, 4])
 
 
-def test_pool_of_a_killed_program_is_freed() -> None:
+@pytest.mark.parametrize("end", [signal.SIGKILL, signal.SIGSTOP])
+def test_pool_of_a_lost_program_is_freed(end: signal.Signals) -> None:
     learner = """
 import sys, procgen_client
-pool = procgen_client.Pool("maze", 1, server=sys.argv[1], pool_id="of-the-killed")
+pool = procgen_client.Pool("maze", 1, server=sys.argv[1], pool_id="of-the-lost")
 pool.observe()
 print("made", flush=True)
 while True:
     pool.step([4])
 """
-    with ServerProcess(server_binary()) as server, Client(server.address) as client:
+    # A stopped program's connection stays open, but it does not answer pings.
+    flags = ["--keepalive_time=500ms", "--keepalive_timeout=3s"]
+    with ServerProcess(server_binary(), flags) as server, Client(server.address) as client:
         process = subprocess.Popen(
-            [sys.executable, "-c", learner, server.address], stdout=subprocess.PIPE, text=True
+            [sys.executable, "-c", learner, server.address], stdout=subprocess.PIPE
         )
-        assert process.stdout is not None
-        assert process.stdout.readline() == "made\n"
-        assert client.get_pool("pools/of-the-killed").spec.env_count == 1
-        process.kill()
-        process.wait()
-        process.stdout.close()
-        with pytest.raises(errors.NotFoundError):
-            while True:  # Until the server notices.
-                client.get_pool("pools/of-the-killed")
+        try:
+            assert process.stdout.readline() == b"made\n"
+            assert client.get_pool("pools/of-the-lost").spec.env_count == 1
+            process.send_signal(end)
+            with pytest.raises(errors.NotFoundError):
+                while True:  # Until the server notices.
+                    client.get_pool("pools/of-the-lost")
+        finally:
+            process.kill()
+            process.communicate()

@@ -1,13 +1,10 @@
 // Invalid messages, and bytes that are not gRPC.
 
-#include <arpa/inet.h>
-#include <netinet/in.h>
 #include <sys/socket.h>
 #include <unistd.h>
 
 #include <string>
 
-#include "absl/strings/numbers.h"
 #include "absl/strings/str_cat.h"
 #include "gmock/gmock.h"
 #include "gtest/gtest.h"
@@ -69,15 +66,7 @@ TEST_F(GarbageTest, UnknownMethodIsUnimplemented) {
 }
 
 TEST_F(GarbageTest, ConnectionThatSpeaksNoGrpcIsDropped) {
-  int port = 0;
-  ASSERT_TRUE(
-      absl::SimpleAtoi(server_->address().substr(server_->address().rfind(':') + 1), &port));
-  const int connection = socket(AF_INET, SOCK_STREAM, 0);
-  sockaddr_in address = {};
-  address.sin_family = AF_INET;
-  address.sin_port = htons(static_cast<uint16_t>(port));
-  address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-  ASSERT_EQ(connect(connection, reinterpret_cast<sockaddr*>(&address), sizeof(address)), 0);
+  const int connection = ConnectTo(server_->address());
   const std::string bytes(100000, 'x');
   send(connection, bytes.data(), bytes.size(), MSG_NOSIGNAL);
   char answer[4096];

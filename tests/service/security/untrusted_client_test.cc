@@ -1,7 +1,5 @@
 // Attacks by clients without credentials, and excessive use by clients with credentials.
 
-#include <arpa/inet.h>
-#include <netinet/in.h>
 #include <sys/resource.h>
 #include <sys/socket.h>
 #include <unistd.h>
@@ -31,19 +29,6 @@ using testing::HasSubstr;
 
 class UntrustedClientTest : public AccessTest {
  protected:
-  // Opens a connection and sends nothing.
-  int OpenConnection() const {
-    int port = 0;
-    EXPECT_TRUE(absl::SimpleAtoi(address_.substr(address_.rfind(':') + 1), &port));
-    const int connection = socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
-    sockaddr_in address = {};
-    address.sin_family = AF_INET;
-    address.sin_port = htons(static_cast<uint16_t>(port));
-    address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-    EXPECT_EQ(connect(connection, reinterpret_cast<sockaddr*>(&address), sizeof(address)), 0);
-    return connection;
-  }
-
   // Whether the server closed the connection. Waits for its first byte or the close.
   static bool IsClosed(int connection) {
     char byte = 0;
@@ -73,7 +58,7 @@ TEST_F(UntrustedClientTest, ServerRecoversFromExhaustedFileDescriptors) {
   std::vector<int> connections;
   connections.reserve(100);
   for (int i = 0; i < 100; ++i) {
-    connections.push_back(OpenConnection());
+    connections.push_back(ConnectTo(address_));
   }
   for (const int connection : connections) {
     close(connection);
@@ -89,7 +74,7 @@ TEST_F(UntrustedClientTest, ConnectionsLeaveDescriptorsForFiles) {
   ASSERT_EQ(prlimit(server_->process_id(), RLIMIT_NOFILE, &few, nullptr), 0);
   std::vector<int> connections;
   do {
-    connections.push_back(OpenConnection());
+    connections.push_back(ConnectTo(address_));
   } while (!IsClosed(connections.back()) && connections.size() < 80);
   EXPECT_TRUE(IsClosed(connections.back()));
   EXPECT_THAT(client->GetCatalog(), IsOk());
