@@ -4,34 +4,13 @@
 
 namespace procgen {
 
-namespace {
-
-clockid_t ClockOf(TimeKind kind) {
-  switch (kind) {
-    case TimeKind::kThread:
-      return CLOCK_THREAD_CPUTIME_ID;
-    case TimeKind::kProcess:
-      return CLOCK_PROCESS_CPUTIME_ID;
-    case TimeKind::kWall:
-      break;
-  }
-  return CLOCK_MONOTONIC;
-}
-
-absl::Duration TimeOf(clockid_t clock) {
+absl::Duration TimeNow(TimeKind kind) {
   timespec now = {};
-  clock_gettime(clock, &now);
+  clock_gettime(kind == TimeKind::kThread    ? CLOCK_THREAD_CPUTIME_ID
+                : kind == TimeKind::kProcess ? CLOCK_PROCESS_CPUTIME_ID
+                                             : CLOCK_MONOTONIC,
+                &now);
   return absl::DurationFromTimespec(now);
-}
-
-}  // namespace
-
-absl::Duration TimeNow(TimeKind kind) { return TimeOf(ClockOf(kind)); }
-
-absl::Duration CpuTimeOf(pid_t process) {
-  clockid_t clock = {};
-  clock_getcpuclockid(process, &clock);
-  return TimeOf(clock);
 }
 
 }  // namespace procgen

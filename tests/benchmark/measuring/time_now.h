@@ -1,8 +1,6 @@
 #ifndef TESTS_BENCHMARK_MEASURING_TIME_NOW_H_
 #define TESTS_BENCHMARK_MEASURING_TIME_NOW_H_
 
-#include <sys/types.h>
-
 #include "absl/time/time.h"
 
 namespace procgen {
@@ -13,9 +11,6 @@ enum class TimeKind { kThread, kProcess, kWall };
 
 // The current time of `kind`, since an arbitrary fixed point.
 absl::Duration TimeNow(TimeKind kind);
-
-// CPU time of all threads of another process. REQUIRES: the process exists.
-absl::Duration CpuTimeOf(pid_t process);
 
 }  // namespace procgen
 
