@@ -20,6 +20,7 @@ import pytest
 _HERE = Path(__file__).resolve().parent
 _PROGRAMS = "../procgen_package/programs_test.py"
 _ENVS = "../envs/gymnasium_test.py"
+_OLDER_ENVS = "../envs/older_gymnasium_test.py"
 # Of PyTorch 2, which compiles networks; Debian has 1.13.
 _LEARNERS = ("adam", "memory", "networks", "policy_lag", "update")
 
@@ -45,6 +46,9 @@ _GROUPS = {
     "gym 0.22": _gym("0.22.0"),
     "gym 0.23": _gym("0.23.1"),
     "gym 0.26": _gym("0.26.2"),
+    "gymnasium 0.29": Group(
+        (_PROGRAMS, _OLDER_ENVS), ("numpy<2", "pytest", "gymnasium==0.29.1")
+    ),
     "gymnasium": Group(
         ("dm_env_test.py", "jax_test.py", "openenv_test.py", "pages_test.py", _PROGRAMS, _ENVS),
         ("pytest", "gymnasium", "dm-env", "jax", "openenv", "pillow"),
