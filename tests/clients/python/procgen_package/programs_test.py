@@ -105,6 +105,38 @@ import procgen.env
 venvs = [procgen.ProcgenEnv(num_envs=1, env_name=name) for name in procgen.env.ENV_NAMES[:2]]
 assert [venv.reset()["rgb"].shape for venv in venvs] == [(1, 64, 64, 3)] * 2
 """,
+    # level-replay: a sampler chooses the next level of each environment whose episode ended.
+    "level-replay": """
+from procgen import ProcgenEnv
+venv = ProcgenEnv(num_envs=4, env_name="bigfish", num_levels=1, start_level=0,
+                  distribution_mode="easy")
+venv.reset()
+observations = venv.set_levels({0: 9, 1: 8, 2: 9})["rgb"]
+np.testing.assert_array_equal(observations[0], observations[2])
+assert (observations[0] != observations[1]).any()
+observations, rewards, dones, infos = venv.step(np.array([4, -1, 4, 4]))
+assert dones.tolist() == [False, True, False, False]
+observations = venv.set_levels({1: 9})["rgb"]
+infos = venv.step(np.array([4, 4, 4, 4]))[3]
+assert [info["level_seed"] for info in infos] == [9, 9, 9, 0]
+""",
+    # generate_coinrun_dataset.py of jasmine: an environment for each episode, none of which is
+    # closed, and frames from observe.
+    "jasmine": """
+import warnings
+from procgen import ProcgenGym3Env
+with warnings.catch_warnings(record=True) as caught:
+    warnings.simplefilter("always")
+    for episode in range(20):
+        env = ProcgenGym3Env(num=1, env_name="coinrun", start_level=episode)
+        frames = [env.observe()[1]["rgb"]]
+        for _ in range(10):
+            env.act(np.array([7]))
+            rewards, observations, first = env.observe()
+            frames.append(observations["rgb"])
+assert np.concatenate(frames).shape == (11, 64, 64, 3)
+assert "start_level is 1, but num_levels is 0" in str(caught[0].message)
+""",
     # envs/procgen_env_wrapper.py of RLlib's starter kit: a gym.Env over gym.make.
     "rllib": """
 import gym
