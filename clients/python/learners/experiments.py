@@ -78,11 +78,19 @@ def run_of(job: Job, scale: Scale) -> report.Run:
 
 def write_report(name: str, experiment: Experiment, scale: Scale, root: Path) -> None:
     """Writes table and figures of the runs that are there, and prints the table."""
-    runs = [run_of(job, scale) for job in jobs_of(experiment, scale, root)]
+    jobs = list(jobs_of(experiment, scale, root))
+    runs = [run_of(job, scale) for job in jobs]
     ranges = {game: return_range_or_none(game, scale.mode) for game in scale.games}
     title = f"{name}: {experiment.description}"
     root.mkdir(parents=True, exist_ok=True)
-    (root / "table.md").write_text(report.table(runs, ranges) + "\n")
+    tables = [report.table(runs, ranges)]
+    if experiment.compares_learning:
+        saved: dict[str, list[Path]] = {}
+        for job in jobs:
+            if (job.folder / CHECKPOINT).exists():
+                saved.setdefault(f"{job.game}, {job.variant.label}", []).append(job.folder)
+        tables.append(published.table(saved))
+    (root / "table.md").write_text("\n\n".join(tables) + "\n")
     done = [run for run in runs if run.steps.size]
     if done:
         report.plot(done, ranges, title, root / "curves.png")

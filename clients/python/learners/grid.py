@@ -53,6 +53,7 @@ class Experiment(NamedTuple):
     variants: Callable[[Scale], list[Variant]]
     change: Callable[[Scale], Scale] = lambda scale: scale
     varies_levels: bool = False  # The variants are numbers of training levels.
+    compares_learning: bool = False  # With the published losses, too.
 
 
 def _generalization(scale: Scale) -> list[Variant]:
@@ -79,6 +80,21 @@ def _rainbow_vs_ppo(scale: Scale) -> list[Variant]:
         options |= {"num_envs": 64, "batch_size": 512, "replay_size": 50_000}
         options |= {"learning_starts": 5000}
     return [Variant("PPO", {"levels": 0}), Variant("Rainbow", options, "rainbow")]
+
+
+def _suspects(scale: Scale) -> list[Variant]:
+    one_by_one: dict[str, dict[str, Any]] = {
+        "default": {},
+        "pytorch adam": {"adam": "pytorch"},
+        "pytorch init": {"init": "pytorch"},
+        "reward gamma 999": {"reward_gamma": 0.999},
+        "all three": {"adam": "pytorch", "init": "pytorch", "reward_gamma": 0.999},
+        "float32": {"precision": "float32"},
+        # On a GPU: PyTorch's layers, neither graphs nor compilation.
+        "eager": {"eager": True},
+        "not compiled": {"compile": False},
+    }
+    return [Variant(label, its | {"test_interval": None}) for label, its in one_by_one.items()]
 
 
 def _one(**options: Any) -> Callable[[Scale], list[Variant]]:  # noqa: ANN401
@@ -122,6 +138,12 @@ EXPERIMENTS = {
         _one(levels=0),
         change=lambda scale: scale._replace(mode="exploration"),
     ),
+    "suspects": Experiment(
+        "short runs that each change one thing, beside OpenAI's losses, too",
+        _suspects,
+        lambda _: SCALES["easy"]._replace(games=("bigfish",), total_steps=1_000_000),
+        compares_learning=True,
+    ),
     "memory": Experiment(
         "all levels of memory mode, policy without memory",
         _one(levels=0),
@@ -150,9 +172,10 @@ class Job(NamedTuple):
             "seed": self.seed,
             "output": self.folder,
             "resume": True,
-        } | self.variant.options
+        }
+        options |= self.variant.options
         if options["levels"] != 0:
-            options["test_interval"] = scale.test_interval
+            options.setdefault("test_interval", scale.test_interval)
         return options
 
 

@@ -17,7 +17,7 @@ import csv
 import functools
 import json
 import sys
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -116,6 +116,17 @@ def distances(folders: Sequence[Path]) -> dict[int, dict[str, tuple[float, float
     return compared
 
 
+def table(runs: Mapping[str, Sequence[Path]]) -> str:
+    """Returns the comparison of runs, by their labels, as a Markdown table."""
+    lines = [f"| run | seeds | step | {' | '.join(COLUMNS)} |"]
+    lines.append(f"| --- |{' ---: |' * (2 + len(COLUMNS))}")
+    for label, folders in runs.items():
+        for step, columns in (distances(folders) if folders else {}).items():
+            cells = (f"{mean:.4g} ({distance:+.1f})" for mean, distance in columns.values())
+            lines.append(f"| {label} | {len(folders)} | {step:,} | {' | '.join(cells)} |")
+    return "\n".join(lines)
+
+
 def main(arguments: Sequence[str] | None = None) -> int:
     """Runs the command line; returns the exit status."""
     parser = argparse.ArgumentParser(
@@ -124,11 +135,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.add_argument("runs", nargs="+", type=Path, metavar="DIR", help="differ in their seeds")
-    compared = distances(parser.parse_args(arguments).runs)
-    print(f"| step | {' | '.join(COLUMNS)} |\n| ---: |{' ---: |' * len(COLUMNS)}")
-    for step, columns in compared.items():
-        cells = (f"{mean:.4g} ({distance:+.1f})" for mean, distance in columns.values())
-        print(f"| {step:,} | {' | '.join(cells)} |")
+    runs: list[Path] = parser.parse_args(arguments).runs
+    print(table({runs[0].name: runs}))
     return 0
 
 

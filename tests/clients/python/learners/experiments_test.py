@@ -14,8 +14,9 @@ import pytest
 
 pytest.importorskip("torch")
 
-from learners import checkpoint_file, experiments
+from learners import checkpoint_file, experiments, networks, ppo, published
 from learners.grid import EXPERIMENTS, SCALES, jobs_of
+from learners.options import words_of
 from learners.run_folder import CHECKPOINT
 from procgen_client import ServerProcess
 
@@ -80,6 +81,10 @@ def test_games_without_the_mode_are_not_run(server: ServerProcess, tmp_path: Pat
         pytest.param("recurrence", ["bigfish"], marks=pytest.mark.slow),
         pytest.param("sample_efficiency", ["bigfish"], marks=pytest.mark.slow),
         pytest.param("sequential_levels", ["bigfish"], marks=pytest.mark.slow),
+        pytest.param(
+            *("suspects", ["bigfish", "--seeds", "1", "--network", "nature"]),
+            marks=pytest.mark.slow,
+        ),
     ],
 )
 def test_experiment_runs(
@@ -134,6 +139,42 @@ def test_options_of_the_learners_are_not_abbreviations() -> None:
     given, others = experiments._parser().parse_known_args(["baseline", "--seed", "3"])
     assert given.seeds is None
     assert others == ["--seed", "3"]
+
+
+def test_suspects_are_options_of_ppo_without_tests(tmp_path: Path) -> None:
+    scale = EXPERIMENTS["suspects"].change(SCALES["small"])
+    jobs = list(jobs_of(EXPERIMENTS["suspects"], scale, tmp_path))
+    assert [job.seed for job in jobs] == [seed for seed in range(3) for _ in range(8)], "in turns"
+    for job in jobs:
+        assert ppo.parse(words_of(job.options(scale))).test_interval == 0
+
+
+def test_suspects_are_compared_with_the_published_runs(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    folder = tmp_path / "suspects-small/bigfish/default/seed0"
+    words = ["--game", "bigfish", "--network", "nature", "--chunk-size", "64", "--epochs", "1"]
+    words += ["--num-steps", "128", "--total-steps", "8192", "--output", str(folder)]
+    assert ppo.main(words) == 0
+    for name in ("progress", "learning"):  # As if it had taken more steps.
+        path = folder / f"{name}.csv"
+        header, row = path.read_text().splitlines()
+        path.write_text(f"{header}\n100000,{row.partition(',')[2]}\n")
+    entropy = float(dict(zip(header.split(","), row.split(","), strict=True))["entropy"])
+    capsys.readouterr()
+    assert experiments.main(["suspects", "--report", "--output", str(tmp_path)]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    cells = [cell.strip() for cell in lines[-2].split("|")[1:-1]]
+    assert cells[:3] == ["bigfish, default", "1", "100,000"]
+    # OpenAI: 2.687 +- 0.00953.
+    place = 3 + published.COLUMNS.index("entropy")
+    assert cells[place] == f"{entropy:.4g} ({(entropy - 2.687) / 0.00953:+.1f})"
+
+
+def test_eager_runs_have_neither_graphs_nor_compilation(monkeypatch: pytest.MonkeyPatch) -> None:
+    assert not ppo.parse(["--eager"]).compile
+    monkeypatch.setattr(networks, "is_eager", True)
+    assert networks.captured(len) is len
 
 
 @pytest.mark.parametrize("name", EXPERIMENTS)
