@@ -18,37 +18,17 @@ class Connection:
     """A connection. Threads: any method from any thread."""
 
     def __init__(
-        self,
-        library: _library.Library,
-        address: str,
-        *,
-        timeout: float | None,
-        call_timeout: float,
-        reconnect_timeout: float,
-        ca: bytes,
-        certificate: bytes,
-        key: bytes,
-        token: str,
-        token_in_plain_text: bool,
+        self, library: _library.Library, address: str, options: Mapping[str, Any]
     ) -> None:
-        """Connects; arguments and errors as Client, with the contents of PEM files."""
+        """Connects; `options`: of _library.ConnectOptions. Errors as Client."""
         self._library = library
-        options = _library.ConnectOptions(
-            struct_size=ctypes.sizeof(_library.ConnectOptions),
-            timeout_s=-1.0 if timeout is None else timeout,
-            call_timeout_s=call_timeout,
-            reconnect_timeout_s=reconnect_timeout,
-            ca=ca or None,
-            certificate=certificate or None,
-            key=key or None,
-            token=token.encode() or None,
-            token_in_plain_text=token_in_plain_text,
-        )
+        size = ctypes.sizeof(_library.ConnectOptions)
+        struct = _library.ConnectOptions(struct_size=size, **options)
         handle = ctypes.c_void_p()
 
         def connect() -> None:
             reference = ctypes.byref(handle)
-            library.check(library.connect(address.encode(), ctypes.byref(options), reference))
+            library.check(library.connect(address.encode(), ctypes.byref(struct), reference))
 
         _interruptible.run(connect)
         self._handle = handle

@@ -28,9 +28,7 @@ from procgen_client._proto import (
 from procgen_client._requests import in_range
 from procgen_client.credentials import Credentials
 from procgen_client.errors import (
-    DataLossError,
     FailedPreconditionError,
-    InternalError,
     InvalidArgumentError,
     UnauthenticatedError,
 )
@@ -113,17 +111,18 @@ class Client:
         self._closed = False
         self._process_id = os.getpid()
         shown = Credentials.from_environment() if credentials is None else credentials
+        options = {
+            "timeout_s": -1.0 if timeout is None else timeout,
+            "call_timeout_s": call_timeout,
+            "reconnect_timeout_s": reconnect_timeout,
+            **shown.arguments(),
+        }
         try:
-            self._connection = _connection.Connection(
-                _library.remote_library(),
-                address,
-                timeout=timeout,
-                call_timeout=call_timeout,
-                reconnect_timeout=reconnect_timeout,
-                **shown.arguments(),
-            )
+            self._connection = _connection.Connection(_library.remote_library(), address, options)
             try:
-                self._catalog = self._first_catalog()
+                self._catalog = self._call(
+                    "GetCatalog", catalog_pb2.GetCatalogRequest(), catalog_pb2.Catalog
+                )
             except BaseException:
                 self.close()
                 raise
@@ -330,7 +329,8 @@ class Client:
         """Calls a unary method."""
         self._check_open()
         response = self._connection.call(_PATHS[method], request.SerializeToString())
-        return _parsed(response_type, response)
+        message: _Message = response_type.FromString(response)
+        return message
 
     def _watch(
         self, method: str, request: protobuf_message.Message, response_type: type[_Message]
@@ -338,7 +338,7 @@ class Client:
         """Yields the messages of a server stream until it ends or is closed."""
         self._check_open()
         for serialised in self._connection.watch(_PATHS[method], request.SerializeToString()):
-            yield _parsed(response_type, serialised)
+            yield response_type.FromString(serialised)
 
     def _check_open(self) -> None:
         """Raises CancelledError after close, FailedPreconditionError in a forked child."""
@@ -350,12 +350,6 @@ class Client:
         if self._closed:
             raise _connection.closed_error(self.address)
 
-    def _first_catalog(self) -> catalog_pb2.Catalog:
-        catalog = self._call("GetCatalog", catalog_pb2.GetCatalogRequest(), catalog_pb2.Catalog)
-        if not catalog.games:
-            raise InternalError(f"the server at {self.address} has a catalog without games")
-        return catalog
-
 
 def connect(
     address: str, *, timeout: float | None = None, credentials: Credentials | None = None
@@ -364,21 +358,9 @@ def connect(
     return Client(address, timeout=timeout, credentials=credentials)
 
 
-def _parsed(message_type: type[_Message], serialised: bytes) -> _Message:
-    try:
-        message: _Message = message_type.FromString(serialised)
-        return message
-    except protobuf_message.DecodeError as error:
-        raise InternalError(f"the server's answer: not a message: {error}") from None
-
-
 def _name_of(pool: PoolName) -> str:
     return pool.name if isinstance(pool, Pool) else pool
 
 
 def _pixels_of(frame: render_pb2.Frame) -> np.ndarray:
-    pixels = np.frombuffer(frame.image, np.uint8)
-    try:
-        return pixels.reshape(frame.size_px, frame.size_px, 3)
-    except ValueError as error:
-        raise DataLossError(f"a frame of {frame.size_px} pixels: {error}") from None
+    return np.frombuffer(frame.image, np.uint8).reshape(frame.size_px, frame.size_px, 3)

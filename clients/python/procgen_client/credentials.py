@@ -48,7 +48,7 @@ class Credentials:
         )
 
     def arguments(self) -> dict[str, Any]:
-        """Returns the arguments of a connection, with the contents of files.
+        """Returns the fields of _library.ConnectOptions, with the contents of files.
 
         Raises:
             NotFoundError: A file cannot be read.
@@ -57,14 +57,14 @@ class Credentials:
             "ca": _pem(self.ca, "ca"),
             "certificate": _pem(self.certificate, "certificate"),
             "key": _pem(self.key, "key"),
-            "token": self.token or "",
+            "token": (self.token or "").encode() or None,
             "token_in_plain_text": self.token_in_plain_text,
         }
 
 
-def _pem(given: Pem | None, name: str) -> bytes:
+def _pem(given: Pem | None, name: str) -> bytes | None:
     if given is None or isinstance(given, bytes):
-        return given or b""
+        return given or None
     try:
         return Path(given).read_bytes()
     except OSError as error:

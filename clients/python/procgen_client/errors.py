@@ -56,12 +56,6 @@ class ProcgenError(Exception):
         return type(self), (self.message, self.code)
 
 
-class ServerNotFoundError(ProcgenError, FileNotFoundError):
-    """There is no server program to start; the message lists the places that were tried."""
-
-    default_code = StatusCode.NOT_FOUND
-
-
 class InvalidArgumentError(ProcgenError, ValueError):
     """A value is out of range, of a wrong length, or not available in a game."""
 
@@ -83,6 +77,10 @@ class NotFoundError(ProcgenError):
     """There is no such game or pool."""
 
     default_code = StatusCode.NOT_FOUND
+
+
+class ServerNotFoundError(NotFoundError, FileNotFoundError):
+    """There is no server program to start; the message lists the places that were tried."""
 
 
 class AlreadyExistsError(ProcgenError):
@@ -158,26 +156,7 @@ class InternalError(ProcgenError):
 
 
 _NUMBERS = frozenset(map(int, StatusCode))
-_CLASSES: dict[StatusCode, type[ProcgenError]] = {
-    cls.default_code: cls
-    for cls in (
-        InvalidArgumentError,
-        NotFoundError,
-        AlreadyExistsError,
-        FailedPreconditionError,
-        AbortedError,
-        ResourceExhaustedError,
-        UnimplementedError,
-        UnavailableError,
-        DeadlineExceededError,
-        CancelledError,
-        UnauthenticatedError,
-        PermissionDeniedError,
-        DataLossError,
-        InternalError,
-    )
-}
-
+_CLASSES = {cls.default_code: cls for cls in ProcgenError.__subclasses__()}
 
 # Control characters, of which a terminal would execute escape sequences.
 _CONTROLS = {i: f"\\x{i:02x}" for i in (*range(0x20), *range(0x7F, 0xA0))}
