@@ -25,11 +25,8 @@ class Environments:
     Attributes:
         pool: The pool; other steps than those of halves need that none is in flight.
         env_count: Number of environments, N.
-        has_independent_halves: Whether a half can be received before the other is sent.
         can_be_watched: Whether they are on a server, whose viewers see annotations.
     """
-
-    has_independent_halves = True
 
     def __init__(
         self,

@@ -12,7 +12,7 @@ from __future__ import annotations
 import argparse
 import copy
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from functools import partial
 from typing import Any
@@ -260,14 +260,12 @@ def parse(arguments: Sequence[str] | None = None) -> argparse.Namespace:
     return options
 
 
-def train(
-    options: argparse.Namespace, make_environments: Callable[..., Any] = Environments
-) -> int:
-    """Trains, and returns the exit status. learners.upstream passes `make_environments`."""
+def train(options: argparse.Namespace) -> int:
+    """Trains, and returns the exit status."""
     device = set_device(options)
     ranks = Ranks("nccl" if device.type == "cuda" else "gloo")
     its_options = environment_options(options, ranks.rank, ranks.count)
-    environments = make_environments(options.game, options.num_envs, **its_options)
+    environments = Environments(options.game, options.num_envs, **its_options)
     evaluation = None
     try:
         learner = Ppo(options, ranks, environments)

@@ -149,9 +149,7 @@ class Collector:
 
         Only pools in the process may be sent to meanwhile.
         """
-        environments = self.environments
-        in_process = environments.has_independent_halves and not environments.can_be_watched
-        return self.device.type == "cuda" and in_process
+        return self.device.type == "cuda" and not self.environments.can_be_watched
 
     def send(self, choice: Callable[[], np.ndarray], t: int, rows: slice | None) -> float:
         """Sends actions, unless `rows` is None, when chosen; returns the seconds of sending."""

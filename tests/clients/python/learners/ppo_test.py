@@ -138,8 +138,9 @@ def test_training_survives_server_restarts(
     background: bool,  # noqa: FBT001 - a parameter of the test
 ) -> None:
     monkeypatch.setattr(Collector, "sends_in_background", lambda self: background)
+    monkeypatch.setattr(ppo, "Environments", RestartedEnvironments)
     with RestartedEnvironments.server_to_restart() as address:
-        assert ppo.train(ppo.parse(options(tmp_path, address)), RestartedEnvironments) == 0
+        assert ppo.main(options(tmp_path, address)) == 0
     assert RestartedEnvironments.restarts == 4
     assert results(tmp_path) == uninterrupted
 
