@@ -3,7 +3,7 @@
 import posixpath
 import re
 
-from includes import INCLUDE_ROOTS, cpp_files
+from includes import INCLUDE_ROOTS
 from source_tree import Violation
 
 # Words that do not describe what is named.
@@ -82,16 +82,4 @@ def check_header_guards(tree):
                 break
 
 
-def check_impl_names(tree):
-    """Only implementations of generated services end with 'Impl'."""
-    for path in cpp_files(tree):
-        if path.startswith("server/rpc/"):
-            continue
-        for number, line in tree.lines(path):
-            match = re.match(r"\s*(?:class|struct)\s+(\w*Impl)\b", line)
-            if match:
-                yield Violation(path, number, f"{match.group(1)}: 'Impl' is only for generated "
-                                              "services; name what the class is")
-
-
-RULES = (check_file_names, check_declared_names, check_header_guards, check_impl_names)
+RULES = (check_file_names, check_declared_names, check_header_guards)

@@ -1,4 +1,4 @@
-"""Limits on the sizes of lines, functions, files and classes."""
+"""Limits on the sizes of lines, functions and files."""
 
 import ast
 import re
@@ -9,7 +9,6 @@ from source_tree import Violation
 LINE_LENGTH_MAX = 100
 FUNCTION_LINES_MAX = 70
 FILE_LINES_MAX = 500
-CLASS_LINES_MAX = 600
 
 _SOURCES = (".h", ".cc", ".py", ".sh", ".proto", ".js", "CMakeLists.txt", ".cmake")
 
@@ -55,26 +54,6 @@ def check_cpp_function_length(tree):
         if not _may_be_long(path):
             for name, first, last in cpp_functions(tree.text(path)):
                 yield from _check_length(path, name, first, last)
-
-
-def check_class_length(tree):
-    """A C++ class has at most 600 lines, with its methods in all files of its folder."""
-    sizes = {}  # (folder, class): [lines, (path, line) of the declaration]
-    for path in cpp_files(tree):
-        folder = path.rpartition("/")[0]
-        for name, first, last in cpp_classes(tree.text(path)):
-            size = sizes.setdefault((folder, name), [0, (path, first)])
-            size[0] += last - first + 1
-            size[1] = (path, first)
-        for name, first, last in cpp_functions(tree.text(path)):
-            owner = name.rpartition("::")[0].rpartition("::")[2]
-            if owner:
-                size = sizes.setdefault((folder, owner), [0, (path, first)])
-                size[0] += last - first + 1
-    for (_, name), (count, (path, line)) in sizes.items():
-        if count > CLASS_LINES_MAX:
-            yield Violation(path, line, f"{name} has {count} lines in all its files; the limit is "
-                                        f"{CLASS_LINES_MAX}; extract a class")
 
 
 def _may_be_long(path):
@@ -123,24 +102,6 @@ def cpp_functions(text):
         head_start = match.end()
 
 
-_CLASS = re.compile(r"\b(?:class|struct)\s+([\w:]+)(?:\s+final)?\s*(?::[^;{}()]*)?\{")
-
-
-def cpp_classes(text):
-    """Yields (name, first line, last line) of the classes with a body, except nested ones."""
-    text = _code_of(text)
-    end = 0
-    for match in _CLASS.finditer(text):
-        if match.start() < end:
-            continue
-        depth, end = 1, match.end()
-        while depth > 0 and end < len(text):
-            depth += {"{": 1, "}": -1}.get(text[end], 0)
-            end += 1
-        yield (match.group(1).rpartition("::")[2], text.count("\n", 0, match.start()) + 1,
-               text.count("\n", 0, end) + 1)
-
-
 def _code_of(text):
     """Replaces comments, literals and preprocessor lines by blanks; offsets stay the same."""
     text = _DIGIT_SEPARATOR.sub("", text)
@@ -152,5 +113,5 @@ def _blank(match):
     return re.sub(r"[^\n]", " ", match.group())
 
 
-RULES = (check_line_length, check_file_length, check_class_length, check_python_function_length,
+RULES = (check_line_length, check_file_length, check_python_function_length,
          check_cpp_function_length)
