@@ -66,12 +66,7 @@ def draw(
 
 
 def play(testbed: Testbed, script: Script, schedule: list[Fault]) -> Trace:
-    """Runs a learner and injects faults meanwhile. Afterwards no server has a pool.
-
-    Raises:
-        LearnerError: The learner failed.
-        TimeoutError: The learner or a server waits too long.
-    """
+    """Runs a learner and injects faults meanwhile. Afterwards no server has a pool."""
     learner = testbed.learner(script, announce=tuple(fault.request for fault in schedule))
     driver = FaultDriver(testbed, learner)
     driver.run(schedule)
@@ -93,11 +88,7 @@ class FaultDriver:
         self._faulty: dict[str, Fault] = {}
 
     def run(self, schedule: list[Fault]) -> None:
-        """Injects faults until the learner ends.
-
-        Raises:
-            TimeoutError: The learner waits too long.
-        """
+        """Injects faults until the learner ends."""
         by_request: dict[int, list[Fault]] = {}
         for fault in schedule:
             by_request.setdefault(fault.request, []).append(fault)

@@ -38,17 +38,7 @@ class LearnerProcess:
         reconnect_timeout: float,
         announce: Iterable[int] = (),
     ) -> None:
-        """Starts the process.
-
-        Args:
-            network: The network of the host.
-            host: The learner's host.
-            servers: The address of the server, or of several with commas.
-            script: The learner's requests.
-            folder: The folder for trace and log.
-            reconnect_timeout: Time for which it waits for lost servers, in seconds.
-            announce: Requests that the learner announces before it sends them.
-        """
+        """Starts the process."""
         self._trace_path = folder / "learner.npz"
         self._log_path = folder / "learner.log"
         command = [
@@ -71,11 +61,7 @@ class LearnerProcess:
         self._unread = b""
 
     def next_announced(self, timeout: float) -> int | None:
-        """Waits for the next announced request; None if the learner ended.
-
-        Raises:
-            TimeoutError: The learner announced none in time.
-        """
+        """Waits for the next announced request; None if the learner ended."""
         assert self._process.stdout is not None
         with selectors.DefaultSelector() as selector:
             selector.register(self._process.stdout, selectors.EVENT_READ)
@@ -98,12 +84,7 @@ class LearnerProcess:
         self._process.send_signal(signal.SIGCONT)
 
     def trace(self, timeout: float) -> Trace:
-        """Waits for the end; returns the trace.
-
-        Raises:
-            LearnerError: The learner failed.
-            TimeoutError: The learner did not end in time.
-        """
+        """Waits for the end; returns the trace."""
         try:
             status = self._process.wait(timeout)
         except subprocess.TimeoutExpired as error:

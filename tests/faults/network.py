@@ -40,11 +40,7 @@ class Network:
     """
 
     def __init__(self, hosts: Sequence[str]) -> None:
-        """Creates the hosts; names have up to 10 letters and digits.
-
-        Raises:
-            NotPermittedError: Network namespaces are not permitted.
-        """
+        """Creates the hosts; names have up to 10 letters and digits."""
         remove_stale()
         self._hosts = tuple(hosts)
         self._number = next(_network_numbers)

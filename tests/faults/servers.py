@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import signal
 import subprocess
 import time
@@ -25,13 +26,7 @@ class Servers:
     """
 
     def __init__(self, network: Network, binary: Path, folder: Path) -> None:
-        """Starts no server yet.
-
-        Args:
-            network: The hosts.
-            binary: The program procgen-server.
-            folder: The folder for logs.
-        """
+        """Starts no server yet."""
         self._network = network
         self._binary = binary
         self._folder = folder
@@ -119,35 +114,26 @@ class Servers:
         return self._processes[host].poll() is None
 
     def await_exit(self, host: str, timeout: float) -> int:
-        """Waits until a host's server has ended.
-
-        Raises:
-            TimeoutExpired: It is still running.
-        """
+        """Waits until a host's server has ended."""
         return self._processes[host].wait(timeout)
 
     def await_listening(self, host: str) -> None:
-        """Waits until a host's server listens.
-
-        Raises:
-            TimeoutError: It does not listen in time, or it has ended.
-        """
+        """Waits until a host's server listens."""
         deadline = time.monotonic() + _START_TIMEOUT_S
         while "event=listening" not in self._process_log(host):
             if time.monotonic() > deadline or not self.is_running(host):
                 raise TimeoutError(f"{host} does not listen; its log:\n{self.log(host)}")
             time.sleep(0.02)
 
-    def created_count(self) -> int:
-        """Number of pools that were created, on all servers: slices and what continues them."""
-        return sum(self.log(host).count("event=pool_created") for host in self._processes)
+    def most_pools(self, host: str) -> int:
+        """The highest number of pools that a host's server had at once."""
+        counts = [0]
+        for event in re.findall("event=pool_(created|freed)", self.log(host)):
+            counts.append(counts[-1] + (1 if event == "created" else -1))
+        return max(counts)
 
     def await_freed(self) -> None:
-        """Waits until no server has a pool.
-
-        Raises:
-            TimeoutError: A server keeps the pool of a stream that has ended.
-        """
+        """Waits until no server has a pool."""
         deadline = time.monotonic() + _FREE_TIMEOUT_S
         for host in self._processes:
             while self.is_running(host) and self._pool_count(host) != 0:

@@ -16,11 +16,7 @@ class ThreadLimit:
     """A control group whose processes can be prevented from starting threads."""
 
     def __init__(self, name: str) -> None:
-        """Creates the group without a limit.
-
-        Raises:
-            NotPermittedError: Control groups are not permitted.
-        """
+        """Creates the group without a limit."""
         self._group = _PIDS / f"procgen-{os.getpid()}-{name}"
         try:
             self._group.mkdir(exist_ok=True)

@@ -26,11 +26,7 @@ _CLOCK_VARIABLE = "PROCGEN_WALL_CLOCK_LIBRARY"
 
 
 def server_binary() -> Path:
-    """The path in PROCGEN_SERVER_BINARY, else the newest build of this checkout.
-
-    Raises:
-        FileNotFoundError: There is no build.
-    """
+    """The path in PROCGEN_SERVER_BINARY, else the newest build of this checkout."""
     if _BINARY_VARIABLE in os.environ:
         return Path(os.environ[_BINARY_VARIABLE])
     built = list(_ROOT.glob("build/*/bin/procgen-server"))
@@ -40,11 +36,7 @@ def server_binary() -> Path:
 
 
 def wall_clock_library() -> Path:
-    """The path in PROCGEN_WALL_CLOCK_LIBRARY, else the library next to the server.
-
-    Raises:
-        FileNotFoundError: The library was not built.
-    """
+    """The path in PROCGEN_WALL_CLOCK_LIBRARY, else the library next to the server."""
     default = server_binary().parents[1] / "tests" / "wall_clock" / "libwall_clock.so"
     library = Path(os.environ.get(_CLOCK_VARIABLE, default))
     if not library.exists():
@@ -53,29 +45,14 @@ def wall_clock_library() -> Path:
 
 
 class Testbed:
-    """Servers and a learner, each on a host. Leaving the context removes all.
-
-    Attributes:
-        network: The hosts.
-        servers: The servers.
-        hosts: The hosts of the servers.
-    """
+    """Servers and a learner, each on a host. Leaving the context removes all."""
 
     __test__ = False  # pytest collects classes whose names begin with Test.
 
     def __init__(
         self, folder: Path, hosts: Sequence[str] = SERVERS, *, clocks: bool = False
     ) -> None:
-        """Starts the servers and waits until they listen.
-
-        Args:
-            folder: The folder for logs.
-            hosts: The hosts of servers.
-            clocks: Whether the servers' wall clocks can be set.
-
-        Raises:
-            NotPermittedError: Network namespaces are not permitted.
-        """
+        """Starts the servers and waits until they listen."""
         self._folder = folder
         self.hosts = tuple(hosts)
         self.network = Network((*hosts, LEARNER))
@@ -129,11 +106,7 @@ class Testbed:
 
 
 def undisturbed_trace(script: Script, folder: Path) -> Trace:
-    """Returns the trace of a learner on one server without faults.
-
-    Raises:
-        NotPermittedError: Network namespaces are not permitted.
-    """
+    """Returns the trace of a learner on one server without faults."""
     (folder / "undisturbed").mkdir()
     with Testbed(folder / "undisturbed", SERVERS[:1]) as testbed:
         return testbed.learner(script).trace(TIMEOUT_S)
