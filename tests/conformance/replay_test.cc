@@ -13,9 +13,9 @@
 #include "envcore/pool/shared_art.h"
 #include "envcore/trace/trace.h"
 #include "gtest/gtest.h"
+#include "procgen_client/local_pool.h"
 #include "tests/conformance/recordings.h"
 #include "tests/status_matchers.h"
-#include "tools/conformance/player.h"
 
 namespace procgen {
 namespace {
@@ -32,9 +32,11 @@ std::string Replayed(const std::string& path, int32_t worker_count,
     return trace.status().ToString();
   }
   const bool with_pictures = trace->HasComparablePictures(art != nullptr);
-  auto player = MakeLocalPlayer(*trace, worker_count, with_pictures, art);
-  return player.ok() ? FirstDifference(*trace, **player, with_pictures)
-                     : player.status().ToString();
+  PoolOptions options = PoolOptionsOf(*trace);
+  options.art = art;
+  auto pool = procgen_client::LocalPool::Create(options, worker_count - 1);
+  return pool.ok() ? FirstDifference(*trace, **pool, with_pictures)
+                   : std::string(pool.status().message());
 }
 
 class GoldenReplayTest : public testing::TestWithParam<std::tuple<std::string, int32_t>> {};

@@ -6,10 +6,10 @@
 
 #include "envcore/trace/trace.h"
 #include "gtest/gtest.h"
+#include "procgen_client/servers.h"
 #include "server/rpc/server.h"
 #include "tests/conformance/recordings.h"
 #include "tests/status_matchers.h"
-#include "tools/conformance/player.h"
 #include "tools/conformance/replay.h"
 
 namespace procgen {
@@ -29,12 +29,14 @@ TEST_P(ServedReplayTest, ObservationsMatchWithUpstreamArt) {
   options.art = *art;
   const auto server = Server::Start(options);
   ASSERT_THAT(server, IsOk());
+  const auto servers = procgen_client::Servers::Connect((*server)->address());
+  ASSERT_THAT(servers, IsOk());
   for (const std::string& path : paths) {
     const auto trace = ReadTrace(path);
     ASSERT_THAT(trace, IsOk());
-    const auto player = MakeRemotePlayer(*trace, (*server)->address(), true);
-    ASSERT_THAT(player, IsOk());
-    EXPECT_EQ(FirstDifference(*trace, **player, true), "") << path;
+    const auto pool = procgen_client::CreatePool(*servers, PoolOptionsOf(*trace));
+    ASSERT_THAT(pool, IsOk());
+    EXPECT_EQ(FirstDifference(*trace, **pool, true), "") << path;
   }
 }
 

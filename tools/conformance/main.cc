@@ -11,7 +11,8 @@
 #include "absl/strings/str_cat.h"
 #include "envcore/pool/shared_art.h"
 #include "envcore/trace/trace.h"
-#include "tools/conformance/player.h"
+#include "procgen_client/local_pool.h"
+#include "procgen_client/servers.h"
 #include "tools/conformance/replay.h"
 
 ABSL_FLAG(std::string, server, "",
@@ -54,11 +55,23 @@ absl::StatusOr<ReplayTarget> MakeReplayTarget() {
   return target;
 }
 
-absl::StatusOr<std::unique_ptr<Player>> MakePlayer(const ReplayTarget& target, const Trace& trace,
-                                                   bool with_pictures) {
-  return target.server.empty()
-             ? MakeLocalPlayer(trace, absl::GetFlag(FLAGS_workers), with_pictures, target.art)
-             : MakeRemotePlayer(trace, target.server, with_pictures);
+absl::StatusOr<std::unique_ptr<procgen_client::Pool>> MakePool(const ReplayTarget& target,
+                                                               const Trace& trace) {
+  PoolOptions options = PoolOptionsOf(trace);
+  if (target.server.empty()) {
+    options.art = target.art;
+    // The calling thread is a worker too.
+    auto pool = procgen_client::LocalPool::Create(options, absl::GetFlag(FLAGS_workers) - 1);
+    if (!pool.ok()) {
+      return pool.status();
+    }
+    return *std::move(pool);
+  }
+  const auto servers = procgen_client::Servers::Connect(target.server);
+  if (!servers.ok()) {
+    return servers.status();
+  }
+  return procgen_client::CreatePool(*servers, options);
 }
 
 Verdict Replay(const ReplayTarget& target, const std::string& path) {
@@ -68,16 +81,16 @@ Verdict Replay(const ReplayTarget& target, const std::string& path) {
     return Verdict::kFailed;
   }
   const bool with_pictures = trace->HasComparablePictures(target.has_upstream_art);
-  absl::StatusOr<std::unique_ptr<Player>> player = MakePlayer(target, *trace, with_pictures);
-  if (absl::IsUnimplemented(player.status())) {
-    std::cout << path << ": skipped: " << player.status().message() << "\n";
+  const auto pool = MakePool(target, *trace);
+  if (absl::IsUnimplemented(pool.status())) {
+    std::cout << path << ": skipped: " << pool.status().message() << "\n";
     return Verdict::kSkipped;
   }
-  if (!player.ok()) {
-    std::cout << path << ": " << player.status() << "\n";
+  if (!pool.ok()) {
+    std::cout << path << ": " << pool.status() << "\n";
     return Verdict::kFailed;
   }
-  const std::string difference = FirstDifference(*trace, **player, with_pictures);
+  const std::string difference = FirstDifference(*trace, **pool, with_pictures);
   std::cout << path << ": " << (difference.empty() ? "ok" : difference) << std::endl;
   return difference.empty() ? Verdict::kPassed : Verdict::kFailed;
 }

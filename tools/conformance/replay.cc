@@ -1,9 +1,11 @@
 #include "tools/conformance/replay.h"
 
 #include <cstring>
+#include <vector>
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/string_view.h"
+#include "envcore/pool/batch_numbers.h"
 
 namespace procgen {
 namespace {
@@ -17,7 +19,7 @@ std::string Difference(int32_t step, size_t environment, absl::string_view field
 
 template <typename T>
 std::string CompareField(int32_t step, absl::string_view field, const std::vector<T>& expected_rows,
-                         const std::vector<T>& got) {
+                         absl::Span<const T> got) {
   const size_t offset = static_cast<size_t>(step) * got.size();
   for (size_t i = 0; i < got.size(); ++i) {
     const T& expected = expected_rows[offset + i];
@@ -30,46 +32,60 @@ std::string CompareField(int32_t step, absl::string_view field, const std::vecto
   return "";
 }
 
-std::string ComparePictures(const Trace& trace, int32_t step, const Observations& observed) {
+std::string ComparePictures(const Trace& trace, int32_t step, const Batch& batch) {
   std::vector<uint32_t> digests(static_cast<size_t>(trace.env_count));
-  const size_t bytes = observed.observations.size() / digests.size();
   for (size_t i = 0; i < digests.size(); ++i) {
-    digests[i] = ObservationDigest(observed.observations.data() + i * bytes, bytes);
+    digests[i] = ObservationDigest(&batch.observations[i * kObservationBytes], kObservationBytes);
   }
-  return CompareField(step, "observation_fnv1a", trace.observation_digests, digests);
+  return CompareField<uint32_t>(step, "observation_fnv1a", trace.observation_digests, digests);
 }
 
-std::string Compare(const Trace& trace, int32_t step, const Observations& observed,
-                    bool with_pictures) {
+std::string Compare(const Trace& trace, int32_t step, const Batch& batch) {
   for (const std::string& difference :
-       {CompareField(step, "reward", trace.rewards, observed.rewards),
-        CompareField(step, "first", trace.first, observed.first),
-        CompareField(step, "level_seed", trace.level_seeds, observed.level_seeds),
-        CompareField(step, "prev_level_seed", trace.prev_level_seeds, observed.prev_level_seeds),
-        CompareField(step, "prev_level_complete", trace.prev_level_complete,
-                     observed.prev_level_complete)}) {
+       {CompareField<float>(step, "reward", trace.rewards, batch.rewards),
+        CompareField<uint8_t>(step, "first", trace.first, batch.first),
+        CompareField<int32_t>(step, "level_seed", trace.level_seeds, batch.level_seeds),
+        CompareField<int32_t>(step, "prev_level_seed", trace.prev_level_seeds,
+                              batch.prev_level_seeds),
+        CompareField<uint8_t>(step, "prev_level_complete", trace.prev_level_complete,
+                              batch.prev_level_complete)}) {
     if (!difference.empty()) {
       return difference;
     }
   }
-  return with_pictures ? ComparePictures(trace, step, observed) : "";
+  return batch.observations.empty() ? "" : ComparePictures(trace, step, batch);
 }
 
 }  // namespace
 
-std::string FirstDifference(const Trace& trace, Player& player, bool with_pictures) {
-  Observations observed;
-  absl::Status status = player.Observe(&observed);
-  const absl::Span<const int32_t> actions = trace.actions;
+PoolOptions PoolOptionsOf(const Trace& trace) {
+  PoolOptions options;
+  options.games = trace.games;
+  options.env_count = trace.env_count;
+  options.environment = trace.options;
+  return options;
+}
+
+std::string FirstDifference(const Trace& trace, procgen_client::Pool& pool, bool with_pictures) {
   const auto row = static_cast<size_t>(trace.env_count);
+  std::vector<uint8_t> observations(with_pictures ? row * kObservationBytes : 0);
+  BatchNumbers numbers;
+  Batch batch;
+  batch.observations = absl::MakeSpan(observations);
+  batch = numbers.ReplaceEmptyArrays(batch, trace.env_count);
+  StepInput input = {.count = trace.env_count, .steps = false};  // observes
+  Status status = pool.Step(input, /*annotations=*/{}, batch);
+  const absl::Span<const int32_t> actions = trace.actions;
+  input.steps = true;
   for (int32_t step = 0; status.ok(); ++step) {
-    std::string difference = Compare(trace, step, observed, with_pictures);
+    std::string difference = Compare(trace, step, batch);
     if (!difference.empty() || step == trace.step_count) {
       return difference;
     }
-    status = player.Step(actions.subspan(static_cast<size_t>(step) * row, row), &observed);
+    input.actions = actions.subspan(static_cast<size_t>(step) * row, row);
+    status = pool.Step(input, /*annotations=*/{}, batch);
   }
-  return status.ToString();
+  return absl::Status(status).ToString();
 }
 
 }  // namespace procgen

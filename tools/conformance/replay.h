@@ -3,16 +3,19 @@
 
 #include <string>
 
+#include "envcore/pool/pool.h"
 #include "envcore/trace/trace.h"
-#include "tools/conformance/player.h"
+#include "procgen_client/pool.h"
 
 namespace procgen {
 
-// Replays `trace` with `player` and compares all results. Rewards are compared as bits, and
+// The pool of a trace, with the built-in art.
+PoolOptions PoolOptionsOf(const Trace& trace);
+
+// Replays `trace` with `pool` and compares all results. Rewards are compared as bits, and
 // observations by digest if `with_pictures`. Returns the first difference (step, environment,
-// field, expected, got), or an empty string. REQUIRES for `with_pictures`: the player returns
-// observations and the trace has digests.
-std::string FirstDifference(const Trace& trace, Player& player, bool with_pictures);
+// field, expected, got), or an empty string. REQUIRES for `with_pictures`: the trace has digests.
+std::string FirstDifference(const Trace& trace, procgen_client::Pool& pool, bool with_pictures);
 
 }  // namespace procgen
 
