@@ -14,13 +14,13 @@
 #include "absl/flags/flag.h"
 #include "absl/flags/parse.h"
 #include "absl/flags/usage.h"
+#include "absl/status/statusor.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "absl/strings/str_join.h"
 #include "absl/synchronization/mutex.h"
 #include "absl/time/clock.h"
 #include "absl/time/time.h"
-#include "tools/game_mode.h"
 #include "tools/progress.h"
 #include "tools/solver/search.h"
 #include "tools/solver/search_heuristic.h"
@@ -38,6 +38,14 @@ ABSL_FLAG(std::string, ways, "",
 
 namespace procgen {
 namespace {
+
+struct GameMode {
+  const GameSpec* game = nullptr;
+  DistributionMode mode = DistributionMode::kEasy;
+
+  // "maze easy".
+  std::string Name() const { return absl::StrCat(game->name, " ", DistributionModeName(mode)); }
+};
 
 // The levels of one game and mode, and their results. Threads: Search from any thread.
 class Levels {
@@ -187,6 +195,32 @@ std::vector<std::string> GuidedGames() {
   return names;
 }
 
+// Returns every combination of `games` and the flag's modes, game by game. Errors:
+// INVALID_ARGUMENT a game without a heuristic, or a mode that it does not have.
+absl::StatusOr<std::vector<GameMode>> MakeGameModes(const std::vector<std::string>& games) {
+  std::vector<GameMode> game_modes;
+  for (const std::string& name : games) {
+    if (FindSearchHeuristic(name) == nullptr) {
+      return absl::InvalidArgumentError(
+          absl::StrCat("game '", name, "' is not one of ", absl::StrJoin(GuidedGames(), ", ")));
+    }
+    const GameSpec* game = FindGame(name);
+    for (const std::string& mode_name : absl::GetFlag(FLAGS_modes)) {
+      const std::optional<DistributionMode> mode = FindDistributionMode(mode_name);
+      if (!mode.has_value() || !game->HasMode(*mode)) {
+        const auto add_name = [](std::string* out, DistributionMode known) {
+          absl::StrAppend(out, DistributionModeName(known));
+        };
+        return absl::InvalidArgumentError(
+            absl::StrCat("mode '", mode_name, "' is not one of ", name,
+                         "'s modes: ", absl::StrJoin(game->modes, ", ", add_name)));
+      }
+      game_modes.push_back({.game = game, .mode = *mode});
+    }
+  }
+  return game_modes;
+}
+
 // Returns an error in the flags; empty: none.
 std::string FlagError() {
   const int32_t first_level = absl::GetFlag(FLAGS_first_level);
@@ -236,7 +270,7 @@ int Main(const std::vector<char*>& arguments) {
   if (games.empty()) {
     games = GuidedGames();
   }
-  const auto game_modes = MakeGameModes(games, absl::GetFlag(FLAGS_modes), GuidedGames());
+  const auto game_modes = MakeGameModes(games);
   if (error.empty() && !game_modes.ok()) {
     error = std::string(game_modes.status().message());
   }

@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <cstdlib>
 #include <functional>
+#include <memory>
 #include <numbers>
 #include <queue>
 #include <string>
@@ -12,9 +14,10 @@
 
 #include "absl/container/flat_hash_map.h"
 #include "envcore/environment/environment.h"
+#include "envcore/games/game.h"
 #include "envcore/random/random_stream.h"
+#include "envcore/state/state_archive.h"
 #include "tools/solver/goal_map.h"
-#include "tools/solver/level_player.h"
 
 namespace procgen {
 namespace {
@@ -24,6 +27,44 @@ constexpr float kCellsPerTarget = 100;
 constexpr float kCellsPerBurst = 1;
 // Of two paths to equally good places, the shorter one is followed first.
 constexpr float kCellsPerStep = 0.01F;
+
+// One level, played from any of its states. It is generated once, because that is slow; states are
+// saved from it and restored into it.
+class LevelPlayer {
+ public:
+  LevelPlayer(const GameSpec& spec, DistributionMode mode, int32_t level_seed)
+      : step_limit_(spec.StepLimit(mode)) {
+    GameOptions options;
+    options.distribution_mode = mode;
+    game_ = spec.make(options);
+    game_->StartLevel(level_seed);
+  }
+
+  // REQUIRES: !outcome().done.
+  void Play(int32_t action) { game_->Play(action); }
+  std::string Save() {
+    StateArchive archive;
+    game_->VisitState(archive, step_limit_);
+    return archive.Finish().value();
+  }
+  void Restore(const std::string& state) {
+    StateArchive archive = StateArchive::Open(state).value();
+    game_->VisitState(archive, step_limit_);
+    if (!archive.Close().ok()) {
+      std::abort();
+    }
+  }
+
+  const StepOutcome& outcome() const { return game_->outcome(); }
+  const World& world() const { return game_->world(); }
+  int32_t step_number() const { return game_->step_number(); }
+  // Step limit of an episode.
+  int32_t step_limit() const { return step_limit_; }
+
+ private:
+  std::unique_ptr<Game> game_;
+  int32_t step_limit_;
+};
 
 // States in one place count as equal: targets left, column, row, velocity (x, y), heading, time.
 using Place = std::tuple<int32_t, int32_t, int32_t, int32_t, int32_t, int32_t, int32_t>;

@@ -55,6 +55,8 @@ TEST(ProcgenSolveTest, WrongFlagsAreRejectedWithWhatIsAllowed) {
   EXPECT_THAT(Search("--workers 0").output, HasSubstr("--workers 0: must be at least 1"));
   EXPECT_THAT(Search("--games bigfish").output,
               HasSubstr("game 'bigfish' is not one of caveflyer, climber, coinrun"));
+  EXPECT_THAT(Search("--games heist --modes extreme").output,
+              HasSubstr("mode 'extreme' is not one of heist's modes: easy, hard, memory"));
   EXPECT_THAT(Search("--games maze --levels 1 --ways /nowhere/at.all").output,
               HasSubstr("cannot write to /nowhere/at.all"));
   EXPECT_THAT(Search("maze").output,
