@@ -1,29 +1,37 @@
 #include "clients/libenv/handle.h"
 
 #include <algorithm>
+#include <cstdio>
+#include <cstring>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
-#include "clients/libenv/report.h"
+#include "absl/strings/str_replace.h"
 #include "procgen_client/art_folders.h"
+
+namespace procgen {
+
+void Report(absl::string_view message) {
+  const std::string line =
+      absl::StrCat("libenv: ", absl::StrReplaceAll(message, {{"\n", " "}}), "\n");
+  std::fwrite(line.data(), 1, line.size(), stderr);
+  std::fflush(stderr);
+}
+
+}  // namespace procgen
 
 namespace {
 
-// Uses the art folder that the host names. If it cannot be used, that is reported, and the built-in
-// art is used in its place.
-absl::StatusOr<std::unique_ptr<procgen::Environments>> MakeEnvironments(
-    const procgen::MakeOptions& options) {
-  procgen::PoolOptions pool = options.pool;
-  const auto art = procgen_client::FindArt(options.resource_root);
-  if (art.ok()) {
-    pool.art = *art;
+absl::Status CopyPointers(absl::string_view name, void* const* pointers, size_t count,
+                          std::vector<void*>* copy) {
+  if (pointers == nullptr) {
+    return absl::InvalidArgumentError(absl::StrCat("buffers.", name, " is null"));
   }
-  auto environments = procgen::Environments::Create(pool, options.num_threads);
-  if (environments.ok() && !art.ok()) {
-    procgen::Report(
-        absl::StrCat("using the built-in art; option resource_root: ", art.status().message()));
-  }
-  return environments;
+  copy->assign(pointers, pointers + count);
+  const auto null = std::find(copy->begin(), copy->end(), nullptr);
+  return null == copy->end() ? absl::OkStatus()
+                             : absl::InvalidArgumentError(absl::StrCat(
+                                   "buffers.", name, "[", null - copy->begin(), "] is null"));
 }
 
 }  // namespace
@@ -34,60 +42,82 @@ absl::StatusOr<std::unique_ptr<LibenvHandle>> LibenvHandle::Create(int env_count
   if (!made.ok()) {
     return made.status();
   }
-  auto environments = MakeEnvironments(*made);
-  if (!environments.ok()) {
-    return environments.status();
+  // Art that cannot be used is reported, and the built-in art is used in its place.
+  const auto art = procgen_client::FindArt(made->resource_root);
+  if (art.ok()) {
+    made->pool.art = *art;
   }
-  return std::unique_ptr<LibenvHandle>(new LibenvHandle(*made, *std::move(environments)));
+  auto pool = procgen_client::LocalPool::Create(made->pool, made->num_threads);
+  if (!pool.ok()) {
+    return pool.status();
+  }
+  if (!art.ok()) {
+    procgen::Report(
+        absl::StrCat("using the built-in art; option resource_root: ", art.status().message()));
+  }
+  std::unique_ptr<LibenvHandle> handle(new LibenvHandle(*std::move(made), *std::move(pool)));
+  if (absl::Status status = handle->Refresh(); !status.ok()) {
+    return status;
+  }
+  return handle;
 }
 
-LibenvHandle::LibenvHandle(const procgen::MakeOptions& options,
-                           std::unique_ptr<procgen::Environments> environments)
-    : options_(options),
-      environments_(std::move(environments)),
-      actions_(static_cast<size_t>(options.pool.env_count)) {}
+LibenvHandle::LibenvHandle(procgen::MakeOptions options, std::unique_ptr<procgen_client::Pool> pool)
+    : options_(std::move(options)),
+      observations_(static_cast<size_t>(options_.pool.env_count) * procgen::kObservationBytes),
+      actions_(static_cast<size_t>(options_.pool.env_count)),
+      pool_(std::move(pool)) {
+  batch_.observations = absl::MakeSpan(observations_);
+  batch_ = numbers_.ReplaceEmptyArrays(batch_, options_.pool.env_count);
+}
 
 std::vector<LibenvTensorType> LibenvHandle::TensorTypes(int space) const {
   return procgen::TensorTypesOf(space, options_.num_actions, options_.render_human);
 }
 
 absl::Status LibenvHandle::SetBuffers(const LibenvBuffers& buffers) {
-  auto made = procgen::HostBuffers::Create(buffers, options_.pool.env_count, options_.render_human);
-  if (!made.ok()) {
-    return made.status();
+  const size_t count = actions_.size();
+  const size_t info_count =
+      count * static_cast<size_t>(procgen::kInfoHumanView + (options_.render_human ? 1 : 0));
+  std::vector<void*> observations;
+  std::vector<void*> infos;
+  std::vector<void*> actions;
+  absl::Status status = CopyPointers("observations", buffers.observations, count, &observations);
+  status.Update(CopyPointers("infos", buffers.infos, info_count, &infos));
+  status.Update(CopyPointers("actions", buffers.actions, count, &actions));
+  if (buffers.rewards == nullptr || buffers.firsts == nullptr) {
+    status.Update(absl::InvalidArgumentError("buffers.rewards or buffers.firsts is null"));
   }
-  buffers_ = *std::move(made);
-  return absl::OkStatus();
+  if (status.ok()) {
+    buffers_ = buffers;
+    observation_buffers_ = std::move(observations);
+    infos_ = std::move(infos);
+    action_buffers_ = std::move(actions);
+  }
+  return status;
 }
 
 absl::Status LibenvHandle::Observe() {
-  if (!buffers_.has_value()) {
-    return absl::FailedPreconditionError("no buffers are set, call libenv_set_buffers first");
+  absl::Status status = CheckBuffers();
+  if (status.ok()) {
+    status = Wait();
   }
-  const auto observed = environments_->Observe();
-  if (!observed.ok()) {
-    return observed.status();
+  for (int32_t i = 0; status.ok() && i < options_.pool.env_count; ++i) {
+    status = Write(i);
   }
-  buffers_->Write(*observed);
-  for (int32_t i = 0; options_.render_human && i < options_.pool.env_count; ++i) {
-    if (absl::Status status = environments_->Render(i, buffers_->HumanView(i)); !status.ok()) {
-      return status;
-    }
-  }
-  return absl::OkStatus();
+  return status;
 }
 
 absl::Status LibenvHandle::Act() {
-  if (!buffers_.has_value()) {
-    return absl::FailedPreconditionError("no buffers are set, call libenv_set_buffers first");
+  absl::Status status = CheckBuffers();
+  if (status.ok()) {
+    status = Wait();
   }
-  buffers_->ReadActions(absl::MakeSpan(actions_));
-  CheckActions();
-  return environments_->Act(actions_);
-}
-
-void LibenvHandle::CheckActions() {
+  if (!status.ok()) {
+    return status;
+  }
   for (size_t i = 0; i < actions_.size(); ++i) {
+    std::memcpy(&actions_[i], action_buffers_[i], sizeof(actions_[i]));
     if (actions_[i] >= procgen::kEndEpisodeAction && actions_[i] < procgen::kActionCount) {
       continue;
     }
@@ -98,43 +128,78 @@ void LibenvHandle::CheckActions() {
     }
     actions_[i] = procgen::kNoAction;
   }
+  const procgen::StepInput input = {.count = options_.pool.env_count, .actions = actions_};
+  return pool_->thread_count() == 0 ? pool_->Step(input, /*annotations=*/{}, batch_)
+                                    : pool_->Send(input, /*annotations=*/{}, batch_);
 }
 
 absl::StatusOr<int> LibenvHandle::SaveState(int environment, absl::Span<char> data) {
-  if (absl::Status status = CheckEnvironment(environment); !status.ok()) {
+  absl::Status status = CheckEnvironment(environment);
+  if (status.ok()) {
+    status = Wait();
+  }
+  if (!status.ok()) {
     return status;
   }
-  const auto snapshot = environments_->SaveState(environment);
-  if (!snapshot.ok()) {
-    return snapshot.status();
+  const auto snapshots = pool_->SaveStates({environment});
+  if (!snapshots.ok()) {
+    return snapshots.status();
   }
-  if (snapshot->size() > data.size()) {
-    return absl::InvalidArgumentError(absl::StrCat("the snapshot has ", snapshot->size(),
-                                                   " bytes, the buffer has ", data.size()));
+  const std::string& snapshot = snapshots->front();
+  if (snapshot.size() > data.size()) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("the snapshot has ", snapshot.size(), " bytes, the buffer has ", data.size()));
   }
-  std::copy(snapshot->begin(), snapshot->end(), data.begin());
-  return static_cast<int>(snapshot->size());
+  std::copy(snapshot.begin(), snapshot.end(), data.begin());
+  return static_cast<int>(snapshot.size());
 }
 
 absl::Status LibenvHandle::RestoreState(int environment, absl::string_view snapshot) {
-  if (absl::Status status = CheckEnvironment(environment); !status.ok()) {
-    return status;
+  absl::Status status = CheckEnvironment(environment);
+  if (status.ok()) {
+    status = Wait();
   }
-  if (absl::Status status = environments_->RestoreState(environment, snapshot); !status.ok()) {
-    return status;
+  if (status.ok()) {
+    status = pool_->RestoreStates({{.environment = environment, .snapshot = snapshot}});
   }
-  if (!buffers_.has_value()) {
-    return absl::OkStatus();  // the first Observe writes it
+  if (status.ok()) {
+    status = Refresh();
   }
-  const auto observed = environments_->Observe();
-  if (!observed.ok()) {
-    return observed.status();
+  // Without buffers the first Observe writes it.
+  return status.ok() && CheckBuffers().ok() ? Write(environment) : status;
+}
+
+absl::Status LibenvHandle::Wait() {
+  return pool_->unanswered_count() == 0 ? absl::OkStatus()
+                                        : pool_->Receive(std::chrono::duration<double>(-1));
+}
+
+absl::Status LibenvHandle::Refresh() {
+  return pool_->Step({.count = options_.pool.env_count, .steps = false}, /*annotations=*/{},
+                     batch_);
+}
+
+absl::Status LibenvHandle::Write(int32_t environment) {
+  const auto i = static_cast<size_t>(environment);
+  buffers_.rewards[i] = numbers_.rewards[i];
+  buffers_.firsts[i] = numbers_.first[i];
+  std::memcpy(observation_buffers_[i], &observations_[i * procgen::kObservationBytes],
+              procgen::kObservationBytes);
+  std::memcpy(Info(procgen::kInfoPrevLevelSeed, i), &numbers_.prev_level_seeds[i], sizeof(int32_t));
+  std::memcpy(Info(procgen::kInfoPrevLevelComplete, i), &numbers_.prev_level_complete[i], 1);
+  std::memcpy(Info(procgen::kInfoLevelSeed, i), &numbers_.level_seeds[i], sizeof(int32_t));
+  if (!options_.render_human) {
+    return absl::OkStatus();
   }
-  buffers_->WriteOne(static_cast<size_t>(environment), *observed);
-  if (options_.render_human) {
-    return environments_->Render(environment, buffers_->HumanView(environment));
-  }
-  return absl::OkStatus();
+  auto* const view = static_cast<uint8_t*>(Info(procgen::kInfoHumanView, i));
+  return pool_->Render(environment, procgen::kHumanViewSizePx, /*whole_level=*/false,
+                       absl::MakeSpan(view, procgen::kHumanViewBytes));
+}
+
+absl::Status LibenvHandle::CheckBuffers() const {
+  return buffers_.rewards != nullptr
+             ? absl::OkStatus()
+             : absl::FailedPreconditionError("no buffers are set, call libenv_set_buffers first");
 }
 
 absl::Status LibenvHandle::CheckEnvironment(int environment) const {

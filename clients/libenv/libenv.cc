@@ -7,7 +7,6 @@
 
 #include "absl/strings/str_cat.h"
 #include "clients/libenv/handle.h"
-#include "clients/libenv/report.h"
 
 namespace {
 
