@@ -6,55 +6,20 @@
 #include <cstdlib>
 #include <map>
 #include <memory>
-#include <mutex>
 #include <new>
 #include <string>
 #include <utility>
-#include <vector>
 
 #include "absl/strings/str_cat.h"
 #include "clients/c/call_guard.h"
 #include "clients/c/conversion.h"
 #include "procgen_client/client.h"
+#include "procgen_client/message_watch.h"
+#include "procgen_client/open_calls.h"
 #include "procgen_client/remote_pool.h"
-#include "procgen_client/run/recovering_stream.h"
 #include "procgen_client/servers.h"
-#include "procgen_client/sharded_pool.h"
 
 namespace procgen_client {
-
-// What a connection shares with its calls, pools and watches, which may outlive it.
-struct ConnectionState {
-  std::atomic<bool> is_closed = false;
-  int (*is_cancelled)(void* context) = nullptr;
-  void* context = nullptr;
-
-  bool Check() const {
-    return is_closed || (is_cancelled != nullptr && is_cancelled(context) != 0);
-  }
-
-  // Adds the stream of a pool, which Close ends.
-  void Add(const std::weak_ptr<RecoveringStream>& stream) {
-    const std::lock_guard lock(mutex);
-    streams.erase(std::remove_if(streams.begin(), streams.end(),
-                                 [](const auto& each) { return each.expired(); }),
-                  streams.end());
-    streams.push_back(stream);
-  }
-
-  void Close() {
-    is_closed = true;
-    const std::lock_guard lock(mutex);
-    for (const std::weak_ptr<RecoveringStream>& each : streams) {
-      if (const std::shared_ptr<RecoveringStream> stream = each.lock()) {
-        stream->Cancel();
-      }
-    }
-  }
-
-  std::mutex mutex;
-  std::vector<std::weak_ptr<RecoveringStream>> streams;  // under mutex
-};
 
 namespace {
 
@@ -104,7 +69,7 @@ ProcgenConnectOptions DefaultConnectOptions() {
 }
 
 ConnectOptions ConnectOptionsOf(const ProcgenConnectOptions& options,
-                                const std::shared_ptr<ConnectionState>& state) {
+                                std::shared_ptr<OpenCalls> calls) {
   ConnectOptions result;
   if (options.timeout_s >= 0) {
     result.timeout = absl::Seconds(options.timeout_s);
@@ -117,7 +82,7 @@ ConnectOptions ConnectOptionsOf(const ProcgenConnectOptions& options,
                                    .key = TextOf(options.key),
                                    .token = TextOf(options.token),
                                    .token_in_plain_text = options.token_in_plain_text != 0};
-  result.is_cancelled = [state] { return state->Check(); };
+  result.calls = std::move(calls);
   return result;
 }
 
@@ -125,14 +90,14 @@ ConnectOptions ConnectOptionsOf(const ProcgenConnectOptions& options,
 }  // namespace procgen_client
 
 struct ProcgenConnection {
-  std::shared_ptr<procgen_client::ConnectionState> state;
+  std::shared_ptr<procgen_client::OpenCalls> calls;
   std::shared_ptr<procgen_client::Servers> servers;  // first() for calls and watches
   double reconnect_timeout_s = 0;
   procgen_client::ProcessOwner owner = {};
 };
 
 struct ProcgenWatch {
-  std::shared_ptr<procgen_client::ConnectionState> state;
+  std::shared_ptr<procgen_client::OpenCalls> calls;  // of the connection
   std::unique_ptr<procgen_client::MessageWatch> watch;
   procgen_client::ProcessOwner owner = {};
 };
@@ -149,15 +114,13 @@ procgen::Status Connect(const char* address, const ProcgenConnectOptions& option
   if (procgen::Status status = CheckProcess(); !status.ok()) {
     return status;
   }
-  auto state = std::make_shared<ConnectionState>();
-  state->is_cancelled = options.is_cancelled;
-  state->context = options.context;
+  auto calls = std::make_shared<OpenCalls>();
   absl::StatusOr<std::shared_ptr<Servers>> servers =
-      Servers::Connect(address, ConnectOptionsOf(options, state));
+      Servers::Connect(address, ConnectOptionsOf(options, calls));
   if (!servers.ok()) {
     return StatusOf(servers.status());
   }
-  *connection = new ProcgenConnection{.state = std::move(state),
+  *connection = new ProcgenConnection{.calls = std::move(calls),
                                       .servers = *std::move(servers),
                                       .reconnect_timeout_s = options.reconnect_timeout_s};
   return procgen::OkStatus();
@@ -171,7 +134,7 @@ ProcgenCode GuardConnection(const ProcgenConnection* connection, const Body& bod
     if (status.ok()) {
       status = connection->owner.Check("connection");
     }
-    if (status.ok() && connection->state->is_closed) {
+    if (status.ok() && connection->calls->is_closed()) {
       status = ClosedError();
     }
     return status.ok() ? body() : status;
@@ -236,51 +199,12 @@ procgen::Status CreatePoolOn(const ProcgenConnection& connection, const ProcgenP
   remote.encoding = server_options.encoding == PROCGEN_RAW ? procgen::v1::ENCODING_RAW
                                                            : procgen::v1::ENCODING_DELTA_ZSTD;
   remote.recovery.reconnect_timeout = absl::Seconds(connection.reconnect_timeout_s);
-  remote.is_cancelled = [state = connection.state] { return state->Check(); };
-  if (connection.servers->is_single()) {
-    auto created = RemotePool::Create(connection.servers->first(), *pool_options, remote);
-    if (!created.ok()) {
-      return created.status();
-    }
-    connection.state->Add((*created)->stream());
-    *pool = new ProcgenPool{.pool = *std::move(created)};
-    return procgen::OkStatus();
-  }
-  auto created = ShardedPool::Create(connection.servers, *pool_options, remote);
+  auto created = CreatePool(connection.servers, *pool_options, remote);
   if (!created.ok()) {
     return created.status();
   }
-  for (const std::weak_ptr<RecoveringStream>& stream : (*created)->streams()) {
-    connection.state->Add(stream);
-  }
   *pool = new ProcgenPool{.pool = *std::move(created)};
   return procgen::OkStatus();
-}
-
-procgen::Status Next(ProcgenWatch& watch, double timeout_s, std::string* message) {
-  const auto begin = std::chrono::steady_clock::now();
-  const double interval_s = absl::ToDoubleSeconds(kCancellationInterval);
-  while (true) {
-    const std::chrono::duration<double> waited = std::chrono::steady_clock::now() - begin;
-    const double left_s = timeout_s < 0 ? interval_s : std::max(timeout_s - waited.count(), 0.0);
-    auto next = watch.watch->Next(std::chrono::duration<double>(std::min(left_s, interval_s)));
-    if (!next.ok()) {
-      return StatusOf(next.status());
-    }
-    if (watch.state->is_closed) {
-      return ClosedError();
-    }
-    if (next->has_value()) {
-      *message = **std::move(next);
-      return procgen::OkStatus();
-    }
-    if (left_s < interval_s) {
-      return procgen::DeadlineExceededError("no message has arrived since the last");
-    }
-    if (watch.state->Check()) {
-      return {absl::StatusCode::kCancelled, "the wait for the server was cancelled"};
-    }
-  }
 }
 
 }  // namespace
@@ -304,7 +228,7 @@ ProcgenCode procgen_connect(const char* address, const ProcgenConnectOptions* op
 
 void procgen_connection_close(ProcgenConnection* connection) {
   if (connection != nullptr && connection->owner.is_this_process()) {
-    connection->state->Close();
+    connection->calls->Close();
   }
 }
 
@@ -348,7 +272,7 @@ ProcgenCode procgen_connection_watch(ProcgenConnection* connection, const char* 
         !status.ok()) {
       return status;
     }
-    *watch = new ProcgenWatch{.state = connection->state,
+    *watch = new ProcgenWatch{.calls = connection->calls,
                               .watch = connection->servers->first()->WatchMessages(
                                   path, procgen_client::MessageOf(request, request_size))};
     return procgen::OkStatus();
@@ -365,15 +289,21 @@ ProcgenCode procgen_watch_next(ProcgenWatch* watch, double timeout_s, uint8_t** 
         !status.ok()) {
       return status;
     }
-    procgen::Status status = watch->owner.Check("watch");
-    std::string next;
-    if (status.ok()) {
-      status = procgen_client::Next(*watch, timeout_s, &next);
+    if (procgen::Status status = watch->owner.Check("watch"); !status.ok()) {
+      return status;
     }
-    if (status.ok()) {
-      procgen_client::CopyOut(next, message, size);
+    const auto next = watch->watch->Next(std::chrono::duration<double>(timeout_s));
+    if (watch->calls->is_closed()) {
+      return procgen_client::ClosedError();
     }
-    return status;
+    if (!next.ok()) {
+      return procgen_client::StatusOf(next.status());
+    }
+    if (!next->has_value()) {
+      return procgen::DeadlineExceededError("no message has arrived since the last");
+    }
+    procgen_client::CopyOut(**next, message, size);
+    return procgen::OkStatus();
   });
 }
 

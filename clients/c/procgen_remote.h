@@ -56,11 +56,6 @@ typedef struct ProcgenConnectOptions {
   const char* key;
   const char* token;            // without TLS it is sent only to this machine
   uint8_t token_in_plain_text;  // 1: to any machine
-  // Called about every 50 ms on each thread that waits in a function of this connection, of its
-  // pools and of its watches. Non-zero: the wait ends with PROCGEN_CANCELLED, and so does the pool.
-  // It must not call functions of this library. Null: never.
-  int (*is_cancelled)(void* context);
-  void* context;
 } ProcgenConnectOptions;
 
 typedef struct ProcgenServerPoolOptions {
@@ -86,7 +81,7 @@ PROCGEN_API ProcgenCode procgen_connect(const char* address, const ProcgenConnec
 // later ones. From any thread.
 PROCGEN_API void procgen_connection_close(ProcgenConnection* connection);
 // Closes the connection and frees it. No other call of it may run. Pools and watches must still be
-// destroyed, before or after. `is_cancelled` is not called any more. Null is ignored.
+// destroyed, before or after. Null is ignored.
 PROCGEN_API void procgen_connection_destroy(ProcgenConnection* connection);
 
 // Calls a unary method by its path, "/procgen.v1.PoolService/GetPool", with a serialised request.

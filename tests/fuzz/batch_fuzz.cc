@@ -66,6 +66,7 @@ void Read(bool is_encoded, absl::Span<const uint8_t> message) {
   GuardedArray<float> returns;
   GuardedArray<int32_t> seeds;
   GuardedArray<uint8_t> terminated;
+  GuardedArray<uint8_t> truncated;
   GuardedArray<uint64_t> fingerprints;
   Batch batch;
   batch.observations = observations.span();
@@ -74,6 +75,7 @@ void Read(bool is_encoded, absl::Span<const uint8_t> message) {
   batch.episode_returns = returns.span();
   batch.level_seeds = seeds.span();
   batch.terminated = terminated.span();
+  batch.truncated = truncated.span();
   batch.fingerprints = fingerprints.span();
 
   const grpc::Slice slice(message.data(), message.size());
@@ -90,6 +92,7 @@ void Read(bool is_encoded, absl::Span<const uint8_t> message) {
   returns.Check();
   seeds.Check();
   terminated.Check();
+  truncated.Check();
   fingerprints.Check();
 }
 

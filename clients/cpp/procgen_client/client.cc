@@ -31,6 +31,8 @@ constexpr absl::Duration kNearTimeout = absl::Milliseconds(200);
 // Default of ConnectOptions::timeout, and its part while connections are refused.
 constexpr absl::Duration kConnectTimeout = absl::Seconds(10);
 constexpr absl::Duration kRefusedTimeout = absl::Milliseconds(1500);
+// How often a failed attempt is looked at.
+constexpr absl::Duration kConnectPoll = absl::Milliseconds(50);
 // How long it may take to find out why there is no connection.
 constexpr absl::Duration kFailureTimeout = absl::Milliseconds(500);
 
@@ -100,8 +102,9 @@ absl::StatusOr<std::unique_ptr<Client>> Client::Connect(const std::string& addre
   const auto connect = [&]() -> absl::StatusOr<std::unique_ptr<Client>> {
     const std::shared_ptr<grpc::Channel> channel =
         grpc::CreateCustomChannel(address, *channel_credentials, arguments);
-    std::unique_ptr<Client> client(
-        new Client(channel, {credentials->token, options.call_timeout, options.is_cancelled}));
+    std::unique_ptr<Client> client(new Client(
+        channel, {credentials->token, options.call_timeout,
+                  options.calls != nullptr ? options.calls : std::make_shared<OpenCalls>()}));
     if (!options.waits_for_server) {
       return client;
     }
@@ -131,15 +134,11 @@ absl::StatusOr<std::unique_ptr<Client>> Client::Connect(const std::string& addre
 
 absl::Status Client::AwaitConnection(grpc::Channel* channel, const std::string& address,
                                      bool uses_tls, std::optional<absl::Duration> timeout) {
-  Cancellation cancellation(call_options_.is_cancelled);
   const absl::Time begin = absl::Now();
   const absl::Time deadline = begin + timeout.value_or(kConnectTimeout);
   const absl::Time refused_deadline = begin + timeout.value_or(kRefusedTimeout);
   while (!channel->WaitForConnected(
-      absl::ToChronoTime(std::min(deadline, absl::Now() + kCancellationInterval)))) {
-    if (cancellation.Check()) {
-      return absl::CancelledError("connecting was cancelled");
-    }
+      absl::ToChronoTime(std::min(deadline, absl::Now() + kConnectPoll)))) {
     const bool is_late = absl::Now() >= deadline;
     if (!is_late && channel->GetState(false) != GRPC_CHANNEL_TRANSIENT_FAILURE) {
       continue;
@@ -153,7 +152,7 @@ absl::Status Client::AwaitConnection(grpc::Channel* channel, const std::string& 
       continue;
     }
     const std::string reason = WhyNotConnected();
-    const std::string explanation = ExplainConnectError(address, reason, uses_tls, &cancellation);
+    const std::string explanation = ExplainConnectError(address, reason, uses_tls);
     if (!explanation.empty()) {
       return absl::UnavailableError(absl::StrCat("cannot connect to ", address, ": ", explanation));
     }
@@ -168,16 +167,13 @@ absl::Status Client::AwaitConnection(grpc::Channel* channel, const std::string& 
 
 std::string Client::WhyNotConnected() {
   // A call that does not wait for the connection fails as it did.
-  const CallOptions options = {call_options_.token, kFailureTimeout, call_options_.is_cancelled};
-  const absl::Status status = CallMethod(channel_, options, kGetLoad, "").status();
+  const absl::Status status = Call(kGetLoad, "", kFailureTimeout).status();
   return absl::IsUnavailable(status) ? std::string(status.message())
                                      : "it has not answered in time";
 }
 
 Client::Client(const std::shared_ptr<grpc::Channel>& channel, CallOptions options)
-    : call_options_(std::move(options)),
-      channel_(channel),
-      pools_(v1::PoolService::NewStub(channel)) {}
+    : call_options_(std::move(options)), channel_(channel) {}
 
 template <typename Response>
 absl::StatusOr<Response> Client::CallUnary(const std::string& path,
@@ -250,18 +246,14 @@ absl::StatusOr<v1::Episode> Client::EpisodeOf(const v1::GetEpisodeRequest& reque
 }
 
 std::unique_ptr<PoolWatch> Client::Watch(const v1::WatchPoolRequest& request) {
-  return std::make_unique<PoolWatch>(call_options_.token, [&](grpc::ClientContext* context) {
-    return pools_->WatchPool(context, request);
-  });
+  return std::make_unique<PoolWatch>(channel_, call_options_.token, request);
 }
 
-absl::StatusOr<std::string> Client::Call(const std::string& path, absl::string_view request) {
-  return CallMethod(channel_, call_options_, path, request);
-}
-
-absl::StatusOr<std::string> Client::CallWithin(absl::Duration timeout, const std::string& path,
-                                               absl::string_view request) {
-  return CallMethod(channel_, {.token = call_options_.token, .timeout = timeout}, path, request);
+absl::StatusOr<std::string> Client::Call(const std::string& path, absl::string_view request,
+                                         std::optional<absl::Duration> timeout) const {
+  CallOptions options = call_options_;
+  options.timeout = timeout.value_or(options.timeout);
+  return CallMethod(channel_, options, path, request);
 }
 
 std::unique_ptr<RunStream> Client::OpenRunPool(const std::shared_ptr<EventQueue>& events) {
@@ -270,7 +262,7 @@ std::unique_ptr<RunStream> Client::OpenRunPool(const std::shared_ptr<EventQueue>
 
 std::unique_ptr<MessageWatch> Client::WatchMessages(const std::string& path,
                                                     absl::string_view request) {
-  return std::make_unique<MessageWatch>(channel_, call_options_.token, path, request);
+  return std::make_unique<MessageWatch>(channel_, call_options_, path, request);
 }
 
 }  // namespace procgen_client

@@ -16,11 +16,11 @@
 #include "grpcpp/support/channel_arguments.h"
 #include "procgen/v1/catalog.pb.h"
 #include "procgen/v1/cluster.pb.h"
-#include "procgen/v1/pool_service.grpc.pb.h"
-#include "procgen_client/cancellation.h"
+#include "procgen/v1/pool_service.pb.h"
 #include "procgen_client/credentials.h"
 #include "procgen_client/internal/call_options.h"
 #include "procgen_client/message_watch.h"
+#include "procgen_client/open_calls.h"
 #include "procgen_client/run/grpc_run_stream.h"
 #include "procgen_client/watch.h"
 
@@ -42,10 +42,8 @@ struct ConnectOptions {
   absl::Duration keepalive_timeout = absl::Seconds(10);
   // Deadline of each unary call. DEADLINE_EXCEEDED after it.
   absl::Duration call_timeout = absl::InfiniteDuration();
-  // Called every 50 ms on each thread that waits for the server, from connecting on. True: the
-  // call ends with CANCELLED. Null: never. Pools have RemotePoolOptions::is_cancelled, a Watch has
-  // Stop.
-  CancellationCheck is_cancelled = nullptr;
+  // Ends calls and pools. Null: of this connection only.
+  std::shared_ptr<OpenCalls> calls = nullptr;
   // Further arguments of the channel, for what has no option here.
   grpc::ChannelArguments channel_arguments = {};
 };
@@ -88,15 +86,15 @@ class Client {
   std::unique_ptr<PoolWatch> Watch(const procgen::v1::WatchPoolRequest& request);
 
   // Calls a unary method by its path, "/procgen.v1.PoolService/GetPool", with serialised messages.
-  // The response is not validated.
-  absl::StatusOr<std::string> Call(const std::string& path, absl::string_view request);
-  // The same with another deadline, and not cancelled by ConnectOptions::is_cancelled: to clean up.
-  absl::StatusOr<std::string> CallWithin(absl::Duration timeout, const std::string& path,
-                                         absl::string_view request);
+  // The response is not validated. `timeout` absent: ConnectOptions::call_timeout.
+  absl::StatusOr<std::string> Call(const std::string& path, absl::string_view request,
+                                   std::optional<absl::Duration> timeout = std::nullopt) const;
   // Whether there is a connection now; begins to make one otherwise. Does not block.
   bool is_connected() const {
     return channel_->GetState(/*try_to_connect=*/true) == GRPC_CHANNEL_READY;
   }
+  // The open calls of this connection.
+  const std::shared_ptr<OpenCalls>& calls() const { return call_options_.calls; }
   // Begins a call of RunPool. `events`: shared by calls of one thread.
   std::unique_ptr<RunStream> OpenRunPool(const std::shared_ptr<EventQueue>& events);
   // Calls a method with a stream of responses by its path, with serialised messages.
@@ -116,7 +114,6 @@ class Client {
 
   const CallOptions call_options_;
   const std::shared_ptr<grpc::Channel> channel_;
-  const std::unique_ptr<procgen::v1::PoolService::Stub> pools_;
 };
 
 }  // namespace procgen_client

@@ -66,10 +66,12 @@ class MessageWatch::Call final
   grpc::ByteBuffer response_;
 };
 
-MessageWatch::MessageWatch(const std::shared_ptr<grpc::Channel>& channel, const std::string& token,
-                           const std::string& path, absl::string_view request)
+MessageWatch::MessageWatch(const std::shared_ptr<grpc::Channel>& channel,
+                           const CallOptions& options, const std::string& path,
+                           absl::string_view request)
     : state_(std::make_shared<State>()),
-      call_(std::make_unique<Call>(channel, token, path, request, state_)) {}
+      call_(std::make_unique<Call>(channel, options.token, path, request, state_)),
+      entry_(options.calls, [this] { Stop(); }) {}
 
 MessageWatch::~MessageWatch() {
   Stop();
@@ -82,9 +84,14 @@ absl::StatusOr<std::optional<std::string>> MessageWatch::Next(
   std::optional<grpc::ByteBuffer> message;
   {
     std::unique_lock lock(state_->mutex);
-    state_->has_changed.wait_for(lock, timeout, [this] {
+    const auto has_changed = [this] {
       return state_->latest.has_value() || !state_->end.ok() || state_->is_stopped;
-    });
+    };
+    if (timeout < timeout.zero()) {
+      state_->has_changed.wait(lock, has_changed);
+    } else {
+      state_->has_changed.wait_for(lock, timeout, has_changed);
+    }
     if (state_->is_stopped) {
       return absl::CancelledError("the watch was stopped");
     }

@@ -9,6 +9,8 @@
 #include "absl/status/statusor.h"
 #include "absl/strings/string_view.h"
 #include "grpcpp/channel.h"
+#include "procgen_client/internal/call_options.h"
+#include "procgen_client/open_calls.h"
 
 namespace procgen_client {
 
@@ -17,16 +19,17 @@ namespace procgen_client {
 // Threads: Next from one thread at a time; Stop from any.
 class MessageWatch {
  public:
-  // `path`: of a method, e.g. "/procgen.v1.PoolService/WatchPool". `token`: empty for none.
-  MessageWatch(const std::shared_ptr<grpc::Channel>& channel, const std::string& token,
+  // `path`: of a method, e.g. "/procgen.v1.PoolService/WatchPool". Has no deadline.
+  MessageWatch(const std::shared_ptr<grpc::Channel>& channel, const CallOptions& options,
                const std::string& path, absl::string_view request);
   // Ends the stream.
   ~MessageWatch();
   MessageWatch(const MessageWatch&) = delete;
   MessageWatch& operator=(const MessageWatch&) = delete;
 
-  // Waits for at most `timeout` for a message that was not returned before. Empty: none yet.
-  // Errors: those of the server; CANCELLED after Stop. After an error all calls return it.
+  // Waits for at most `timeout`, or without end if it is negative, for a message that was not
+  // returned before. Empty: none yet. Errors: those of the server; CANCELLED after Stop. After an
+  // error all calls return it.
   absl::StatusOr<std::optional<std::string>> Next(std::chrono::duration<double> timeout);
   // Makes Next return CANCELLED, also one that waits.
   void Stop();
@@ -37,6 +40,7 @@ class MessageWatch {
 
   const std::shared_ptr<State> state_;  // shared with the call, whose last reaction still uses it
   const std::unique_ptr<Call> call_;
+  const OpenCalls::Entry entry_;
 };
 
 }  // namespace procgen_client

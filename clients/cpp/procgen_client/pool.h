@@ -38,7 +38,7 @@ class Pool {
   // Every default is filled in.
   virtual const procgen::PoolOptions& options() const = 0;
   // Threads that step beside the caller.
-  virtual int32_t thread_count() const = 0;
+  virtual int32_t thread_count() const { return 0; }
 
   // Begins a request, which is copied. The spans of `batch` must stay valid until Receive has
   // answered it. A request with `steps` false and without resets observes. `annotations`: of a
@@ -53,10 +53,16 @@ class Pool {
   virtual procgen::Status Receive(std::chrono::duration<double> timeout) = 0;
   virtual int32_t unanswered_count() const = 0;
 
-  // Send and Receive in one, without a copy. Errors: FAILED_PRECONDITION a request is unanswered.
+  // Send and Receive in one. Errors: FAILED_PRECONDITION a request is unanswered.
   virtual procgen::Status Step(const procgen::StepInput& input,
                                absl::Span<const Annotation> annotations,
-                               const procgen::Batch& batch) = 0;
+                               const procgen::Batch& batch) {
+    procgen::Status status = CheckIdle();
+    if (status.ok()) {
+      status = Send(input, annotations, batch);
+    }
+    return status.ok() ? Receive(std::chrono::duration<double>(-1)) : status;
+  }
 
   // As those of procgen::Pool. Errors also: FAILED_PRECONDITION a request is unanswered.
   virtual procgen::Status SetLevelSampler(
@@ -88,6 +94,16 @@ class Pool {
     if (unanswered_count() > 0) {
       return procgen::FailedPreconditionError(
           absl::StrCat(unanswered_count(), " requests are unanswered: receive them first"));
+    }
+    return procgen::OkStatus();
+  }
+  // FAILED_PRECONDITION too many requests are unanswered, for a pool on servers.
+  procgen::Status CheckRoom() const {
+    constexpr int32_t kUnansweredMax = 16;
+    if (unanswered_count() >= kUnansweredMax) {
+      return procgen::FailedPreconditionError(
+          absl::StrCat(unanswered_count(), " requests are unanswered, at most ", kUnansweredMax,
+                       " can be: receive one first"));
     }
     return procgen::OkStatus();
   }

@@ -16,7 +16,6 @@ namespace {
 
 namespace v1 = procgen::v1;
 
-constexpr int32_t kUnansweredMax = 16;
 constexpr absl::Duration kCloseTimeout = absl::Seconds(1);
 
 procgen::Status StatusOf(const absl::Status& status) { return {status.code(), status.message()}; }
@@ -63,12 +62,13 @@ procgen::StatusOr<std::unique_ptr<RemotePool>> RemotePool::Create(
   RecoveryOptions recovery = remote.recovery;
   recovery.request_bytes_max = limits.request_bytes_max();
   recovery.response_bytes_max = limits.response_bytes_max();
+  const std::shared_ptr<OpenCalls> calls = home->calls();
   const auto place = std::make_shared<PoolPlace>(std::move(servers), std::move(home));
   recovery.has_better_server = [place] { return place->IsHomeBack(); };
-  pool->stream_ = std::make_shared<RecoveringStream>(
+  pool->stream_ = std::make_unique<RecoveringStream>(
       std::move(start), std::move(recovery),
-      [place, events](int attempt) { return place->Next(attempt)->OpenRunPool(events); },
-      remote.is_cancelled);
+      [place, events](int attempt) { return place->Next(attempt)->OpenRunPool(events); });
+  pool->entry_.emplace(calls, [stream = pool->stream_.get()] { stream->Cancel(); });
   if (const absl::Status status = pool->Start(); !status.ok()) {
     return StatusOf(status);
   }
@@ -124,10 +124,8 @@ procgen::Status RemotePool::Send(const procgen::StepInput& input,
       !status.ok()) {
     return status;
   }
-  if (unanswered_count() >= kUnansweredMax) {
-    return procgen::FailedPreconditionError(
-        absl::StrCat(unanswered_count(), " requests are unanswered, at most ", kUnansweredMax,
-                     " can be: receive one first"));
+  if (procgen::Status status = CheckRoom(); !status.ok()) {
+    return status;
   }
   if (!stream_->ended().ok()) {
     return StatusOf(stream_->ended());
@@ -224,18 +222,8 @@ absl::Status RemotePool::Read(grpc::ByteBuffer response, const BatchShape& shape
 }
 
 procgen::Batch RemotePool::ArraysFor(const Request& request) {
-  const auto rows = static_cast<size_t>(request.shape.count);
-  const size_t bytes = rows * request.shape.observation_bytes;
-  procgen::Batch read = request.batch;
-  if (read.first.empty()) {
-    read.first = Sized(&first_, rows);
-  }
-  if (read.terminated.empty()) {
-    read.terminated = Sized(&terminated_, rows);
-  }
-  if (read.truncated.empty()) {
-    read.truncated = Sized(&truncated_, rows);
-  }
+  const size_t bytes = static_cast<size_t>(request.shape.count) * request.shape.observation_bytes;
+  procgen::Batch read = numbers_.ReplaceEmptyArrays(request.batch, request.shape.count);
   if (!request.has_frames) {
     read.observations = {};
   } else if (is_stacked() || read.observations.empty()) {
@@ -315,7 +303,7 @@ absl::Status RemotePool::FillStacks() {
     if (!response->ok()) {
       return response->status();
     }
-    procgen::Batch read;
+    procgen::Batch read = numbers_.ReplaceEmptyArrays({}, count);
     read.observations = Sized(&frames_, frame_bytes * static_cast<size_t>(count));
     if (absl::Status status = Read(**std::move(response), shape, read); !status.ok()) {
       return status;
@@ -330,18 +318,6 @@ absl::Status RemotePool::FillStacks() {
     first += count;
   }
   return absl::OkStatus();
-}
-
-procgen::Status RemotePool::Step(const procgen::StepInput& input,
-                                 absl::Span<const Annotation> annotations,
-                                 const procgen::Batch& batch) {
-  if (procgen::Status status = CheckReady(); !status.ok()) {
-    return status;
-  }
-  if (procgen::Status status = Send(input, annotations, batch); !status.ok()) {
-    return status;
-  }
-  return Receive(std::chrono::duration<double>(-1));
 }
 
 absl::StatusOr<v1::RunPoolResponse> RemotePool::Call(v1::RunPoolRequest request) {

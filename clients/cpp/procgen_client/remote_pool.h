@@ -12,11 +12,12 @@
 #include <vector>
 
 #include "absl/time/time.h"
+#include "envcore/pool/batch_numbers.h"
 #include "envcore/pool/frame_stack.h"
 #include "procgen/v1/catalog.pb.h"
 #include "procgen/v1/pools.pb.h"
-#include "procgen_client/cancellation.h"
 #include "procgen_client/client.h"
+#include "procgen_client/open_calls.h"
 #include "procgen_client/pool.h"
 #include "procgen_client/run/batch_reader.h"
 #include "procgen_client/run/recovering_stream.h"
@@ -32,9 +33,6 @@ struct RemotePoolOptions {
   std::string display_name;
   std::map<std::string, std::string> labels;
   RecoveryOptions recovery;  // its limits of bytes are set by Create
-  // Called every 50 ms while a call waits for the server. True: it and all later ones end with
-  // CANCELLED. Null: never.
-  CancellationCheck is_cancelled = nullptr;
 };
 
 // A pool on a server, which lives as long as this object and survives broken connections and
@@ -60,19 +58,13 @@ class RemotePool final : public Pool {
   // Waits for at most a second for the server to free the pool.
   ~RemotePool() override;
 
-  // Its calls end when this does. To end them from another thread: RecoveringStream::Cancel.
-  std::weak_ptr<RecoveringStream> stream() const { return stream_; }
-
   const std::string& name() const override { return name_; }
   const procgen::PoolOptions& options() const override { return options_; }
-  int32_t thread_count() const override { return 0; }
 
   procgen::Status Send(const procgen::StepInput& input, absl::Span<const Annotation> annotations,
                        const procgen::Batch& batch) override;
   procgen::Status Receive(std::chrono::duration<double> timeout) override;
   int32_t unanswered_count() const override { return unanswered_count_; }
-  procgen::Status Step(const procgen::StepInput& input, absl::Span<const Annotation> annotations,
-                       const procgen::Batch& batch) override;
 
   procgen::Status SetLevelSampler(
       std::shared_ptr<const procgen::LevelSampler> level_sampler) override;
@@ -124,7 +116,8 @@ class RemotePool final : public Pool {
   int64_t request_bytes_max_ = 0;
   int64_t response_bytes_max_ = 0;
   size_t states_per_request_ = 1;
-  std::shared_ptr<RecoveringStream> stream_;
+  std::unique_ptr<RecoveringStream> stream_;
+  std::optional<OpenCalls::Entry> entry_;
   std::deque<Request> unanswered_;
   int32_t unanswered_count_ = 0;  // of the caller's requests
   absl::Status part_error_;       // of a part before the next one in unanswered_
@@ -134,9 +127,7 @@ class RemotePool final : public Pool {
   procgen::v1::Pool pool_;                     // as the server described it
   std::vector<procgen::FrameStack> stacks_;    // [N]; empty: frame_stack is 1
   // Arrays that the caller does not have.
-  std::vector<uint8_t> first_;
-  std::vector<uint8_t> terminated_;
-  std::vector<uint8_t> truncated_;
+  procgen::BatchNumbers numbers_;
   std::vector<uint8_t> frames_;
   std::vector<uint8_t> final_frames_;
 };

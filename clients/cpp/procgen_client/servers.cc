@@ -6,8 +6,8 @@
 #include "absl/strings/match.h"
 #include "absl/strings/str_split.h"
 #include "absl/strings/strip.h"
+#include "absl/time/clock.h"
 #include "procgen/v1/cluster.pb.h"
-#include "procgen_client/cancellation.h"
 #include "procgen_client/internal/address.h"
 #include "procgen_client/run/recovering_stream.h"
 #include "procgen_client/sharded_pool.h"
@@ -58,6 +58,9 @@ absl::StatusOr<std::shared_ptr<Servers>> Servers::Connect(absl::string_view addr
   }
   const bool is_single = given.size() == 1 && !absl::StartsWith(given.front(), kClusterScheme) &&
                          Ipv4AddressesOf(given.front()).size() < 2;
+  if (options.calls == nullptr) {
+    options.calls = std::make_shared<OpenCalls>();
+  }
   if (!is_single) {
     options.waits_for_server = false;
     options.keepalive_time = kShardKeepalive;
@@ -80,14 +83,12 @@ absl::StatusOr<std::shared_ptr<Servers>> Servers::Connect(absl::string_view addr
 }
 
 absl::Status Servers::AwaitFirst() {
-  Cancellation cancellation(options_.is_cancelled);
   const absl::Time deadline = SteadyNow() + options_.timeout.value_or(kShardConnectTimeout);
   absl::Status status = absl::UnavailableError("no server is known");
   do {
     Refresh(/*with_names=*/true);
     for (const std::shared_ptr<Client>& client : All()) {
-      status =
-          client->CallWithin(kShardKeepalive, "/procgen.v1.CatalogService/GetLoad", "").status();
+      status = client->Call("/procgen.v1.CatalogService/GetLoad", "", kShardKeepalive).status();
       if (status.ok()) {
         first_ = client;
         return status;
@@ -96,7 +97,8 @@ absl::Status Servers::AwaitFirst() {
         return status;
       }
     }
-  } while (SteadyNow() < deadline && cancellation.Sleep(kCancellationInterval));
+    absl::SleepFor(kRefreshInterval);
+  } while (SteadyNow() < deadline);
   return status;
 }
 
@@ -139,8 +141,7 @@ void Servers::RefreshName(const std::string& given) {
 void Servers::RefreshCluster(const std::string& address) {
   Add(address).IgnoreError();
   for (const std::shared_ptr<Client>& client : All()) {
-    const auto listed =
-        client->CallWithin(kListTimeout, "/procgen.v1.ClusterService/ListNodes", "");
+    const auto listed = client->Call("/procgen.v1.ClusterService/ListNodes", "", kListTimeout);
     procgen::v1::ListNodesResponse nodes;
     if (!listed.ok() || !nodes.ParseFromString(*listed)) {
       continue;

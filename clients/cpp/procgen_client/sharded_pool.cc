@@ -16,7 +16,6 @@ namespace v1 = procgen::v1;
 
 constexpr absl::Duration kDescribeTimeout = absl::Seconds(2);
 constexpr absl::Duration kAttemptTimeout = absl::Seconds(1);
-constexpr int32_t kUnansweredMax = 16;
 
 // What a server offers and how much of a pool it gets.
 struct ServerState {
@@ -32,10 +31,10 @@ absl::StatusOr<std::vector<ServerState>> Describe(
   absl::Status error = absl::UnavailableError("there are no servers");
   for (size_t i = 0; i < servers.size(); ++i) {
     const auto catalog =
-        servers[i]->CallWithin(kDescribeTimeout, "/procgen.v1.CatalogService/GetCatalog", "");
-    const auto load = catalog.ok() ? servers[i]->CallWithin(
-                                         kDescribeTimeout, "/procgen.v1.CatalogService/GetLoad", "")
-                                   : catalog;
+        servers[i]->Call("/procgen.v1.CatalogService/GetCatalog", "", kDescribeTimeout);
+    const auto load =
+        catalog.ok() ? servers[i]->Call("/procgen.v1.CatalogService/GetLoad", "", kDescribeTimeout)
+                     : catalog;
     v1::Catalog described;
     v1::Load loaded;
     if (!load.ok()) {
@@ -138,14 +137,6 @@ procgen::StatusOr<std::unique_ptr<ShardedPool>> ShardedPool::Create(
   return sharded;
 }
 
-std::vector<std::weak_ptr<RecoveringStream>> ShardedPool::streams() const {
-  std::vector<std::weak_ptr<RecoveringStream>> streams;
-  for (const Shard& shard : shards_) {
-    streams.push_back(shard.pool->stream());
-  }
-  return streams;
-}
-
 procgen::Status ShardedPool::CheckEnvironment(int32_t environment) const {
   if (environment < 0 || environment >= options_.env_count) {
     return procgen::InvalidArgumentError(
@@ -169,10 +160,8 @@ procgen::Status ShardedPool::Send(const procgen::StepInput& input,
       !status.ok()) {
     return status;
   }
-  if (unanswered_count() >= kUnansweredMax) {
-    return procgen::FailedPreconditionError(
-        absl::StrCat(unanswered_count(), " requests are unanswered, at most ", kUnansweredMax,
-                     " can be: receive one first"));
+  if (procgen::Status status = CheckRoom(); !status.ok()) {
+    return status;
   }
   Request request;
   for (size_t i = 0; i < shards_.size(); ++i) {
@@ -221,18 +210,6 @@ procgen::Status ShardedPool::Receive(std::chrono::duration<double> timeout) {
   const procgen::Status error = std::move(request.error);
   unanswered_.pop_front();
   return error;
-}
-
-procgen::Status ShardedPool::Step(const procgen::StepInput& input,
-                                  absl::Span<const Annotation> annotations,
-                                  const procgen::Batch& batch) {
-  if (procgen::Status status = CheckIdle(); !status.ok()) {
-    return status;
-  }
-  if (procgen::Status status = Send(input, annotations, batch); !status.ok()) {
-    return status;
-  }
-  return Receive(std::chrono::duration<double>(-1));
 }
 
 procgen::Status ShardedPool::SetLevelSampler(

@@ -28,21 +28,15 @@ class ShardedPool final : public Pool {
       const std::shared_ptr<Servers>& servers, const procgen::PoolOptions& options,
       const RemotePoolOptions& remote);
 
-  // The streams of its slices.
-  std::vector<std::weak_ptr<RecoveringStream>> streams() const;
-
   // The names of its slices, joined by commas.
   const std::string& name() const override { return name_; }
   const procgen::PoolOptions& options() const override { return options_; }
-  int32_t thread_count() const override { return 0; }
 
   procgen::Status Send(const procgen::StepInput& input, absl::Span<const Annotation> annotations,
                        const procgen::Batch& batch) override;
   // After an error of one slice, the others have executed the request.
   procgen::Status Receive(std::chrono::duration<double> timeout) override;
   int32_t unanswered_count() const override { return static_cast<int32_t>(unanswered_.size()); }
-  procgen::Status Step(const procgen::StepInput& input, absl::Span<const Annotation> annotations,
-                       const procgen::Batch& batch) override;
 
   procgen::Status SetLevelSampler(
       std::shared_ptr<const procgen::LevelSampler> level_sampler) override;

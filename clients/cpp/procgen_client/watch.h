@@ -1,48 +1,43 @@
 #ifndef PROCGEN_CLIENT_WATCH_H_
 #define PROCGEN_CLIENT_WATCH_H_
 
-#include <functional>
 #include <memory>
 #include <string>
-#include <utility>
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "grpcpp/client_context.h"
 #include "grpcpp/support/sync_stream.h"
-#include "procgen/v1/render.pb.h"
+#include "procgen/v1/pool_service.grpc.pb.h"
 #include "procgen_client/credentials.h"
 #include "procgen_client/internal/grpc_error.h"
 
 namespace procgen_client {
 
-// A server stream that returns a value now and after each change. Created by Client, which must
-// outlive it. Destroying it ends the stream.
+// Frames of a pool (WatchPool), now and after each change. Created by Client. Destroying it ends
+// the stream. Ends with ABORTED when the pool ends, and with UNAVAILABLE when the server drains.
 // Threads: Next from one thread at a time; Stop from any.
-template <typename Response>
-class Watch {
+class PoolWatch {
  public:
-  using Begin =
-      std::function<std::unique_ptr<grpc::ClientReader<Response>>(grpc::ClientContext* context)>;
-
   // `token`: empty for none.
-  Watch(const std::string& token, const Begin& begin) {
+  PoolWatch(const std::shared_ptr<grpc::Channel>& channel, const std::string& token,
+            const procgen::v1::WatchPoolRequest& request) {
     ShowToken(token, &context_);
-    reader_ = begin(&context_);
+    reader_ = procgen::v1::PoolService::NewStub(channel)->WatchPool(&context_, request);
   }
   // Ends the stream.
-  ~Watch() {
+  ~PoolWatch() {
     Stop();
     while (Next().ok()) {
     }
   }
-  Watch(const Watch&) = delete;
-  Watch& operator=(const Watch&) = delete;
+  PoolWatch(const PoolWatch&) = delete;
+  PoolWatch& operator=(const PoolWatch&) = delete;
 
   // Returns the current value on the first call; later calls block until the next change. Errors:
   // those of the server; CANCELLED after Stop. After an error all calls return it.
-  absl::StatusOr<Response> Next() {
-    Response response;
+  absl::StatusOr<procgen::v1::WatchPoolResponse> Next() {
+    procgen::v1::WatchPoolResponse response;
     if (end_.ok() && reader_->Read(&response)) {
       return response;
     }
@@ -58,13 +53,9 @@ class Watch {
 
  private:
   grpc::ClientContext context_;
-  std::unique_ptr<grpc::ClientReader<Response>> reader_;
+  std::unique_ptr<grpc::ClientReader<procgen::v1::WatchPoolResponse>> reader_;
   absl::Status end_;  // OK while the stream is open
 };
-
-// Frames of a pool (WatchPool). Ends with ABORTED when the pool ends,
-// and with UNAVAILABLE when the server drains.
-using PoolWatch = Watch<procgen::v1::WatchPoolResponse>;
 
 }  // namespace procgen_client
 

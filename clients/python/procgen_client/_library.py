@@ -174,8 +174,6 @@ class ConnectOptions(ctypes.Structure):
         ("key", ctypes.c_char_p),
         ("token", ctypes.c_char_p),
         ("token_in_plain_text", ctypes.c_uint8),
-        ("is_cancelled", ctypes.c_void_p),
-        ("context", ctypes.c_void_p),
     )
 
 

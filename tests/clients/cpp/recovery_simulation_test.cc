@@ -237,7 +237,7 @@ Trace TraceOf(uint32_t seed, bool has_faults) {
   RecoveringStream stream(
       StartOf(seed),
       {.reconnect_timeout = absl::Hours(1), .checkpoint_interval = absl::Milliseconds(30)},
-      [&world](int /*attempt*/) { return std::make_unique<SimulatedStream>(&world); }, nullptr,
+      [&world](int /*attempt*/) { return std::make_unique<SimulatedStream>(&world); },
       world.Clock());
   Trace trace;
   // The first call is not repeated if it breaks before the pool exists.

@@ -1,10 +1,11 @@
 #ifndef PROCGEN_CLIENT_INTERNAL_CALL_OPTIONS_H_
 #define PROCGEN_CLIENT_INTERNAL_CALL_OPTIONS_H_
 
+#include <memory>
 #include <string>
 
 #include "absl/time/time.h"
-#include "procgen_client/cancellation.h"
+#include "procgen_client/open_calls.h"
 
 namespace procgen_client {
 
@@ -12,7 +13,7 @@ namespace procgen_client {
 struct CallOptions {
   std::string token;  // empty: no token
   absl::Duration timeout = absl::InfiniteDuration();
-  CancellationCheck is_cancelled = nullptr;  // null: never
+  std::shared_ptr<OpenCalls> calls = nullptr;  // never null
 };
 
 }  // namespace procgen_client

@@ -1,7 +1,5 @@
 #include "procgen_client/internal/connect_error.h"
 
-#include <algorithm>
-
 #include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
 #include "absl/time/clock.h"
@@ -15,7 +13,7 @@ namespace {
 constexpr absl::Duration kProbeTimeout = absl::Milliseconds(500);
 
 // Whether the server accepts a connection with TLS. Presents nothing and verifies nothing.
-bool AcceptsTls(const std::string& address, Cancellation* cancellation) {
+bool AcceptsTls(const std::string& address) {
   grpc::experimental::TlsChannelCredentialsOptions options;
   options.set_verify_server_certs(false);
   options.set_check_call_host(false);
@@ -23,14 +21,7 @@ bool AcceptsTls(const std::string& address, Cancellation* cancellation) {
   arguments.SetInt(GRPC_ARG_USE_LOCAL_SUBCHANNEL_POOL, 1);
   const auto channel =
       grpc::CreateCustomChannel(address, grpc::experimental::TlsCredentials(options), arguments);
-  const absl::Time deadline = absl::Now() + kProbeTimeout;
-  while (absl::Now() < deadline && !cancellation->Check()) {
-    if (channel->WaitForConnected(
-            absl::ToChronoTime(std::min(deadline, absl::Now() + kCancellationInterval)))) {
-      return true;
-    }
-  }
-  return false;
+  return channel->WaitForConnected(absl::ToChronoTime(absl::Now() + kProbeTimeout));
 }
 
 // Whether the peer ended the connection, as servers do that expect something else.
@@ -42,11 +33,11 @@ bool IsClosedByPeer(absl::string_view reason) {
 
 }  // namespace
 
-std::string ExplainConnectError(const std::string& address, absl::string_view reason, bool uses_tls,
-                                Cancellation* cancellation) {
+std::string ExplainConnectError(const std::string& address, absl::string_view reason,
+                                bool uses_tls) {
   std::string explanation;
   if (!uses_tls) {
-    if (IsClosedByPeer(reason) && AcceptsTls(address, cancellation)) {
+    if (IsClosedByPeer(reason) && AcceptsTls(address)) {
       explanation =
           "the server requires TLS: give its CA certificates (the variable PROCGEN_SERVER_CA is "
           "the path of their PEM file)";

@@ -6,9 +6,9 @@
 
 namespace procgen_client {
 
-// Converts a status of a server. Control characters of its message, which a terminal would execute
-// as escape sequences, become "\x1b" and the like; everything else stays.
-absl::Status ToAbslStatus(const grpc::Status& status);
+inline absl::Status ToAbslStatus(const grpc::Status& status) {
+  return {static_cast<absl::StatusCode>(status.error_code()), status.error_message()};
+}
 
 }  // namespace procgen_client
 

@@ -3,9 +3,10 @@
 #include <vector>
 
 #include "absl/time/clock.h"
+#include "grpcpp/client_context.h"
+#include "grpcpp/completion_queue.h"
 #include "grpcpp/generic/generic_stub.h"
 #include "procgen_client/credentials.h"
-#include "procgen_client/internal/await_finish.h"
 #include "procgen_client/internal/grpc_error.h"
 
 namespace procgen_client {
@@ -30,8 +31,8 @@ std::string BytesOf(const grpc::ByteBuffer& buffer) {
 absl::StatusOr<std::string> CallMethod(const std::shared_ptr<grpc::Channel>& channel,
                                        const CallOptions& options, const std::string& path,
                                        absl::string_view request) {
-  Cancellation cancellation(options.is_cancelled);
   grpc::ClientContext context;
+  const OpenCalls::Entry entry(options.calls, [&context] { context.TryCancel(); });
   ShowToken(options.token, &context);
   if (options.timeout != absl::InfiniteDuration()) {
     context.set_deadline(absl::ToChronoTime(absl::Now() + options.timeout));
@@ -43,7 +44,10 @@ absl::StatusOr<std::string> CallMethod(const std::shared_ptr<grpc::Channel>& cha
   const auto call = stub.PrepareUnaryCall(&context, path, ByteBufferOf(request), &queue);
   call->StartCall();
   call->Finish(&response, &status, nullptr);
-  AwaitFinish(&context, &queue, &cancellation);
+  queue.Shutdown();
+  void* tag = nullptr;
+  for (bool is_ok = false; queue.Next(&tag, &is_ok);) {
+  }
   if (!status.ok()) {
     return ToAbslStatus(status);
   }

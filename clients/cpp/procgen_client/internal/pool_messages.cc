@@ -3,43 +3,37 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
+#include <iterator>
 #include <string>
+#include <utility>
 
 namespace procgen_client {
 namespace {
 
 namespace v1 = procgen::v1;
 
-v1::DistributionMode ModeOf(procgen::DistributionMode mode) {
-  switch (mode) {
-    case procgen::DistributionMode::kEasy:
-      return v1::DISTRIBUTION_MODE_EASY;
-    case procgen::DistributionMode::kHard:
-      return v1::DISTRIBUTION_MODE_HARD;
-    case procgen::DistributionMode::kExtreme:
-      return v1::DISTRIBUTION_MODE_EXTREME;
-    case procgen::DistributionMode::kMemory:
-      return v1::DISTRIBUTION_MODE_MEMORY;
-    case procgen::DistributionMode::kExploration:
-      return v1::DISTRIBUTION_MODE_EXPLORATION;
-  }
-  return v1::DISTRIBUTION_MODE_UNSPECIFIED;
-}
+// Values of the engine's enums, with those of the API.
+constexpr std::pair<procgen::DistributionMode, v1::DistributionMode> kDistributionModes[] = {
+    {procgen::DistributionMode::kEasy, v1::DISTRIBUTION_MODE_EASY},
+    {procgen::DistributionMode::kHard, v1::DISTRIBUTION_MODE_HARD},
+    {procgen::DistributionMode::kExtreme, v1::DISTRIBUTION_MODE_EXTREME},
+    {procgen::DistributionMode::kMemory, v1::DISTRIBUTION_MODE_MEMORY},
+    {procgen::DistributionMode::kExploration, v1::DISTRIBUTION_MODE_EXPLORATION}};
+constexpr std::pair<procgen::AutoresetMode, v1::AutoresetMode> kAutoresetModes[] = {
+    {procgen::AutoresetMode::kSameStep, v1::AUTORESET_MODE_SAME_STEP},
+    {procgen::AutoresetMode::kNextStep, v1::AUTORESET_MODE_NEXT_STEP},
+    {procgen::AutoresetMode::kDisabled, v1::AUTORESET_MODE_DISABLED}};
 
-v1::AutoresetMode ModeOf(procgen::AutoresetMode mode) {
-  switch (mode) {
-    case procgen::AutoresetMode::kSameStep:
-      return v1::AUTORESET_MODE_SAME_STEP;
-    case procgen::AutoresetMode::kNextStep:
-      return v1::AUTORESET_MODE_NEXT_STEP;
-    case procgen::AutoresetMode::kDisabled:
-      return v1::AUTORESET_MODE_DISABLED;
-  }
-  return v1::AUTORESET_MODE_UNSPECIFIED;
+// REQUIRES: `table` has the value.
+template <typename Table, typename Value>
+auto EnumOf(const Table& table, Value value) {
+  return std::find_if(std::begin(table), std::end(table),
+                      [value](const auto& row) { return row.first == value; })
+      ->second;
 }
 
 void SetOptions(const procgen::EnvironmentOptions& options, v1::EnvironmentOptions* message) {
-  message->set_distribution_mode(ModeOf(options.distribution_mode));
+  message->set_distribution_mode(EnumOf(kDistributionModes, options.distribution_mode));
   message->set_num_levels(options.num_levels);
   message->set_start_level(options.start_level);
   message->set_rand_seed(options.rand_seed);
@@ -111,7 +105,7 @@ v1::PoolSpec SpecOf(const procgen::PoolOptions& options, v1::Encoding encoding) 
   SetOptions(options.environment, spec.mutable_options());
   spec.set_first_env(options.first_env);
   spec.set_total_env_count(options.total_env_count);
-  spec.set_autoreset_mode(ModeOf(options.autoreset_mode));
+  spec.set_autoreset_mode(EnumOf(kAutoresetModes, options.autoreset_mode));
   SetFormat(options.observation_format, spec.mutable_observation_format());
   spec.set_encoding(encoding);
   if (options.level_sampler != nullptr) {

@@ -50,22 +50,13 @@ bool ReadInt32(CodedInputStream* input, int32_t* number) {
   return is_there;
 }
 
-// The caller's array, or `own` of `count` if there is none.
-absl::Span<uint8_t> ArrayOr(absl::Span<uint8_t> array, size_t count, std::vector<uint8_t>* own) {
-  if (!array.empty()) {
-    return array;
-  }
-  own->resize(count);
-  return absl::MakeSpan(*own);
-}
-
 absl::Status Malformed(absl::string_view what) {
   return absl::DataLossError(absl::StrCat("the server's batch is malformed: ", what));
 }
 
 // A batch with memory for everything that is read.
 struct Arrays {
-  procgen::Batch batch;  // terminated and truncated are never empty
+  procgen::Batch batch;
   std::vector<uint64_t>* fingerprints;
   std::vector<uint8_t>* finals;
   std::string* encoded;  // null: observations are raw
@@ -166,7 +157,7 @@ void SpreadEnded(const BatchShape& shape, const Arrays& arrays) {
     if (batch.terminated[row] == 0 && batch.truncated[row] == 0) {
       continue;
     }
-    if (ended < arrays.fingerprints->size() && !batch.fingerprints.empty()) {
+    if (ended < arrays.fingerprints->size()) {
       batch.fingerprints[row] = (*arrays.fingerprints)[ended];
     }
     if ((ended + 1) * bytes <= arrays.finals->size() && !batch.final_observations.empty()) {
@@ -181,13 +172,10 @@ void SpreadEnded(const BatchShape& shape, const Arrays& arrays) {
 
 absl::Status BatchReader::Read(grpc::ByteBuffer response, const BatchShape& shape,
                                const procgen::Batch& batch, ObservationDecoder* decoder) {
-  const auto rows = static_cast<size_t>(shape.count);
-  Arrays arrays = {.batch = batch,
-                   .fingerprints = &fingerprints_,
-                   .finals = &finals_,
-                   .encoded = decoder == nullptr ? nullptr : &encoded_};
-  arrays.batch.terminated = ArrayOr(batch.terminated, rows, &terminated_);
-  arrays.batch.truncated = ArrayOr(batch.truncated, rows, &truncated_);
+  const Arrays arrays = {.batch = batch,
+                         .fingerprints = &fingerprints_,
+                         .finals = &finals_,
+                         .encoded = decoder == nullptr ? nullptr : &encoded_};
   fingerprints_.clear();
   finals_.clear();
 

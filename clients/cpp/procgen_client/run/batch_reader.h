@@ -23,17 +23,15 @@ struct BatchShape {
 // Threads: compatible.
 class BatchReader {
  public:
-  // Parses `response` into the arrays of `batch` that are not empty, each with a row for each
-  // environment: rows without an episode's end have fingerprint 0 and keep their final
-  // observation. `decoder`: for encoded observations; null: they are raw. Errors: DATA_LOSS the
-  // response is malformed or does not fit `shape`; those of the decoder. Then the arrays' contents
-  // are undefined, but nothing beyond them was written.
+  // Parses `response` into the arrays of `batch`, each with a row for each environment; all
+  // but terminated, truncated and fingerprints may be empty. Rows without an episode's end have
+  // fingerprint 0 and keep their final observation. `decoder`: for encoded observations; null: they
+  // are raw. Errors: DATA_LOSS the response is malformed or does not fit `shape`; those of the
+  // decoder. Then the arrays' contents are undefined, but nothing beyond them was written.
   absl::Status Read(grpc::ByteBuffer response, const BatchShape& shape, const procgen::Batch& batch,
                     ObservationDecoder* decoder);
 
  private:
-  std::vector<uint8_t> terminated_;
-  std::vector<uint8_t> truncated_;
   std::vector<uint64_t> fingerprints_;
   std::vector<uint8_t> finals_;
   std::string encoded_;

@@ -7,7 +7,6 @@
 
 #include "absl/strings/str_cat.h"
 #include "grpcpp/impl/codegen/proto_utils.h"
-#include "procgen_client/cancellation.h"
 #include "procgen_client/internal/timing.h"
 
 namespace procgen_client {
@@ -15,6 +14,8 @@ namespace {
 
 namespace v1 = procgen::v1;
 
+// Longest wait for an event, after which Cancel and the times are looked at.
+constexpr absl::Duration kPollInterval = absl::Milliseconds(50);
 // Requests that are repeated ahead of their responses.
 constexpr size_t kReplayWindow = 32;
 // Saving an environment takes some 60 us, so a checkpoint of n takes 1 % of n times this.
@@ -81,11 +82,10 @@ RunClock RunClock::Steady() {
 }
 
 RecoveringStream::RecoveringStream(v1::StartPool start, RecoveryOptions options, OpenRunStream open,
-                                   std::function<bool()> is_cancelled, RunClock clock)
+                                   RunClock clock)
     : start_(std::move(start)),
       options_(options),
       open_(std::move(open)),
-      is_cancelled_(std::move(is_cancelled)),
       clock_(std::move(clock)),
       states_per_request_(StatesPerRequest(options.response_bytes_max)) {}
 
@@ -94,7 +94,7 @@ RecoveringStream::~RecoveringStream() = default;
 absl::StatusOr<v1::Started> RecoveringStream::Start() {
   while (ended_.ok() && !started_.has_value()) {
     // There are no requests yet, so it returns at the deadline or at the end.
-    Advance(clock_.now() + kCancellationInterval);
+    Advance(clock_.now() + kPollInterval);
   }
   if (!ended_.ok()) {
     return ended_;
@@ -137,12 +137,12 @@ std::optional<absl::StatusOr<grpc::ByteBuffer>> RecoveringStream::Advance(absl::
     }
     WriteMore();
     const absl::Duration left = std::max(deadline - clock_.now(), absl::ZeroDuration());
-    switch (stream_->Next(std::min(left, kCancellationInterval))) {
+    switch (stream_->Next(std::min(left, kPollInterval))) {
       case RunStream::Event::kNone:
         if (IsCancelled()) {
-          SetEnded(absl::CancelledError("the wait for the server was cancelled"));
-        } else if (lost_time_.has_value() &&
-                   clock_.now() - *lost_time_ > options_.reconnect_timeout) {
+          break;
+        }
+        if (lost_time_.has_value() && clock_.now() - *lost_time_ > options_.reconnect_timeout) {
           stream_->Cancel();  // its end is one too late
         } else if (!is_created_ && clock_.now() - attempt_begin_ > options_.attempt_timeout) {
           stream_->Cancel();
@@ -179,12 +179,9 @@ bool RecoveringStream::Open(absl::Time deadline) {
     return false;
   }
   if (next_open_time_ > now) {
-    clock_.sleep(std::clamp(std::min(next_open_time_, deadline) - now, absl::ZeroDuration(),
-                            kCancellationInterval));
-    if (IsCancelled()) {
-      SetEnded(absl::CancelledError("the wait for the server was cancelled"));
-    }
-    return clock_.now() < deadline && ended_.ok();
+    clock_.sleep(
+        std::clamp(std::min(next_open_time_, deadline) - now, absl::ZeroDuration(), kPollInterval));
+    return !IsCancelled() && clock_.now() < deadline;
   }
   prologue_.clear();
   prologue_.emplace_back();
@@ -346,7 +343,6 @@ std::optional<absl::Status> RecoveringStream::OnEnd() {
   const int64_t oldest = in_flight_.empty() ? -1 : in_flight_.front();
   ForgetCall();
   if (IsCancelled()) {
-    SetEnded(absl::CancelledError("the connection was closed by this client"));
     return std::nullopt;
   }
   // The pool of the call before may not be gone yet.
@@ -433,7 +429,7 @@ void RecoveringStream::Close(absl::Duration timeout) {
       stream_->HalfClose();
       is_half_closed = true;
     }
-    const RunStream::Event event = stream_->Next(std::min(timeout, kCancellationInterval));
+    const RunStream::Event event = stream_->Next(std::min(timeout, kPollInterval));
     is_writing_ &= event != RunStream::Event::kWritten;
     if (event == RunStream::Event::kEnd) {
       break;
@@ -443,8 +439,8 @@ void RecoveringStream::Close(absl::Duration timeout) {
 }
 
 bool RecoveringStream::IsCancelled() {
-  if (is_cancelled_ != nullptr && is_cancelled_()) {
-    cancelled_ = true;
+  if (cancelled_) {
+    SetEnded(absl::CancelledError("the connection was closed by this client"));
   }
   return cancelled_;
 }

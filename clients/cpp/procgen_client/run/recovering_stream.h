@@ -63,9 +63,8 @@ int32_t StatesPerRequest(int64_t response_bytes_max);
 class RecoveringStream {
  public:
   // `start`: with all seeds set. `open` begins a call, on the same or on another server.
-  // `is_cancelled` is called about every 50 ms while Receive waits; null: never.
   RecoveringStream(procgen::v1::StartPool start, RecoveryOptions options, OpenRunStream open,
-                   std::function<bool()> is_cancelled, RunClock clock = RunClock::Steady());
+                   RunClock clock = RunClock::Steady());
   ~RecoveringStream();
   RecoveringStream(const RecoveringStream&) = delete;
   RecoveringStream& operator=(const RecoveringStream&) = delete;
@@ -124,12 +123,12 @@ class RecoveringStream {
   void ForgetCall();
   void TakeCheckpointIfDue();
   void DropUpTo(int64_t number);
+  // Sets ended_ if Cancel was called.
   bool IsCancelled();
 
   procgen::v1::StartPool start_;  // level_sampler: of the checkpoint
   const RecoveryOptions options_;
   const OpenRunStream open_;
-  const std::function<bool()> is_cancelled_;
   const RunClock clock_;
   absl::Status ended_;
   std::atomic<bool> cancelled_ = false;
