@@ -7,7 +7,7 @@
 #include "absl/strings/str_cat.h"
 #include "envcore/games/game.h"
 #include "envcore/scene/scene.h"
-#include "tools/art/images.h"
+#include "png.h"
 #include "tools/art/played_level.h"
 #include "tools/art/sprite_sheet.h"
 
@@ -45,6 +45,19 @@ Image ImageOf(absl::Span<const uint8_t> rgb, int size_px) {
     }
   }
   return image;
+}
+
+// Writes an image of opaque pixels.
+absl::Status WritePng(const Image& image, const std::string& path) {
+  png_image file = {};
+  file.version = PNG_IMAGE_VERSION;
+  file.width = static_cast<png_uint_32>(image.width());
+  file.height = static_cast<png_uint_32>(image.height());
+  file.format = PNG_FORMAT_RGBA;
+  if (png_image_write_to_file(&file, path.c_str(), 0, image.Row(0), 0, nullptr) == 0) {
+    return absl::InvalidArgumentError(absl::StrCat("cannot write ", path, ": ", file.message));
+  }
+  return absl::OkStatus();
 }
 
 nlohmann::json Row(const std::string& name, const std::string& description,
@@ -105,11 +118,8 @@ absl::Status Gallery::AddSprites(const std::string& name, absl::Span<const ArtSl
   return absl::OkStatus();
 }
 
-absl::Status Gallery::AddGame(const GameSpec& spec,
-                              absl::FunctionRef<void(int64_t, int64_t)> show) {
+absl::Status Gallery::AddGame(const GameSpec& spec) {
   const std::string name(spec.name);
-  const auto total = static_cast<int64_t>(spec.modes.size()) * kLevelCount + 1;
-  int64_t done = 0;
   Json rows = Json::array();
   Json overview = Json::array();
   for (const DistributionMode mode : spec.modes) {
@@ -123,7 +133,6 @@ absl::Status Gallery::AddGame(const GameSpec& spec,
       if (IsOnOverview(mode, level)) {
         overview.push_back({{"file", human_views.back()["file"]}});
       }
-      show(++done, total);
     }
     const std::string mode_name(DistributionModeName(mode));
     rows.push_back(Row(mode_name, "as people see it", std::move(human_views)));
@@ -133,9 +142,7 @@ absl::Status Gallery::AddGame(const GameSpec& spec,
       {{"file", absl::StrCat(name, ".png")}, {"size_px", kShownSizePx}, {"rows", std::move(rows)}});
   overview_.push_back(Row(name, std::string(spec.description), std::move(overview)));
   const GameArtSpec& art = ArtSpecOf(spec);
-  absl::Status status = AddSprites(name, art.slots, *art_.Of(spec, art));
-  show(total, total);
-  return status;
+  return AddSprites(name, art.slots, *art_.Of(spec, art));
 }
 
 absl::Status Gallery::AddSharedSprites(const GameSpec& spec) {

@@ -4,7 +4,6 @@
 #include <cstdint>
 #include <string>
 
-#include "absl/functional/function_ref.h"
 #include "absl/status/status.h"
 #include "absl/types/span.h"
 #include "envcore/games/game_catalog.h"
@@ -27,8 +26,7 @@ class Gallery {
   Gallery(std::string folder, const SharedArt& art);
 
   // Adds the sheet of a game's levels, its row of the overview, and the sheet of its sprites.
-  // `show` receives the numbers of done and of all parts of the work.
-  absl::Status AddGame(const GameSpec& spec, absl::FunctionRef<void(int64_t, int64_t)> show);
+  absl::Status AddGame(const GameSpec& spec);
   // Adds the sheet of the sprites that all games share, drawn with the art of `spec`.
   absl::Status AddSharedSprites(const GameSpec& spec);
 

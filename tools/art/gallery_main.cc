@@ -7,9 +7,11 @@
 #include <cerrno>
 #include <cstdint>
 #include <cstring>
+#include <filesystem>
 #include <fstream>
 #include <iostream>
 #include <string>
+#include <system_error>
 #include <vector>
 
 #include "absl/flags/flag.h"
@@ -43,15 +45,15 @@ int Main(const std::vector<char*>& arguments) {
   if (!request.ok()) {
     return Fail(request.status().message());
   }
-  if (absl::Status status = MakeFolder(absl::StrCat(folder, "/pictures")); !status.ok()) {
-    return Fail(status.message());
+  const std::string pictures = absl::StrCat(folder, "/pictures");
+  std::error_code error;
+  if (std::filesystem::create_directories(pictures, error); error) {
+    return Fail(absl::StrCat("cannot create the folder '", pictures, "': ", error.message()));
   }
   Gallery gallery(folder, *request->art);
   Progress progress(request->games.size());
   for (const GameSpec* game : request->games) {
-    absl::Status status = gallery.AddGame(
-        *game, [&](int64_t done, int64_t total) { progress.Show(game->name, done, total); });
-    if (!status.ok()) {
+    if (absl::Status status = gallery.AddGame(*game); !status.ok()) {
       return Fail(status.message());
     }
     progress.Finish(game->name, "drawn");

@@ -4,7 +4,9 @@
 #include <bitset>
 #include <cmath>
 #include <limits>
+#include <map>
 #include <memory>
+#include <utility>
 
 #include "envcore/games/game.h"
 #include "envcore/games/game_catalog.h"
@@ -101,22 +103,6 @@ class PartRenderer {
   float pixels_per_cell_ = 0;
 };
 
-void ToLab(const Window& window, std::array<LabColor, kPixelCount>* colors) {
-  std::transform(window.begin(), window.end(), colors->begin(),
-                 [](const Rgba& pixel) { return ToLab(pixel); });
-}
-
-// The pixels that at least one of two looks covers.
-std::vector<size_t> CoveredByEither(const Look& first, const Look& second) {
-  std::vector<size_t> pixels;
-  for (size_t i = 0; i < kPixelCount; ++i) {
-    if (first.covered[i] || second.covered[i]) {
-      pixels.push_back(i);
-    }
-  }
-  return pixels;
-}
-
 // The number of pixels of the smaller look. The backdrop covers none and counts as large as the
 // part.
 size_t SmallerSize(const Look& first, const Look& second) {
@@ -128,31 +114,19 @@ size_t SmallerSize(const Look& first, const Look& second) {
 
 float TotalDifference(const std::array<LabColor, kPixelCount>& first,
                       const std::array<LabColor, kPixelCount>& second,
-                      const std::vector<size_t>& pixels) {
+                      const std::bitset<kPixelCount>& pixels) {
   float sum = 0;
-  for (const size_t i : pixels) {
-    sum += ColorDifference(first[i], second[i]);
+  for (size_t i = 0; i < kPixelCount; ++i) {
+    sum += pixels[i] ? ColorDifference(first[i], second[i]) : 0;
   }
   return sum;
 }
 
-// The window of a backdrop that determines the distance.
-struct WorstWindow {
-  size_t window = 0;
-  float distance = 0;
-};
-
 // `distances`: one per window.
-WorstWindow Decide(const std::vector<float>& distances) {
-  std::vector<WorstWindow> windows;
-  for (size_t i = 0; i < distances.size(); ++i) {
-    windows.push_back({.window = i, .distance = distances[i]});
-  }
-  const auto worst =
-      windows.begin() + static_cast<ptrdiff_t>(kWorstShare * static_cast<double>(windows.size()));
-  std::nth_element(
-      windows.begin(), worst, windows.end(),
-      [](const WorstWindow& a, const WorstWindow& b) { return a.distance < b.distance; });
+float Decide(std::vector<float> distances) {
+  const auto worst = distances.begin() +
+                     static_cast<ptrdiff_t>(kWorstShare * static_cast<double>(distances.size()));
+  std::nth_element(distances.begin(), worst, distances.end());
   return *worst;
 }
 
@@ -165,11 +139,7 @@ bool IsSeenOn(const Part& part, int backdrop_kind) {
 class Comparison {
  public:
   Comparison(const Roles& roles, const PartRenderer& renderer, std::vector<Look> looks)
-      : roles_(roles), renderer_(renderer), looks_(std::move(looks)) {
-    // The backdrop counts as an additional part.
-    const size_t count = roles.parts.size();
-    likenesses_.resize(count * (count + 1));
-  }
+      : roles_(roles), renderer_(renderer), looks_(std::move(looks)) {}
 
   void CompareOn(const Backdrop& backdrop) {
     Look bare;
@@ -194,8 +164,9 @@ class Comparison {
 
   std::vector<PartDistance> Result() && {
     std::vector<PartDistance> result;
-    std::copy_if(likenesses_.begin(), likenesses_.end(), std::back_inserter(result),
-                 [](const PartDistance& likeness) { return likeness.first != nullptr; });
+    for (const auto& [parts, likeness] : likenesses_) {
+      result.push_back(likeness);
+    }
     std::stable_sort(
         result.begin(), result.end(),
         [](const PartDistance& a, const PartDistance& b) { return a.distance < b.distance; });
@@ -207,18 +178,14 @@ class Comparison {
     return look.part < roles_.parts.size() ? &roles_.parts[look.part] : nullptr;
   }
 
-  Window WindowOf(const Look& look, const Window& backdrop) const {
-    Window window = backdrop;
-    if (const Part* part = PartOf(look); part != nullptr) {
-      renderer_.Draw(*part, look.appearance, &window);
-    }
-    return window;
-  }
-
   void DrawOn(const Backdrop& backdrop, Look* look) const {
     look->drawn.resize(backdrop.windows.size());
     for (size_t i = 0; i < backdrop.windows.size(); ++i) {
-      ToLab(WindowOf(*look, backdrop.windows[i]), &look->drawn[i]);
+      Window window = backdrop.windows[i];
+      if (const Part* part = PartOf(*look); part != nullptr) {
+        renderer_.Draw(*part, look->appearance, &window);
+      }
+      std::transform(window.begin(), window.end(), look->drawn[i].begin(), ToLab);
     }
   }
 
@@ -226,44 +193,39 @@ class Comparison {
     if (first.drawn.empty() || second.drawn.empty()) {
       return;  // one of them is never seen on this backdrop
     }
-    const std::vector<size_t> pixels = CoveredByEither(first, second);
+    const std::bitset<kPixelCount> pixels = first.covered | second.covered;
     const auto size = static_cast<float>(std::max<size_t>(1, SmallerSize(first, second)));
     std::vector<float> distances(backdrop.windows.size());
     for (size_t i = 0; i < distances.size(); ++i) {
       distances[i] = TotalDifference(first.drawn[i], second.drawn[i], pixels) / size;
     }
-    const WorstWindow worst = Decide(distances);
-    PartDistance& likeness = likenesses_[first.part * (roles_.parts.size() + 1) + second.part];
-    if (likeness.first == nullptr || worst.distance < likeness.distance) {
+    const float distance = Decide(std::move(distances));
+    PartDistance& likeness = likenesses_[{first.part, second.part}];
+    if (likeness.first == nullptr || distance < likeness.distance) {
       likeness = {.first = PartOf(first),
                   .second = PartOf(second),
-                  .distance = worst.distance,
+                  .distance = distance,
                   .first_appearance = first.appearance,
                   .second_appearance = second.appearance,
-                  .backdrop = backdrop.name,
-                  .first_window = WindowOf(first, backdrop.windows[worst.window]),
-                  .second_window = WindowOf(second, backdrop.windows[worst.window])};
+                  .backdrop = backdrop.name};
     }
   }
 
   const Roles& roles_;
   const PartRenderer& renderer_;
   std::vector<Look> looks_;
-  std::vector<PartDistance> likenesses_;  // by first and second part; first == null: not compared
+  std::map<std::pair<size_t, size_t>, PartDistance> likenesses_;  // by first and second part
 };
 
 }  // namespace
 
-std::vector<PartDistance> CompareParts(const Roles& roles, const SharedArt& art,
-                                       absl::FunctionRef<void(int64_t, int64_t)> show) {
+std::vector<PartDistance> CompareParts(const Roles& roles, const SharedArt& art) {
   const std::unique_ptr<Game> stage = StageOf(roles);
   const auto game_art = art.Of(*FindGame(roles.game), stage->art());
   const PartRenderer renderer(roles, *stage, *game_art);
   Comparison comparison(roles, renderer, renderer.Looks(*stage));
-  const std::vector<Backdrop> backdrops = BackdropsOf(roles, *stage, *game_art);
-  for (size_t i = 0; i < backdrops.size(); ++i) {
-    comparison.CompareOn(backdrops[i]);
-    show(static_cast<int64_t>(i) + 1, static_cast<int64_t>(backdrops.size()));
+  for (const Backdrop& backdrop : BackdropsOf(roles, *stage, *game_art)) {
+    comparison.CompareOn(backdrop);
   }
   return std::move(comparison).Result();
 }

@@ -6,7 +6,6 @@
 #include <string>
 #include <vector>
 
-#include "absl/functional/function_ref.h"
 #include "envcore/pool/shared_art.h"
 #include "envcore/render/output/pixel.h"
 #include "tools/art/roles.h"
@@ -32,15 +31,11 @@ struct PartDistance {
   Appearance first_appearance;
   Appearance second_appearance;
   std::string backdrop;  // "background 12", "image kind 2 theme 0"
-  Window first_window;
-  Window second_window;
 };
 
 // Compares all pairs of parts of a game that must be distinguishable, and each part with its
-// backdrops. Returns them by distance, smallest first. `show` receives the numbers of done and of
-// all backdrops.
-std::vector<PartDistance> CompareParts(const Roles& roles, const SharedArt& art,
-                                       absl::FunctionRef<void(int64_t, int64_t)> show);
+// backdrops. Returns them by distance, smallest first.
+std::vector<PartDistance> CompareParts(const Roles& roles, const SharedArt& art);
 
 }  // namespace procgen
 

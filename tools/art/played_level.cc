@@ -24,11 +24,9 @@ std::unique_ptr<Game> PlayedLevel(const GameSpec& spec, DistributionMode mode, i
   RandomStream random(level_seed);
   std::vector<int32_t> actions;
   for (int32_t step = 0; step < kStepsMax; ++step) {
-    if (step % kActionSteps == 0) {
-      actions.push_back(kActions[random.Int(static_cast<int32_t>(std::size(kActions)))]);
-    } else {
-      actions.push_back(actions.back());
-    }
+    actions.push_back(step % kActionSteps == 0
+                          ? kActions[random.Int(static_cast<int32_t>(std::size(kActions)))]
+                          : actions.back());
   }
   std::unique_ptr<Game> game = spec.make(resolved);
   game->StartLevel(level_seed);

@@ -1,7 +1,5 @@
 #include "tools/art/requests.h"
 
-#include <filesystem>
-#include <system_error>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
@@ -51,16 +49,6 @@ absl::StatusOr<DrawingRequest> MakeDrawingRequest(const std::vector<std::string>
     return art.status();
   }
   return DrawingRequest{.games = *std::move(games), .art = *std::move(art)};
-}
-
-absl::Status MakeFolder(const std::string& folder) {
-  std::error_code error;
-  std::filesystem::create_directories(folder, error);
-  if (error) {
-    return absl::InvalidArgumentError(
-        absl::StrCat("cannot create the folder '", folder, "': ", error.message()));
-  }
-  return absl::OkStatus();
 }
 
 }  // namespace procgen

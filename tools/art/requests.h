@@ -5,7 +5,6 @@
 #include <string>
 #include <vector>
 
-#include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "envcore/games/game_catalog.h"
 #include "envcore/pool/shared_art.h"
@@ -24,10 +23,6 @@ struct DrawingRequest {
 // SharedArt::LoadFolder.
 absl::StatusOr<DrawingRequest> MakeDrawingRequest(const std::vector<std::string>& game_names,
                                                   const std::string& art_dir);
-
-// Creates a folder and its parents if they do not exist. Errors: INVALID_ARGUMENT: it cannot be
-// created.
-absl::Status MakeFolder(const std::string& folder);
 
 }  // namespace procgen
 

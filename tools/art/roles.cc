@@ -195,21 +195,8 @@ constexpr Roles kRoles[] = {
 }  // namespace
 
 absl::string_view RoleName(Role role) {
-  switch (role) {
-    case Role::kAgent:
-      return "agent";
-    case Role::kKills:
-      return "kills";
-    case Role::kPays:
-      return "pays";
-    case Role::kBlocks:
-      return "blocks";
-    case Role::kHarmless:
-      return "harmless";
-    case Role::kNamed:
-      return "named";
-  }
-  return "";
+  constexpr absl::string_view kNames[] = {"agent", "kills", "pays", "blocks", "harmless", "named"};
+  return kNames[static_cast<size_t>(role)];
 }
 
 absl::Span<const Roles> AllRoles() { return kRoles; }

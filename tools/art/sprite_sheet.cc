@@ -5,7 +5,6 @@
 #include "envcore/render/art/antialiased_sampling.h"
 #include "envcore/render/art/nearest_sampling.h"
 #include "envcore/render/output/frame.h"
-#include "tools/art/images.h"
 
 namespace procgen {
 namespace {
@@ -31,6 +30,24 @@ Image PlainBackdrop(int size_px, const Rgba& color) {
   Image image(size_px, size_px);
   std::fill_n(image.Row(0), size_px * size_px, color);
   return image;
+}
+
+// Each pixel becomes factor x factor pixels.
+Image Enlarged(const Image& image, int factor) {
+  Image enlarged(image.width() * factor, image.height() * factor);
+  for (int y = 0; y < enlarged.height(); ++y) {
+    for (int x = 0; x < enlarged.width(); ++x) {
+      enlarged.At(x, y) = image.At(x / factor, y / factor);
+    }
+  }
+  return enlarged;
+}
+
+// REQUIRES: `source` fits into `target` at (left, top).
+void Paste(const Image& source, int left, int top, Image* target) {
+  for (int y = 0; y < source.height(); ++y) {
+    std::copy_n(source.Row(y), source.width(), target->Row(top + y) + left);
+  }
 }
 
 }  // namespace

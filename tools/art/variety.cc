@@ -5,7 +5,6 @@
 #include <cmath>
 #include <memory>
 #include <numbers>
-#include <set>
 #include <tuple>
 #include <utility>
 #include <vector>
@@ -19,6 +18,8 @@
 
 namespace procgen {
 namespace {
+
+constexpr int32_t kLevelCount = 300;
 
 // The mean and the standard deviation of one value of all views.
 std::pair<double, double> MeanAndDeviation(absl::Span<const ViewColors> views,
@@ -44,28 +45,6 @@ double HueSpread(absl::Span<const ViewColors> views) {
   }
   const double length = std::hypot(cos, sin) / static_cast<double>(views.size());
   return std::sqrt(std::max(0.0, -2 * std::log(std::max(length, 1e-9)))) * 180 / std::numbers::pi;
-}
-
-// Adds what a level shows: pairs of image kind and theme.
-void AddLooks(const Scene& scene, std::set<std::pair<int, int>>* looks) {
-  for (const auto* sprites : {&scene.below_cells, &scene.above_cells}) {
-    for (const Sprite& sprite : *sprites) {
-      looks->emplace(sprite.image_kind, sprite.theme);
-    }
-  }
-  if (scene.cells.grid == nullptr) {
-    return;
-  }
-  for (int i = 0; i < scene.cells.grid->size(); ++i) {
-    const int kind = scene.cells.grid->At(i);
-    if (kind == kEmptyKind) {
-      continue;
-    }
-    const CellAppearance& look = scene.cells.looks[static_cast<size_t>(kind)];
-    if (look.image_kind >= 0) {
-      looks->emplace(look.image_kind, look.theme);
-    }
-  }
 }
 
 }  // namespace
@@ -107,30 +86,23 @@ Variety SpreadOf(absl::Span<const ViewColors> views) {
   return variety;
 }
 
-Variety MeasureVariety(const Roles& roles, const SharedArt& art, int32_t level_count) {
+Variety MeasureVariety(const Roles& roles, const SharedArt& art) {
   const GameSpec& spec = *FindGame(roles.game);
   EnvironmentOptions options;
   options.distribution_mode = roles.mode;
   const std::unique_ptr<Game> game = spec.make(ResolveOptions(spec.name, options).value());
   const auto game_art = art.Of(spec, game->art());
   Rasteriser rasteriser;
-  std::set<int> backgrounds;
-  std::set<std::pair<int, int>> looks;
   std::vector<ViewColors> views;
   std::array<uint8_t, kUpstreamFrameFormat.bytes()> rgb = {};
-  for (int32_t level = 0; level < level_count; ++level) {
+  for (int32_t level = 0; level < kLevelCount; ++level) {
     game->StartLevel(level);
     Scene scene;
     game->FillScene(&scene);
     rasteriser.DrawAgentView(scene, *game_art, nullptr, kUpstreamFrameFormat, absl::MakeSpan(rgb));
     views.push_back(ColorsOf(rgb, kUpstreamFrameFormat.size_px));
-    backgrounds.insert(scene.background.index);
-    AddLooks(scene, &looks);
   }
-  Variety variety = SpreadOf(views);
-  variety.background_count = static_cast<int>(backgrounds.size());
-  variety.look_count = static_cast<int>(looks.size());
-  return variety;
+  return SpreadOf(views);
 }
 
 }  // namespace procgen

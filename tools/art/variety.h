@@ -22,8 +22,6 @@ struct ViewColors {
 // How much the first views of a game's levels differ. Spreads are standard deviations over the
 // levels.
 struct Variety {
-  int background_count = 0;  // different backgrounds
-  int look_count = 0;        // different pairs of image kind and theme
   double lightness = 0;
   double lightness_spread = 0;
   double contrast = 0;
@@ -35,14 +33,13 @@ struct Variety {
   double grain = 0;
 };
 
-// Measures levels 0 to level_count - 1 of a game in the mode of its roles. REQUIRES: level_count is
-// at least 1.
-Variety MeasureVariety(const Roles& roles, const SharedArt& art, int32_t level_count);
+// Measures levels 0 to 299 of a game in the mode of its roles.
+Variety MeasureVariety(const Roles& roles, const SharedArt& art);
 
 // The colors of a square view, uint8 [side_px, side_px, 3]. REQUIRES: side_px is at least 2.
 ViewColors ColorsOf(absl::Span<const uint8_t> rgb, int side_px);
 
-// Fills all but the two counts. REQUIRES: there is a view.
+// REQUIRES: there is a view.
 Variety SpreadOf(absl::Span<const ViewColors> views);
 
 }  // namespace procgen
