@@ -3,29 +3,23 @@
 import assert from "node:assert/strict";
 import { execFile } from "node:child_process";
 import { readFile } from "node:fs/promises";
-import { after, before, test } from "node:test";
+import { before, test } from "node:test";
 import { promisify } from "node:util";
 import { figure, picture, waitForChange, waitForDrawing, waitForPicture, waitForText } from "./browser.js";
 import { withFirefox } from "./firefox.js";
 import { COINRUN_1000, COINRUN_1000_ACTIONS, COINRUN_1000_PATH, COINRUN_1000_STEPS, playKeys } from "./playing.js";
 import { decode, differenceFrom } from "./saved_images.js";
-import { Learner, Pool, Server } from "./server.js";
+import { Learner, Pool, withServer } from "./server.js";
 
 const FIRST = "#mosaic li:first-child canvas";
 const STEPS_PER_SECOND = 15;
 
 const it = withFirefox();
-let server;
-let learner;
+const server = withServer();
 let replay;  // the path of the replay of an ended episode
 before(async () => {
-  server = await Server.start();
   await endEpisode("ended");
-  learner = await Learner.start(server, "watched", ["coinrun"], 20);
-});
-after(async () => {
-  await learner.stop();
-  assert.equal(await server.stop(), 0);
+  await Learner.start(server, "watched", ["coinrun"], 20);
 });
 
 // Plays coinrun's level 1000 to its coin in a pool of one environment.

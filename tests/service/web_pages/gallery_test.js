@@ -1,14 +1,12 @@
 // The gallery.
 
 import assert from "node:assert/strict";
-import { after, before, test } from "node:test";
+import { test } from "node:test";
 import { figure, waitForText, withBrowser } from "./browser.js";
-import { Server } from "./server.js";
+import { withServer } from "./server.js";
 
 const it = withBrowser();
-let server;
-before(async () => { server = await Server.start(); });
-after(async () => assert.equal(await server.stop(), 0));
+const server = withServer();
 
 test("all games are shown with images and modes", async () => {
   const page = await it.open(server.page("/gallery"));

@@ -1,18 +1,16 @@
 // Layout on small screens and touch screens: what belongs together is visible together.
 
 import assert from "node:assert/strict";
-import { after, before, test } from "node:test";
+import { test } from "node:test";
 import { figure, waitForText, withBrowser } from "./browser.js";
 import { COINRUN_1000, COINRUN_1000_PATH, playKeys } from "./playing.js";
-import { Server } from "./server.js";
+import { withServer } from "./server.js";
 
 const PHONE = { viewport: { width: 390, height: 844 }, hasTouch: true, isMobile: true };
 const SIDEWAYS = { viewport: { width: 844, height: 390 }, hasTouch: true, isMobile: true };
 
 const it = withBrowser();
-let server;
-before(async () => { server = await Server.start(); });
-after(async () => assert.equal(await server.stop(), 0));
+const server = withServer();
 
 async function checkVisible(page, ...selectors) {
   const { width, height } = page.viewportSize();

@@ -1,21 +1,13 @@
 // Links to what does not exist say so, and show nothing else.
 
 import assert from "node:assert/strict";
-import { after, before, test } from "node:test";
+import { before, test } from "node:test";
 import { waitForText, withBrowser } from "./browser.js";
-import { Learner, Server } from "./server.js";
+import { Learner, withServer } from "./server.js";
 
 const it = withBrowser();
-let server;
-let learner;
-before(async () => {
-  server = await Server.start();
-  learner = await Learner.start(server, "running", ["coinrun"], 4);
-});
-after(async () => {
-  await learner.stop();
-  assert.equal(await server.stop(), 0);
-});
+const server = withServer();
+before(() => Learner.start(server, "running", ["coinrun"], 4));
 
 // Queries, what is said, and a link that is offered.
 const WRONG = [

@@ -2,21 +2,15 @@
 
 import assert from "node:assert/strict";
 import { join } from "node:path";
-import { after, before, test } from "node:test";
+import { test } from "node:test";
 import { axeViolations } from "../axe.js";
 import { figure, waitForText, withBrowser } from "../browser.js";
 import { COINRUN_1000, COINRUN_1000_PATH, playKeys } from "../playing.js";
-import { Server } from "../server.js";
+import { withServer } from "../server.js";
 import { testPages } from "./checks.js";
 
 const it = withBrowser();
-let server;
-before(async () => {
-  server = await Server.start();
-});
-after(async () => {
-  assert.equal(await server.stop(), 0);
-});
+const server = withServer();
 
 // Each page, with its content in use.
 const PAGES = {

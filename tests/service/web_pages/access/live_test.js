@@ -1,35 +1,20 @@
 // Accessibility of the live view, with and without pools.
 
 import assert from "node:assert/strict";
-import { mkdtemp, rm, writeFile } from "node:fs/promises";
-import { tmpdir } from "node:os";
+import { writeFileSync } from "node:fs";
 import { join } from "node:path";
-import { after, before, test } from "node:test";
+import { before, test } from "node:test";
 import { enterToken, waitForText, withBrowser } from "../browser.js";
-import { Learner, Server } from "../server.js";
+import { Learner, withFolder, withServer } from "../server.js";
 import { testPages } from "./checks.js";
 
 const it = withBrowser();
-let server;
-let empty;
-let secured;
-let folder;
-let learner;
-before(async () => {
-  folder = await mkdtemp(join(tmpdir(), "procgen-web-"));
-  await writeFile(join(folder, "tokens"), "alice alices-token-0123456789\n", { mode: 0o600 });
-  secured = await Server.start(`--tokens=${join(folder, "tokens")}`);
-  empty = await Server.start();
-  server = await Server.start();
-  learner = await Learner.start(server, "watched", ["coinrun"], 20);
-});
-after(async () => {
-  await learner.stop();
-  assert.equal(await server.stop(), 0);
-  assert.equal(await empty.stop(), 0);
-  assert.equal(await secured.stop(), 0);
-  await rm(folder, { recursive: true });
-});
+const server = withServer();
+const empty = withServer();
+const folder = withFolder();
+writeFileSync(join(folder, "tokens"), "alice alices-token-0123456789\n", { mode: 0o600 });
+const secured = withServer(`--tokens=${join(folder, "tokens")}`);
+before(() => Learner.start(server, "watched", ["coinrun"], 20));
 
 // Each page, with its content in use.
 const PAGES = {

@@ -5,21 +5,19 @@ import { after, before, test } from "node:test";
 import { decodeMessages } from "../bridge_messages.js";
 import { figure, waitForText, withBrowser } from "../browser.js";
 import { COINRUN_1000, COINRUN_1000_PATH, COINRUN_1000_STEPS, playKeys } from "../playing.js";
-import { Server } from "../server.js";
+import { withServer } from "../server.js";
 import { SlowLine } from "../slow_line.js";
 
 const ONE_WAY_MS = 75;
 
 const it = withBrowser();
-let server;
+const server = withServer();
 let line;
 before(async () => {
-  server = await Server.start();
   line = await SlowLine.open(server.web, ONE_WAY_MS);
 });
 after(async () => {
   line.close();
-  assert.equal(await server.stop(), 0);
 });
 
 // Opens a page over the line. `most()` is the largest number of images of a pool of the page that were requested and not answered; of

@@ -10,7 +10,7 @@ const it = withBrowser();
 
 test("pages report a lost server and reconnect by themselves", async () => {
   let server = await Server.start();
-  let learner = await Learner.start(server, "before", ["coinrun"], 4);
+  await Learner.start(server, "before", ["coinrun"], 4);
   const live = await it.open(server.page(), { viewport: { width: 390, height: 844 } });
   await live.locator(FIRST).waitFor();
   const play = await it.open(server.page("/play?game=maze&mode=easy&level=5"));
@@ -18,7 +18,6 @@ test("pages report a lost server and reconnect by themselves", async () => {
   await play.keyboard.press(".");
   await waitForText(figure(play, "#figures", "Step"), /^1$/);
 
-  await learner.stop();
   assert.equal(await server.stop(), 0);
   for (const page of [live, play]) {
     await waitForText(page.locator(".link"), "Waiting for the server");
@@ -28,7 +27,7 @@ test("pages report a lost server and reconnect by themselves", async () => {
   await waitForText(play.locator("#message"), "The connection was lost.");
 
   server = await Server.start(`--web_address=${new URL(server.web).host}`);
-  learner = await Learner.start(server, "after", ["coinrun"], 4);
+  await Learner.start(server, "after", ["coinrun"], 4);
   for (const page of [live, play]) {
     await waitForText(page.locator(".link"), "Connected");
   }
@@ -41,7 +40,6 @@ test("pages report a lost server and reconnect by themselves", async () => {
   await waitForText(figure(play, "#figures", "Step"), /^0$/);
   await play.keyboard.press(".");
   await waitForText(figure(play, "#figures", "Step"), /^1$/);
-  await learner.stop();
   assert.equal(await server.stop(), 0);
 });
 

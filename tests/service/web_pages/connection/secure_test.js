@@ -2,19 +2,19 @@
 
 import assert from "node:assert/strict";
 import { execFile } from "node:child_process";
-import { mkdtemp, rm, writeFile } from "node:fs/promises";
-import { tmpdir } from "node:os";
+import { writeFile } from "node:fs/promises";
 import { join } from "node:path";
 import { test } from "node:test";
 import { promisify } from "node:util";
 import { enterToken, figure, waitForChange, waitForText, withBrowser } from "../browser.js";
-import { Learner, Server } from "../server.js";
+import { Learner, Server, withFolder } from "../server.js";
 
 const TOKEN = "alices-token-0123456789";
 const it = withBrowser();
+const folder = withFolder();
 
 // Makes a self-signed certificate for loopback. Returns the paths of certificate and key.
-async function makeCertificate(folder) {
+async function makeCertificate() {
   const [certificate, key] = [join(folder, "certificate.pem"), join(folder, "key.pem")];
   await promisify(execFile)("openssl", [
     "req", "-x509", "-newkey", "ec", "-pkeyopt", "ec_paramgen_curve:P-256", "-nodes", "-days", "2", "-subj", "/CN=server",
@@ -24,12 +24,11 @@ async function makeCertificate(folder) {
 }
 
 test("over https the page asks for the token, watches pools and plays levels, by wss only", async () => {
-  const folder = await mkdtemp(join(tmpdir(), "procgen-web-"));
-  const [certificate, key] = await makeCertificate(folder);
+  const [certificate, key] = await makeCertificate();
   await writeFile(join(folder, "tokens"), `alice ${TOKEN}\n`, { mode: 0o600 });
   const server = await Server.start(
     `--tls_certificate=${certificate}`, `--tls_key=${key}`, `--tokens=${join(folder, "tokens")}`);
-  const learner = await Learner.start(server, "hers", ["coinrun"], 4, { PROCGEN_SERVER_CA: certificate, PROCGEN_SERVER_TOKEN: TOKEN });
+  await Learner.start(server, "hers", ["coinrun"], 4, { PROCGEN_SERVER_CA: certificate, PROCGEN_SERVER_TOKEN: TOKEN });
   assert.match(server.page(), /^https:/);
 
   // The browser trusts self-signed certificates only in contexts that allow it.
@@ -56,7 +55,5 @@ test("over https the page asks for the token, watches pools and plays levels, by
   const others = addresses.filter((address) => !/^(https|wss):/.test(address) || new URL(address).host !== host);
   assert.deepEqual(others, []);
   assert(addresses.every((address) => !address.includes("token-")));
-  await learner.stop();
   assert.equal(await server.stop(), 0);
-  await rm(folder, { recursive: true });
 });

@@ -3,11 +3,11 @@
 import assert from "node:assert/strict";
 import { createHash } from "node:crypto";
 import { EventEmitter, once } from "node:events";
-import { after, before, test } from "node:test";
+import { test } from "node:test";
 import { decodeMessages } from "../bridge_messages.js";
 import { waitForText, withBrowser } from "../browser.js";
 import { COINRUN_1000_PATH } from "../playing.js";
-import { Learner, Pool, Server } from "../server.js";
+import { Learner, Pool, withServer } from "../server.js";
 import { SlowLine } from "../slow_line.js";
 
 const ENV_COUNT = 16;
@@ -16,9 +16,7 @@ const MOSAIC_BYTES_PER_SECOND_MAX = 400_000;
 const THIN_BYTES_PER_SECOND = 60_000;
 
 const it = withBrowser();
-let server;
-before(async () => { server = await Server.start(); });
-after(async () => assert.equal(await server.stop(), 0));
+const server = withServer();
 
 // Opens a page, and collects the messages from the server: { method, message, length, time }.
 async function openRecorded(address) {

@@ -1,21 +1,20 @@
 // A server with authentication.
 
 import assert from "node:assert/strict";
-import { mkdtemp, rm, writeFile } from "node:fs/promises";
-import { tmpdir } from "node:os";
+import { writeFile } from "node:fs/promises";
 import { join } from "node:path";
 import { test } from "node:test";
 import { enterToken, figure, waitForText, withBrowser } from "../browser.js";
-import { Learner, Server } from "../server.js";
+import { Learner, Server, withFolder } from "../server.js";
 
 const TOKEN = "alices-token-0123456789";
 const it = withBrowser();
+const folder = withFolder();
 
 test("the page asks for a valid token, keeps it for the tab, and never puts it into a URL", async () => {
-  const folder = await mkdtemp(join(tmpdir(), "procgen-web-"));
   await writeFile(join(folder, "tokens"), `alice ${TOKEN}\nbob bobs-token-0123456789\n`, { mode: 0o600 });
   const server = await Server.start(`--tokens=${join(folder, "tokens")}`);
-  const learner = await Learner.start(server, "hers", ["coinrun"], 4, { PROCGEN_SERVER_TOKEN: TOKEN });
+  await Learner.start(server, "hers", ["coinrun"], 4, { PROCGEN_SERVER_TOKEN: TOKEN });
   const page = await it.open(server.page());
   const addresses = [];
   // The dialog cannot be dismissed: without a token a page shows nothing.
@@ -38,13 +37,10 @@ test("the page asks for a valid token, keeps it for the tab, and never puts it i
   await waitForText(other.locator("#token-hint"), "PROCGEN_SERVER_TOKEN");
   await waitForText(other.locator("#empty-title"), "No pools of your token yet");
   await waitForText(figure(other, "#server", "Pools"), /^1$/);
-  await learner.stop();
   assert.equal(await server.stop(), 0);
-  await rm(folder, { recursive: true });
 });
 
 test("a withdrawn token is asked for again, on every page", async () => {
-  const folder = await mkdtemp(join(tmpdir(), "procgen-web-"));
   const file = join(folder, "tokens");
   const tokens = { bob: "bob bobs-token-0123456789\n", both: `alice ${TOKEN}\nbob bobs-token-0123456789\n` };
   await writeFile(file, tokens.both, { mode: 0o600 });
@@ -70,5 +66,4 @@ test("a withdrawn token is asked for again, on every page", async () => {
   }
   await waitForText(figure(play, "#figures", "Level seed"), /^6$/);
   assert.equal(await server.stop(), 0);
-  await rm(folder, { recursive: true });
 });

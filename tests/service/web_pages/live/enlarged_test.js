@@ -1,18 +1,16 @@
 // The ends of episodes in watched pools, and an enlarged environment.
 
 import assert from "node:assert/strict";
-import { after, before, test } from "node:test";
+import { test } from "node:test";
 import { figure, picture, waitForDrawing, waitForPicture, waitForText, withBrowser } from "../browser.js";
 import { COINRUN_1000_ACTIONS, COINRUN_1000_STEPS } from "../playing.js";
-import { Pool, Server } from "../server.js";
+import { Pool, withServer } from "../server.js";
 
 const FIRST = "#mosaic li:first-child canvas";
 const NONE = 4;
 const END = -1;  // ends the episode
 const it = withBrowser();
-let server;
-before(async () => { server = await Server.start(); });
-after(async () => assert.equal(await server.stop(), 0));
+const server = withServer();
 
 // A pool of coinrun in level 1000, which only the test steps, and its page.
 async function openPool(poolId, envCount) {

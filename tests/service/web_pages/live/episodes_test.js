@@ -1,21 +1,19 @@
 // The episodes of a pool: table, charts, replays.
 
 import assert from "node:assert/strict";
-import { after, before, test } from "node:test";
+import { before, test } from "node:test";
 import { figure, waitForText, withBrowser } from "../browser.js";
-import { Pool, Server } from "../server.js";
+import { Pool, Server, withServer } from "../server.js";
 
 const ENV_COUNT = 16;
 const STEPS = 600;
 const ROWS = "#episode-rows tr";
 const it = withBrowser();
-let server;
+const server = withServer();
 before(async () => {
-  server = await Server.start();
   await playStarpilot("all", {});
   await playStarpilot("train", { start_level: 5, num_levels: 3 });
 });
-after(async () => assert.equal(await server.stop(), 0));
 
 // Steps a pool, the same way each time, so that the page shows what has ended and no more.
 async function playStarpilot(poolId, options) {

@@ -1,23 +1,15 @@
 // The live view of a running learner.
 
 import assert from "node:assert/strict";
-import { after, before, test } from "node:test";
+import { before, test } from "node:test";
 import { figure, picture, waitForChange, waitForText, withBrowser } from "../browser.js";
 import { replayLastEpisode } from "../episodes.js";
-import { Learner, Server } from "../server.js";
+import { Learner, Server, withServer } from "../server.js";
 
 const FIRST = "#mosaic li:first-child canvas";
 const it = withBrowser();
-let server;
-let learner;
-before(async () => {
-  server = await Server.start();
-  learner = await Learner.start(server, "watched", ["coinrun"], 20);
-});
-after(async () => {
-  await learner.stop();
-  assert.equal(await server.stop(), 0);
-});
+const server = withServer();
+before(() => Learner.start(server, "watched", ["coinrun"], 20));
 
 async function openLive(path = "/", options = {}) {
   const page = await it.open(server.page(path), options);

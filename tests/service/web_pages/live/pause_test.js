@@ -1,22 +1,17 @@
 // A learner is paused by a page, stepped, and resumed.
 
 import assert from "node:assert/strict";
-import { after, before, test } from "node:test";
+import { before, test } from "node:test";
 import { setTimeout as sleep } from "node:timers/promises";
 import { figure, waitForDrawing, waitForText, withBrowser } from "../browser.js";
-import { Learner, Server } from "../server.js";
+import { Learner, withServer } from "../server.js";
 
 const FIRST = "#mosaic canvas >> nth=0";
 const it = withBrowser();
-let server;
+const server = withServer();
 let learner;
 before(async () => {
-  server = await Server.start();
   learner = await Learner.start(server, "paused", ["coinrun"], 2);
-});
-after(async () => {
-  await learner.stop();
-  assert.equal(await server.stop(), 0);
 });
 
 async function openPool() {

@@ -2,24 +2,18 @@
 
 import assert from "node:assert/strict";
 import { readFile } from "node:fs/promises";
-import { after, before, test } from "node:test";
+import { before, test } from "node:test";
 import { waitForText, withBrowser } from "../browser.js";
-import { Learner, Server } from "../server.js";
+import { Learner, withServer } from "../server.js";
 
 const FIRST = "#plots .plot:has(h3:has-text('Steps per second')) .drawing";
 const RETURNS = "#plots .plot:has(h3:has-text('Mean return'))";
 const it = withBrowser();
-let server;
-const learners = [];
+const server = withServer();
 before(async () => {
-  server = await Server.start();
-  learners.push(await Learner.start(server, "one", ["coinrun"], 32));
-  learners.push(await Learner.start(server, "two", ["coinrun"], 32));
-  learners.push(await Learner.start(server, "mixed", ["coinrun", "maze"], 32));
-});
-after(async () => {
-  await Promise.all(learners.map((learner) => learner.stop()));
-  assert.equal(await server.stop(), 0);
+  await Learner.start(server, "one", ["coinrun"], 32);
+  await Learner.start(server, "two", ["coinrun"], 32);
+  await Learner.start(server, "mixed", ["coinrun", "maze"], 32);
 });
 
 // Opens the plots of a pool with at least five seconds of history, in which episodes have ended.

@@ -1,21 +1,15 @@
 // The URL of the live view has what is compared and how it is drawn.
 
 import assert from "node:assert/strict";
-import { after, before, test } from "node:test";
+import { before, test } from "node:test";
 import { waitForText, withBrowser } from "../browser.js";
-import { Learner, Pool, Server } from "../server.js";
+import { Learner, Pool, withServer } from "../server.js";
 
 const it = withBrowser();
-let server;
-const learners = [];
+const server = withServer();
 before(async () => {
-  server = await Server.start();
-  learners.push(await Learner.start(server, "one", ["coinrun"], 16));
-  learners.push(await Learner.start(server, "two", ["coinrun"], 16));
-});
-after(async () => {
-  await Promise.all(learners.map((learner) => learner.stop()));
-  assert.equal(await server.stop(), 0);
+  await Learner.start(server, "one", ["coinrun"], 16);
+  await Learner.start(server, "two", ["coinrun"], 16);
 });
 
 test("compared pools and the settings of plots are in the URL, and there after a reload", async () => {

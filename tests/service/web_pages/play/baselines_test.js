@@ -3,15 +3,13 @@
 import assert from "node:assert/strict";
 import { readFile } from "node:fs/promises";
 import { join } from "node:path";
-import { after, before, test } from "node:test";
+import { test } from "node:test";
 import { waitForText, withBrowser } from "../browser.js";
 import { BASELINES } from "../../../../server/web/pages/play/baselines.js";
-import { Server } from "../server.js";
+import { withServer } from "../server.js";
 
 const it = withBrowser();
-let server;
-before(async () => { server = await Server.start(); });
-after(async () => assert.equal(await server.stop(), 0));
+const server = withServer();
 
 test("the means of a random agent and of a learner are shown beside the score", async () => {
   const page = await it.open(server.page("/play?game=coinrun&mode=easy&level=1"));

@@ -3,30 +3,20 @@
 import assert from "node:assert/strict";
 import { execFile } from "node:child_process";
 import { EventEmitter, once } from "node:events";
-import { mkdtemp, rm } from "node:fs/promises";
-import { tmpdir } from "node:os";
 import { join } from "node:path";
-import { after, before, test } from "node:test";
+import { test } from "node:test";
 import { promisify } from "node:util";
 import { decodeMessages } from "../bridge_messages.js";
 import { figure, picture, waitForPicture, waitForText, withBrowser } from "../browser.js";
 import { COINRUN_1000, COINRUN_1000_PATH, COINRUN_1000_STEPS, playKeys } from "../playing.js";
-import { Server } from "../server.js";
+import { withFolder, withServer } from "../server.js";
 
 // Action numbers of the catalog.
 const ACTIONS = { LEFT: 1, "LEFT+UP": 2, none: 4, "RIGHT+DOWN": 6, RIGHT: 7, "RIGHT+UP": 8, D: 9 };
 
 const it = withBrowser();
-let server;
-let folder;
-before(async () => {
-  server = await Server.start();
-  folder = await mkdtemp(join(tmpdir(), "procgen-web-"));
-});
-after(async () => {
-  await rm(folder, { recursive: true });
-  assert.equal(await server.stop(), 0);
-});
+const server = withServer();
+const folder = withFolder();
 
 test("recorded keys reach the coin, and procgen-conformance replays the trace bit for bit", async () => {
   const page = await it.open(server.page(COINRUN_1000_PATH));

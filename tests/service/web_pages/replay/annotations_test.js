@@ -3,16 +3,15 @@
 import assert from "node:assert/strict";
 import { after, before, test } from "node:test";
 import { figure, waitForText, withBrowser } from "../browser.js";
-import { Pool, Server } from "../server.js";
+import { Pool, withServer } from "../server.js";
 
 const STEPS = 12;
 const PROBABILITIES = Array.from({ length: 15 }, (_, action) => (action === 7 ? 0.3 : 0.05));
 
 const it = withBrowser();
-let server;
+const server = withServer();
 let pool;
 before(async () => {
-  server = await Server.start();
   pool = await Pool.open(server, ["coinrun"], 1, { pool_id: "annotated" });
   for (let step = 1; step <= STEPS; step += 1) {
     await pool.step([step < STEPS ? 7 : -1], { annotations: { value: [step / 100], action_probabilities: [PROBABILITIES] } });
@@ -20,7 +19,6 @@ before(async () => {
 });
 after(async () => {
   await pool.close();
-  assert.equal(await server.stop(), 0);
 });
 
 const line = (page, name = "value") => page.locator("#annotation-lines .annotation", { hasText: name });

@@ -2,28 +2,19 @@
 
 import assert from "node:assert/strict";
 import { execFile } from "node:child_process";
-import { mkdtemp, rm, writeFile } from "node:fs/promises";
-import { tmpdir } from "node:os";
+import { writeFile } from "node:fs/promises";
 import { join } from "node:path";
-import { after, before, test } from "node:test";
+import { test } from "node:test";
 import { promisify } from "node:util";
 import { figure, picture, waitForPicture, waitForText, withBrowser } from "../browser.js";
 import { COINRUN_1000, COINRUN_1000_PATH, COINRUN_1000_STEPS, playKeys } from "../playing.js";
-import { Server } from "../server.js";
+import { withFolder, withServer } from "../server.js";
 
 const GOLDEN = join(import.meta.dirname, "../../../conformance/golden");
 
 const it = withBrowser();
-let server;
-let folder;
-before(async () => {
-  server = await Server.start();
-  folder = await mkdtemp(join(tmpdir(), "procgen-web-"));
-});
-after(async () => {
-  await rm(folder, { recursive: true });
-  assert.equal(await server.stop(), 0);
-});
+const server = withServer();
+const folder = withFolder();
 
 // Runs a program with the Python client, and returns the SHA-256 of its observation and its fingerprints.
 async function runPython(program) {

@@ -1,33 +1,25 @@
 // Two replays side by side, in step, and their first difference.
 
 import assert from "node:assert/strict";
-import { mkdtemp, rm } from "node:fs/promises";
-import { tmpdir } from "node:os";
 import { join } from "node:path";
-import { after, before, test } from "node:test";
+import { before, test } from "node:test";
 import { figure, picture, waitForPicture, waitForText, withBrowser } from "../browser.js";
-import { Pool, Server } from "../server.js";
+import { Pool, withFolder, withServer } from "../server.js";
 
 const STEPS = 30;
 const DIFFERENT = 13;  // the step from which environment 1 acts differently
 const [LEFT, NONE, RIGHT] = [1, 4, 7];
 
 const it = withBrowser();
-let server;
-let folder;
+const server = withServer();
+const folder = withFolder();
 before(async () => {
-  server = await Server.start();
-  folder = await mkdtemp(join(tmpdir(), "procgen-web-"));
   // Both environments play the same level.
   const pool = await Pool.open(server, ["coinrun"], 3, { pool_id: "two", num_levels: 1, start_level: 7, rand_seed: 0 });
   for (let step = 1; step < STEPS; step += 1) {
     await pool.step([RIGHT, step < DIFFERENT ? RIGHT : LEFT, NONE]);
   }
   await pool.step([-1, -1, NONE]);
-});
-after(async () => {
-  await rm(folder, { recursive: true });
-  assert.equal(await server.stop(), 0);
 });
 
 async function openEpisode(environment) {

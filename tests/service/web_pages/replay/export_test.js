@@ -1,30 +1,28 @@
 // Images and videos of a replay, decoded again and compared with what the page shows.
 
 import assert from "node:assert/strict";
-import { mkdtemp, readFile, rm, writeFile } from "node:fs/promises";
-import { tmpdir } from "node:os";
+import { readFile, writeFile } from "node:fs/promises";
 import { join } from "node:path";
-import { after, before, test } from "node:test";
+import { before, test } from "node:test";
 import { figure, picture, waitForText, withBrowser } from "../browser.js";
 import { decode, differenceFrom } from "../saved_images.js";
-import { Pool, Server } from "../server.js";
+import { Pool, withFolder, withServer } from "../server.js";
 
 const STEPS = 40;
 const STEPS_PER_SECOND = 15;
 const SHOWN = 12;
 
 const it = withBrowser();
-let server;
+const server = withServer();
+const folder = withFolder();
 let pool;
 before(async () => {
-  server = await Server.start();
   pool = await Pool.open(server, ["starpilot"], 1);
   for (let step = 1; step < STEPS; step += 1) {
     await pool.step([9]);
   }
   await pool.step([-1]);
 });
-after(async () => assert.equal(await server.stop(), 0));
 
 async function openExport(options = {}) {
   const page = await it.open(server.page(`/replay?pool=${encodeURIComponent(pool.name)}&environment=0&step=${SHOWN}`), options);
@@ -98,7 +96,6 @@ test("a web page has all frames of the agent's view and a player, and needs no s
   assert.match(saved.name, /\.html$/);
   const bytes = Buffer.from(saved.content, "base64");
   assert(bytes.length < 2_000_000, `${bytes.length} bytes`);
-  const folder = await mkdtemp(join(tmpdir(), "procgen-web-"));
   const path = join(folder, saved.name);
   await writeFile(path, bytes);
   const context = await it.browser.newContext({ offline: true });
@@ -112,7 +109,6 @@ test("a web page has all frames of the agent's view and a player, and needs no s
   await waitForText(alone.locator("button"), "Pause");
   await waitForText(alone.locator("[role=status]"), `Step ${STEPS}, `);
   await waitForText(alone.locator("button"), "Play");
-  await rm(folder, { recursive: true });
 });
 
 test("a video is cancelled by the button and by closing the dialog", async () => {

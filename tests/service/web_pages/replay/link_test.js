@@ -1,20 +1,19 @@
 // The replay page: speed, keys, and links to a step of a pool's episode.
 
 import assert from "node:assert/strict";
-import { after, before, beforeEach, test } from "node:test";
+import { beforeEach, test } from "node:test";
 import { decodeMessages } from "../bridge_messages.js";
 import { figure, picture, waitForPicture, waitForText, withBrowser } from "../browser.js";
-import { Pool, Server } from "../server.js";
+import { Pool, withServer } from "../server.js";
 
 const STEPS = 60;
 const RIGHT = 7;
 const END = -1;
 
 const it = withBrowser();
-let server;
+const server = withServer();
 let pool;
-before(async () => { server = await Server.start(); });
-after(async () => assert.equal(await server.stop(), 0));
+
 // A pool whose environment 1 has ended an episode of 60 steps.
 beforeEach(async () => {
   pool = await Pool.open(server, ["maze"], 2);

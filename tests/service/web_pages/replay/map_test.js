@@ -1,16 +1,14 @@
 // The map of a replay: the whole level and the path of the agent.
 
 import assert from "node:assert/strict";
-import { after, before, test } from "node:test";
+import { test } from "node:test";
 import { figure, picture, waitForPicture, waitForText, withBrowser } from "../browser.js";
 import { COINRUN_1000, COINRUN_1000_PATH, COINRUN_1000_STEPS, playKeys } from "../playing.js";
-import { Server } from "../server.js";
+import { withServer } from "../server.js";
 
 const MAP = "#map-picture";
 const it = withBrowser();
-let server;
-before(async () => { server = await Server.start(); });
-after(async () => assert.equal(await server.stop(), 0));
+const server = withServer();
 
 // The number of pixels of the path so far and of the agent's place.
 function pathPixels(page) {

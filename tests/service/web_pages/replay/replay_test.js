@@ -1,30 +1,20 @@
 // The replay page: a play is saved, loaded, scrubbed in both directions, and compared.
 
 import assert from "node:assert/strict";
-import { mkdtemp, readdir, readFile, rm, writeFile } from "node:fs/promises";
-import { tmpdir } from "node:os";
+import { readFile, readdir, writeFile } from "node:fs/promises";
 import { join } from "node:path";
-import { after, before, test } from "node:test";
+import { test } from "node:test";
 import { figure, picture, waitForPicture, waitForText, withBrowser } from "../browser.js";
 import { COINRUN_1000, COINRUN_1000_PATH, COINRUN_1000_STEPS, playKeys } from "../playing.js";
-import { Server } from "../server.js";
+import { withFolder, withServer } from "../server.js";
 
 const GOLDEN = join(import.meta.dirname, "../../../conformance/golden");
 
 const it = withBrowser();
-let server;
-let folder;
-let trace;      // the path of a play's trace
+const server = withServer();
+const folder = withFolder();
+const trace = join(folder, "coin.trace");  // of a play
 let pictures;   // frames of the play, by step
-before(async () => {
-  server = await Server.start();
-  folder = await mkdtemp(join(tmpdir(), "procgen-web-"));
-  trace = join(folder, "coin.trace");
-});
-after(async () => {
-  await rm(folder, { recursive: true });
-  assert.equal(await server.stop(), 0);
-});
 
 function row(page, number) {
   return waitForText(figure(page, "#figures", "Step"), new RegExp(`^${number} of ${COINRUN_1000_STEPS}$`));
