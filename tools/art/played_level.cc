@@ -1,7 +1,6 @@
 #include "tools/art/played_level.h"
 
 #include <iterator>
-#include <string>
 #include <vector>
 
 #include "envcore/environment/environment_options.h"
