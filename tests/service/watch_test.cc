@@ -136,6 +136,26 @@ TEST_F(WatchTest, TheLastFrameOfAnEpisodeHasBothViews) {
   EXPECT_EQ(response.frames(0).agent_image(), batch.final_observations());
 }
 
+// Otherwise a pool with short episodes would never show how they run.
+TEST_F(WatchTest, EveryEndIsFollowedByTheCurrentState) {
+  const auto stream = StartPool(MazeSpec(1));
+  const auto watch = client_->Watch(WatchRequest(stream->name(), {0}));
+  ASSERT_THAT(watch->Next(), IsOk());
+  bool showed_end = false;
+  int end_count = 0;
+  v1::Batch batch;
+  for (int i = 0; i < 20; ++i) {
+    ASSERT_THAT(stream->Call(EndingStep(1), &batch), IsOk());
+    const auto response = watch->Next();
+    ASSERT_THAT(response, IsOk());
+    const bool shows_end = response->frames(0).has_ended_episode();
+    EXPECT_FALSE(showed_end && shows_end) << i;
+    showed_end = shows_end;
+    end_count += shows_end ? 1 : 0;
+  }
+  EXPECT_GT(end_count, 2);
+}
+
 TEST_F(WatchTest, UnchangedFramesAreNotSent) {
   const auto stream = StartPool(MazeSpec(1));
   const auto watch = client_->Watch(WatchRequest(stream->name(), {0}));

@@ -88,64 +88,6 @@ TEST(ObservationEncoderTest, IncompressibleObservationsStayWithinTheBound) {
   EXPECT_EQ(EncodedBytesMax(Encoding::kRaw, 12288), 12288);
 }
 
-struct PlayedFormat {
-  std::string name;
-  std::string game;
-  ObservationFormat format;
-};
-
-class ObservationCodecTest : public testing::TestWithParam<PlayedFormat> {};
-
-// Steps of random actions with ends of episodes and resets. A learner receives changing slices,
-// some of them twice (Observe), and of some steps none (OBSERVATION_NONE).
-TEST_P(ObservationCodecTest, ClientDecodesWhatWasDrawn) {
-  constexpr int32_t kEnvCount = 4;
-  constexpr int kSteps = 120;
-  PoolOptions options;
-  options.games = {GetParam().game};
-  options.env_count = kEnvCount;
-  options.environment.rand_seed = 11;
-  options.observation_format = GetParam().format;
-  const auto pool = Pool::Create(options, std::make_shared<WorkerPool>(0)).value();
-  const size_t size = GetParam().format.bytes();
-  ObservationEncoder encoder(kEnvCount, size);
-  ObservationDecoder decoder(kEnvCount, size);
-  Bytes observations(kEnvCount * size);
-  RandomStream random(5);
-  for (int step = 0; step < kSteps; ++step) {
-    std::vector<int32_t> actions(kEnvCount);
-    for (int32_t& action : actions) {
-      action = random.Int(40) == 0 ? kEndEpisodeAction : random.Int(kActionCount);
-    }
-    Batch batch;
-    batch.observations = absl::MakeSpan(observations);
-    ASSERT_THAT(pool->Step({.count = kEnvCount, .actions = actions}, batch), IsOk());
-    for (int32_t times = random.Int(3); times > 0; --times) {
-      const int32_t first = random.Int(kEnvCount);
-      const int32_t count = 1 + random.Int(kEnvCount - first);
-      const auto begin = observations.begin() + static_cast<std::ptrdiff_t>(first * size);
-      const Bytes drawn(begin, begin + static_cast<std::ptrdiff_t>(count * size));
-      Bytes decoded(drawn.size(), 0xee);
-      ASSERT_THAT(decoder.Decode(first, count, encoder.Encode(first, count, drawn),
-                                 absl::MakeSpan(decoded)),
-                  IsOk());
-      ASSERT_EQ(decoded, drawn) << "step " << step;
-    }
-  }
-}
-
-INSTANTIATE_TEST_SUITE_P(All, ObservationCodecTest,
-                         testing::ValuesIn(std::vector<PlayedFormat>{
-                             {"Default", "starpilot", {}},
-                             {"Planes", "coinrun", {.frame = {64, Color::kRgb, Layout::kChw}}},
-                             {"Grey", "fruitbot", {.frame = {84, Color::kGrayscale, Layout::kHwc}}},
-                             {"OddSide", "maze", {.frame = {43, Color::kRgb, Layout::kHwc}}},
-                             {"StackOfGreys",
-                              "bigfish",
-                              {.frame = {44, Color::kGrayscale, Layout::kChw}, .frame_stack = 4}},
-                         }),
-                         [](const auto& info) { return info.param.name; });
-
 // Decodes into memory between guards: what the decoder returned and whether they are intact.
 struct Decoded {
   absl::Status status;

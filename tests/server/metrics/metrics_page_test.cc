@@ -13,20 +13,6 @@ namespace {
 using ::testing::HasSubstr;
 using ::testing::StartsWith;
 
-TEST(MetricsPageTest, ServesMetricsOverHttp) {
-  Metrics metrics("1");
-  metrics.OfGame("maze", "hard").AddSteps(64);
-  const auto page = MetricsPage::Start("127.0.0.1:0", metrics);
-  ASSERT_TRUE(page.ok()) << page.status();
-  httplib::Client client("http://" + (*page)->address());
-  const auto answer = client.Get("/metrics");
-  ASSERT_TRUE(answer);
-  EXPECT_EQ(answer->status, 200);
-  EXPECT_THAT(answer->get_header_value("Content-Type"), StartsWith("text/plain"));
-  EXPECT_THAT(answer->body, HasSubstr("procgen_steps_total{game=\"maze\",mode=\"hard\"} 64"));
-  EXPECT_EQ(client.Get("/other")->status, 404);
-}
-
 TEST(MetricsPageTest, AddressInUseIsAnError) {
   Metrics metrics("1");
   const auto page = MetricsPage::Start("127.0.0.1:0", metrics);

@@ -84,17 +84,6 @@ TEST_F(PoolSupervisorTest, MalformedIdsAreRejected) {
   }
 }
 
-TEST_F(PoolSupervisorTest, IdInUseIsRejected) {
-  ASSERT_THAT(Create("a", MazeOptions(1)), IsOk());
-  EXPECT_THAT(Create("a", MazeOptions(1)),
-              StatusIs(absl::StatusCode::kAlreadyExists, HasSubstr("pools/a exists")));
-}
-
-TEST_F(PoolSupervisorTest, PoolWithoutEnvironmentsIsRejected) {
-  EXPECT_THAT(Create("", MazeOptions(0)), StatusIs(absl::StatusCode::kInvalidArgument,
-                                                   "spec.env_count is 0, allowed: at least 1"));
-}
-
 TEST_F(PoolSupervisorTest, BytesOfAnOwnersPoolsAreLimitedUntilOneIsFreed) {
   PoolOptions options = MazeOptions(1);
   options.observation_format.frame.size_px = 512;
@@ -114,40 +103,6 @@ TEST_F(PoolSupervisorTest, PoolRejectedByTheEngineLeavesNothing) {
   EXPECT_THAT(Create("a", options), StatusIs(absl::StatusCode::kNotFound, HasSubstr("chess")));
   EXPECT_EQ(supervisor_.load().env_count, 0);
   EXPECT_THAT(Create("a", MazeOptions(8)), IsOk());
-}
-
-TEST_F(PoolSupervisorTest, UnknownAndMalformedNamesHaveDifferentErrors) {
-  EXPECT_THAT(supervisor_.Find("", "pools/nothing"),
-              StatusIs(absl::StatusCode::kNotFound, "there is no pool pools/nothing"));
-  EXPECT_THAT(supervisor_.Find("", "nothing"),
-              StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr("pool name is 'nothing'")));
-}
-
-TEST_F(PoolSupervisorTest, ListIsOldestFirstAndContinues) {
-  ASSERT_THAT(Create("b", MazeOptions(1)), IsOk());
-  ASSERT_THAT(Create("a", MazeOptions(1)), IsOk());
-  const std::vector<PoolSupervisor::Numbered> page = supervisor_.List("", 0, 1);
-  ASSERT_EQ(page.size(), 1U);
-  EXPECT_EQ(page[0].pool->name(), "pools/b");
-  const std::vector<PoolSupervisor::Numbered> rest = supervisor_.List("", page[0].number, 5);
-  ASSERT_EQ(rest.size(), 1U);
-  EXPECT_EQ(rest[0].pool->name(), "pools/a");
-}
-
-TEST_F(PoolSupervisorTest, DrainRejectsNewPoolsAndEndsStreamsAndObservers) {
-  absl::Status ended;
-  const CreateResult pool =
-      Create("a", MazeOptions(1), "", [&](absl::Status reason) { ended = std::move(reason); });
-  ASSERT_THAT(pool, IsOk());
-  EXPECT_FALSE(supervisor_.load().draining);
-  supervisor_.Drain();
-  EXPECT_TRUE(supervisor_.load().draining);
-  EXPECT_THAT(ended, StatusIs(absl::StatusCode::kUnavailable, HasSubstr("drains")));
-  EXPECT_THAT(Create("b", MazeOptions(1)),
-              StatusIs(absl::StatusCode::kUnavailable, HasSubstr("drains")));
-  EXPECT_THAT((*pool)->AddObserver(nullptr),
-              StatusIs(absl::StatusCode::kUnavailable, HasSubstr("drains")));
-  EXPECT_THAT(supervisor_.Find("", "pools/a"), IsOk()) << "it stays until its stream has ended";
 }
 
 TEST_F(PoolSupervisorTest, ReferenceToAFreedPoolReturnsAnError) {

@@ -8,121 +8,73 @@
 namespace procgen {
 namespace {
 
-using testing::HasSubstr;
+const std::vector<int32_t> kActions(4, 4);
 
-constexpr int32_t kRequestEnvCount = 4;
-
-absl::Status Check(const Request& request) {
-  return CheckRequest("pools/7", kRequestEnvCount, request);
-}
-
-Request StepOf(const std::vector<int32_t>& actions) {
+// A request for the environments from `first` on of a pool of four.
+Request RequestOf(Request::Kind kind, int32_t first, int32_t count,
+                  absl::Span<const int32_t> actions = {}) {
   Request request;
-  request.kind = Request::Kind::kStep;
-  request.count = kRequestEnvCount;
+  request.kind = kind;
+  request.first = first;
+  request.count = count;
   request.actions = actions;
   return request;
 }
 
-TEST(RequestTest, UnsetOrNegativeCountIsRejected) {
-  for (const int32_t count : {0, -1, INT32_MIN}) {
-    Request request;
-    request.first = 1;
-    request.count = count;
-    EXPECT_THAT(Check(request),
-                StatusIs(absl::StatusCode::kInvalidArgument,
-                         "slice.env_count is " + std::to_string(count) +
-                             ", allowed from environment 1 of pool pools/7 on: 1 to 3"));
+void ExpectInvalid(const Request& request, const std::string& message) {
+  EXPECT_THAT(CheckRequest("pools/7", 4, request),
+              StatusIs(absl::StatusCode::kInvalidArgument, message));
+}
+
+TEST(RequestTest, SlicesBeyondThePoolAreRejected) {
+  for (const auto& [first, count, range] : {std::tuple{1, 0, "1 to 3"},
+                                            {1, -1, "1 to 3"},
+                                            {1, INT32_MIN, "1 to 3"},
+                                            {2, 3, "1 to 2"},
+                                            {3, INT32_MAX, "1 to 1"}}) {
+    ExpectInvalid(RequestOf(Request::Kind::kObserve, first, count),
+                  absl::StrCat("slice.env_count is ", count, ", allowed from environment ", first,
+                               " of pool pools/7 on: ", range));
   }
+  ExpectInvalid(RequestOf(Request::Kind::kObserve, 4, 1),
+                "slice.first_env is 4, pool pools/7 has environments 0 to 3");
 }
 
-TEST(RequestTest, SliceStartBeyondThePoolIsRejected) {
-  Request request;
-  request.first = 4;
-  request.count = 1;
-  EXPECT_THAT(Check(request),
-              StatusIs(absl::StatusCode::kInvalidArgument,
-                       "slice.first_env is 4, pool pools/7 has environments 0 to 3"));
-}
-
-TEST(RequestTest, SliceEndBeyondThePoolIsRejected) {
-  Request request;
-  request.first = 2;
-  request.count = 3;
-  EXPECT_THAT(
-      Check(request),
-      StatusIs(absl::StatusCode::kInvalidArgument,
-               "slice.env_count is 3, allowed from environment 2 of pool pools/7 on: 1 to 2"));
-}
-
-TEST(RequestTest, OverflowingCountsAreRejected) {
-  Request request;
-  request.first = 3;
-  request.count = INT32_MAX;
-  EXPECT_THAT(Check(request),
-              StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr("2147483647")));
-}
-
-TEST(RequestTest, WrongNumberOfActionsIsRejected) {
-  const std::vector<int32_t> actions = {4, 4, 4};
-  EXPECT_THAT(Check(StepOf(actions)),
-              StatusIs(absl::StatusCode::kInvalidArgument,
-                       "actions has 3 entries, the slice of pool pools/7 has 4 environments"));
-}
-
-TEST(RequestTest, ActionsFromMinusOneTo14AreAllowed) {
-  const std::vector<int32_t> actions = {-1, 0, 13, 14};
-  EXPECT_THAT(Check(StepOf(actions)), IsOk());
-}
-
-TEST(RequestTest, ActionOutOfRangeIsRejected) {
+TEST(RequestTest, OneActionFromMinusOneTo14IsNeededForEachEnvironment) {
+  std::vector<int32_t> actions = {-1, 0, 13, 14};
+  EXPECT_THAT(CheckRequest("pools/7", 4, RequestOf(Request::Kind::kStep, 0, 4, actions)), IsOk());
   for (const int32_t action : {-2, 15, INT32_MIN, INT32_MAX}) {
-    const std::vector<int32_t> actions = {4, 4, action, 4};
-    EXPECT_THAT(Check(StepOf(actions)),
-                StatusIs(absl::StatusCode::kInvalidArgument,
-                         "actions[2] is " + std::to_string(action) + ", allowed: -1 to 14"));
+    actions[2] = action;
+    ExpectInvalid(RequestOf(Request::Kind::kStep, 0, 4, actions),
+                  absl::StrCat("actions[2] is ", action, ", allowed: -1 to 14"));
   }
+  actions.pop_back();
+  ExpectInvalid(RequestOf(Request::Kind::kStep, 0, 4, actions),
+                "actions has 3 entries, the slice of pool pools/7 has 4 environments");
 }
 
 TEST(RequestTest, RepeatOutOfRangeIsRejected) {
-  const std::vector<int32_t> actions(kRequestEnvCount, 4);
   for (const int32_t repeat : {-1, 0, 1001}) {
-    Request request = StepOf(actions);
+    Request request = RequestOf(Request::Kind::kStep, 0, 4, kActions);
     request.repeat = repeat;
-    EXPECT_THAT(Check(request),
-                StatusIs(absl::StatusCode::kInvalidArgument,
-                         "repeat_count is " + std::to_string(repeat) + ", allowed: 1 to 1000"));
+    ExpectInvalid(request, absl::StrCat("repeat_count is ", repeat, ", allowed: 1 to 1000"));
   }
 }
 
 TEST(RequestTest, NextLevelOutsideTheSliceIsRejected) {
-  const std::vector<int32_t> actions(2, 4);
   const std::vector<NextLevel> next_levels = {{1, 5}, {3, 5}};
-  Request request = StepOf(actions);
-  request.first = 1;
-  request.count = 2;
+  Request request =
+      RequestOf(Request::Kind::kStep, 1, 2, absl::MakeConstSpan(kActions).subspan(0, 2));
   request.next_levels = next_levels;
-  EXPECT_THAT(Check(request), StatusIs(absl::StatusCode::kInvalidArgument,
-                                       "next_levels[1].environment is 3, the slice is 1 to 2"));
+  ExpectInvalid(request, "next_levels[1].environment is 3, the slice is 1 to 2");
 }
 
-TEST(RequestTest, DuplicateResetIsRejected) {
+TEST(RequestTest, ResetsThatAreMissingOrRepeatedAreRejected) {
+  Request request = RequestOf(Request::Kind::kReset, 0, 4);
+  ExpectInvalid(request, "resets is empty, allowed: at least one environment");
   const std::vector<Reset> resets = {{2, {}, {}}, {0, {}, {}}, {2, {}, {}}};
-  Request request;
-  request.kind = Request::Kind::kReset;
-  request.count = kRequestEnvCount;
   request.resets = resets;
-  EXPECT_THAT(Check(request),
-              StatusIs(absl::StatusCode::kInvalidArgument,
-                       "resets[2].environment is 2 again, allowed: each at most once"));
-}
-
-TEST(RequestTest, EmptyResetIsRejected) {
-  Request request;
-  request.kind = Request::Kind::kReset;
-  request.count = kRequestEnvCount;
-  EXPECT_THAT(Check(request), StatusIs(absl::StatusCode::kInvalidArgument,
-                                       "resets is empty, allowed: at least one environment"));
+  ExpectInvalid(request, "resets[2].environment is 2 again, allowed: each at most once");
 }
 
 }  // namespace

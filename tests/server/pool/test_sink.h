@@ -47,13 +47,6 @@ inline Request RequestOf(Request::Kind kind, int32_t count) {
   return request;
 }
 
-// Executes a request and waits until it is done.
-inline absl::Status Execute(PoolSession* session, Request request, const Batch& batch = {}) {
-  const auto sink = std::make_shared<TestSink>(batch);
-  session->Execute(&request, sink);
-  return sink->status();
-}
-
 }  // namespace procgen
 
 #endif  // TESTS_SERVER_POOL_TEST_SINK_H_
