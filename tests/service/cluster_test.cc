@@ -152,20 +152,5 @@ TEST_F(ClusterServiceTest, AdvertisedAddressIsReported) {
   EXPECT_EQ(a.client().ListNodes()->nodes(0).address(), "localhost" + port);
 }
 
-TEST_F(ClusterServiceTest, ServerWithoutAClusterListsItself) {
-  ServerProcess process({"--address=127.0.0.1:0", "--node_id=hermit", "--workers=1"});
-  const std::string address = process.Address();
-  const auto client = Client::Connect(address);
-  ASSERT_THAT(client, IsOk());
-  const auto nodes = (*client)->ListNodes();
-  ASSERT_THAT(nodes, IsOk());
-  EXPECT_EQ(nodes->cluster(), "");
-  ASSERT_EQ(nodes->nodes_size(), 1);
-  EXPECT_EQ(nodes->nodes(0).name(), "nodes/hermit");
-  EXPECT_EQ(nodes->nodes(0).address(), address);
-  EXPECT_EQ(nodes->nodes(0).environment_capacity(), Limits().env_count_max);
-  EXPECT_EQ(nodes->local_node(), "nodes/hermit");
-}
-
 }  // namespace
 }  // namespace procgen

@@ -81,22 +81,6 @@ TEST_F(PoolsTest, ListPoolsReturnsPages) {
   EXPECT_EQ(list(), grpc::StatusCode::INVALID_ARGUMENT);
 }
 
-TEST_F(PoolsTest, NameAndLabelsAreReturned) {
-  v1::PoolSpec spec = MazeSpec(1);
-  spec.set_display_name("maze, seed 3");
-  (*spec.mutable_labels())["experiment"] = "baseline";
-  (*spec.mutable_labels())["seed"] = "3";
-  const auto stream = StartPool(spec);
-  EXPECT_EQ(stream->pool().spec().display_name(), "maze, seed 3");
-  const absl::StatusOr<v1::Pool> pool = client_->GetPool(stream->name());
-  ASSERT_THAT(pool, IsOk());
-  EXPECT_TRUE(EqualMessages(pool->spec(), stream->pool().spec()));
-  EXPECT_EQ(pool->spec().labels().at("experiment"), "baseline");
-  spec.set_display_name("a\n");
-  EXPECT_THAT(StartError(spec),
-              StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr("spec.display_name is")));
-}
-
 TEST_F(PoolsTest, StatisticsHaveTheReturnsOfEachGame) {
   v1::PoolSpec spec = MazeSpec(3);
   spec.mutable_games()->Clear();

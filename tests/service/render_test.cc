@@ -15,23 +15,6 @@ using testing::HasSubstr;
 
 class RenderTest : public ServiceTest {};
 
-TEST_F(RenderTest, FramesComeInRequestOrder) {
-  const auto stream = StartPool(MazeSpec(4));
-  v1::Batch batch;
-  ASSERT_THAT(stream->Step({4, 4, 4, 4}, &batch), IsOk());
-  const auto frames = stream->Render({3, 0, 3}, 128);
-  ASSERT_THAT(frames, IsOk());
-  ASSERT_EQ(frames->frames_size(), 3);
-  EXPECT_EQ(frames->frames(0).environment(), 3);
-  EXPECT_EQ(frames->frames(1).environment(), 0);
-  EXPECT_EQ(frames->frames(0).size_px(), 128);
-  EXPECT_EQ(frames->frames(0).image().size(), 128U * 128 * 3);
-  EXPECT_EQ(frames->frames(0).image(), frames->frames(2).image());
-  EXPECT_NE(frames->frames(0).image(), frames->frames(1).image());
-  ASSERT_THAT(stream->Step({4, 4, 4, 4}, &batch), IsOk());
-  EXPECT_THAT(batch.episode_lengths(), testing::Each(2));
-}
-
 TEST_F(RenderTest, PngFilesShowTheSamePixels) {
   const auto stream = StartPool(MazeSpec(1));
   const auto raw = stream->Render({0}, 100);
@@ -91,19 +74,6 @@ TEST_F(RenderTest, LevelViewShowsWhatACameraDoesThatDoesNotFollowTheAgent) {
   const auto by_default = centered->Render({0}, 0, v1::FRAME_FORMAT_RGB, v1::FRAME_VIEW_LEVEL);
   ASSERT_THAT(by_default, IsOk());
   EXPECT_EQ(by_default->frames(0).size_px(), 512);
-}
-
-TEST_F(RenderTest, InvalidArgumentsAreRejected) {
-  const auto rejected = [this](const std::vector<int32_t>& environments, int32_t size_px) {
-    return StartPool(MazeSpec(2), "mine")->Render(environments, size_px).status();
-  };
-  EXPECT_THAT(rejected({2}, 0),
-              StatusIs(absl::StatusCode::kInvalidArgument,
-                       "environments[0] is 2, pool pools/mine has environments 0 to 1"));
-  EXPECT_THAT(rejected({}, 0),
-              StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr("environments is empty")));
-  EXPECT_THAT(rejected({0}, 15),
-              StatusIs(absl::StatusCode::kInvalidArgument, "size_px is 15, allowed: 16 to 2048"));
 }
 
 TEST_F(RenderTest, TheAgentIsWhereTheImageOfTheLevelShowsIt) {

@@ -77,17 +77,6 @@ TEST_F(GarbageTest, ConnectionThatSpeaksNoGrpcIsDropped) {
   close(connection);
 }
 
-TEST_F(GarbageTest, HealthReportsServing) {
-  // HealthCheckRequest and HealthCheckResponse have one field each: service, status.
-  const RawResult whole = CallRaw(channel_, "/grpc.health.v1.Health/Check", {""});
-  EXPECT_THAT(whole.responses, testing::ElementsAre("\x08\x01"));
-  const std::string service = RunPoolService::service_full_name();
-  const RawResult one =
-      CallRaw(channel_, "/grpc.health.v1.Health/Check",
-              {"\x0a" + std::string(1, static_cast<char>(service.size())) + service});
-  EXPECT_THAT(one.responses, testing::ElementsAre("\x08\x01"));
-}
-
 TEST_F(GarbageTest, ReflectionListsTheServices) {
   // ServerReflectionRequest.list_services = 7, empty.
   const RawResult result =

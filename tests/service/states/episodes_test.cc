@@ -284,38 +284,5 @@ TEST_F(EpisodesTest, InvalidArgumentsAreRejected) {
               StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr("selector")));
 }
 
-TEST_F(EpisodesTest, AnnotationsAreReturnedForEachStep) {
-  const auto stream = StartPool(MazeSpec(2));
-  const auto step = [&stream](int32_t action, const std::vector<float>& values) {
-    v1::RunPoolRequest request = Unobserved({action, action});
-    if (!values.empty()) {
-      v1::Annotation* const annotation = request.mutable_step()->add_annotations();
-      annotation->set_name("value");
-      annotation->mutable_values()->Add(values.begin(), values.end());
-    }
-    v1::Batch batch;
-    EXPECT_THAT(stream->Call(request, &batch), IsOk());
-  };
-  step(4, {});
-  step(4, {1, 2, 3, 4});
-  step(4, {5, 6, 7, 8});
-  step(-1, {});
-  step(4, {9, 10, 11, 12});
-  const v1::Episode last = Last(stream->name(), 1);
-  ASSERT_EQ(last.annotations_size(), 1);
-  const v1::AnnotationSeries& series = last.annotations(0);
-  EXPECT_EQ(series.name(), "value");
-  EXPECT_EQ(series.value_count(), 2);
-  EXPECT_EQ(series.first_step(), 1);
-  ASSERT_THAT(series.values(), SizeIs(6));
-  EXPECT_EQ(series.values(0), 3);
-  EXPECT_EQ(series.values(3), 8);
-  EXPECT_THAT(series.values(4), testing::IsNan());  // the last step had none
-  EXPECT_THAT(Current(stream->name(), 0).annotations(0).values(), testing::ElementsAre(9, 10));
-  const auto by_fingerprint = client_->FindEpisode(stream->name(), 1, last.fingerprint());
-  ASSERT_THAT(by_fingerprint, IsOk());
-  EXPECT_TRUE(EqualMessages(by_fingerprint->annotations(0), series));
-}
-
 }  // namespace
 }  // namespace procgen

@@ -52,27 +52,5 @@ TEST_F(HostileStatesTest, SnapshotLargerThanARequestIsRejected) {
               StatusIs(absl::StatusCode::kResourceExhausted, HasSubstr("65536")));
 }
 
-TEST_F(HostileStatesTest, EnvironmentsOutOfRangeOrRepeatedAreRejected) {
-  const auto out_of_range = [](const std::string& what) {
-    return StatusIs(absl::StatusCode::kInvalidArgument,
-                    what + ", pool pools/mine has environments 0 to 1");
-  };
-  const auto twice = [](const std::string& what) {
-    return StatusIs(absl::StatusCode::kInvalidArgument,
-                    what + " again, allowed: each at most once");
-  };
-  EXPECT_THAT(NewPool()->Save({0, 2}), out_of_range("environments[1] is 2"));
-  EXPECT_THAT(NewPool()->Save({1, 0, 1}), twice("environments[2] is 1"));
-  EXPECT_THAT(NewPool()->Restore({StateOf(-1, good_)}),
-              out_of_range("states[0].environment is -1"));
-  EXPECT_THAT(NewPool()->Restore({StateOf(1, good_), StateOf(1, good_)}),
-              twice("states[1].environment is 1"));
-  EXPECT_THAT(NewPool()->Clone({Pair(0, 1), Pair(5, 0)}),
-              out_of_range("pairs[1].source_environment is 5"));
-  EXPECT_THAT(NewPool()->Clone({Pair(0, 7)}), out_of_range("pairs[0].target_environment is 7"));
-  EXPECT_THAT(NewPool()->Clone({Pair(0, 1), Pair(1, 1)}),
-              twice("pairs[1].target_environment is 1"));
-}
-
 }  // namespace
 }  // namespace procgen

@@ -16,33 +16,6 @@ constexpr size_t kFrameBytes = 64UL * 64 * 3;
 
 class StreamTest : public ServiceTest {};
 
-TEST_F(StreamTest, StepReturnsEveryArray) {
-  const auto stream = StartPool(MazeSpec(3));
-  v1::Batch batch;
-  ASSERT_THAT(stream->Step({4, 4, -1}, &batch), IsOk());
-  EXPECT_THAT(batch.first(), ElementsAre(false, false, true));
-  EXPECT_THAT(batch.terminated(), ElementsAre(false, false, true));
-  EXPECT_THAT(batch.truncated(), ElementsAre(false, false, false));
-  EXPECT_THAT(batch.episode_lengths(), ElementsAre(1, 1, 1));
-  EXPECT_THAT(batch.rewards(), SizeIs(3));
-  EXPECT_THAT(batch.prev_level_complete(), SizeIs(3));
-  EXPECT_THAT(batch.episode_returns(), SizeIs(3));
-  EXPECT_EQ(batch.level_seeds()[0], batch.prev_level_seeds()[0]);
-  EXPECT_THAT(batch.observations(), SizeIs(3 * kFrameBytes));
-  EXPECT_THAT(batch.final_observations(), SizeIs(0));
-}
-
-TEST_F(StreamTest, StartedContainsThePool) {
-  PoolStream run(channel_);
-  const auto started = run.Start(MazeSpec(3), {}, "mine");
-  ASSERT_THAT(started, IsOk());
-  EXPECT_EQ(started->pool().name(), "pools/mine");
-  const auto catalog = client_->GetCatalog();
-  ASSERT_THAT(catalog, IsOk());
-  EXPECT_EQ(started->server_version(), catalog->server_version());
-  EXPECT_NE(started->art_fingerprint(), 0U);
-}
-
 TEST_F(StreamTest, RequestsSentAheadAreAnsweredInOrder) {
   PoolStream run(channel_);
   run.Write(StartRequest(MazeSpec(4)));
