@@ -205,16 +205,9 @@ procgen::Batch BatchOf(const ProcgenBatch& given, int32_t env_count, size_t obse
   };
   procgen::Batch result;
   result.observations = span(batch.observations, rows * observation_bytes);
-  result.rewards = span(batch.rewards, rows);
-  result.first = span(batch.first, rows);
-  result.terminated = span(batch.terminated, rows);
-  result.truncated = span(batch.truncated, rows);
-  result.level_seeds = span(batch.level_seeds, rows);
-  result.prev_level_seeds = span(batch.prev_level_seeds, rows);
-  result.prev_level_complete = span(batch.prev_level_complete, rows);
-  result.episode_returns = span(batch.episode_returns, rows);
-  result.episode_lengths = span(batch.episode_lengths, rows);
-  result.fingerprints = span(batch.fingerprints, rows);
+#define PROCGEN_SPAN(type, name) result.name = span(batch.name, rows);
+  PROCGEN_BATCH_NUMBERS(PROCGEN_SPAN)
+#undef PROCGEN_SPAN
   result.final_observations = span(batch.final_observations, rows * observation_bytes);
   return result;
 }

@@ -19,16 +19,9 @@ void Lend(std::vector<Number>* memory, size_t count, absl::Span<Number>* span) {
 
 Batch BatchNumbers::ReplaceEmptyArrays(Batch batch, int32_t count) {
   const auto rows = static_cast<size_t>(count);
-  Lend(&rewards, rows, &batch.rewards);
-  Lend(&first, rows, &batch.first);
-  Lend(&terminated, rows, &batch.terminated);
-  Lend(&truncated, rows, &batch.truncated);
-  Lend(&level_seeds, rows, &batch.level_seeds);
-  Lend(&prev_level_seeds, rows, &batch.prev_level_seeds);
-  Lend(&prev_level_complete, rows, &batch.prev_level_complete);
-  Lend(&episode_returns, rows, &batch.episode_returns);
-  Lend(&episode_lengths, rows, &batch.episode_lengths);
-  Lend(&fingerprints, rows, &batch.fingerprints);
+#define PROCGEN_LEND(type, name) Lend(&name, rows, &batch.name);
+  PROCGEN_BATCH_NUMBERS(PROCGEN_LEND)
+#undef PROCGEN_LEND
   return batch;
 }
 

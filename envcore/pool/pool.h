@@ -139,6 +139,20 @@ struct Batch {
   absl::Span<FinalScene> final_scenes;
 };
 
+// The arrays of a Batch that have one number per environment: NUMBERS(type, name). What copies,
+// checks or sends a batch is made from this table.
+#define PROCGEN_BATCH_NUMBERS(NUMBERS)  \
+  NUMBERS(float, rewards)               \
+  NUMBERS(uint8_t, first)               \
+  NUMBERS(uint8_t, terminated)          \
+  NUMBERS(uint8_t, truncated)           \
+  NUMBERS(int32_t, level_seeds)         \
+  NUMBERS(int32_t, prev_level_seeds)    \
+  NUMBERS(uint8_t, prev_level_complete) \
+  NUMBERS(float, episode_returns)       \
+  NUMBERS(int32_t, episode_lengths)     \
+  NUMBERS(uint64_t, fingerprints)
+
 // A Pool steps env_count() environments as one batch.
 // Shapes: row i of a batch is environment first + i.
 // Threads: thread-safe. Only one call at a time can step or read environments: a second one returns

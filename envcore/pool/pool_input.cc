@@ -18,20 +18,13 @@ Status CheckSpan(absl::string_view name, size_t size, size_t rows, size_t values
 }
 
 Status CheckBatch(const Batch& batch, size_t rows, size_t observation_bytes) {
+#define PROCGEN_CHECK(type, name) CheckSpan(#name, batch.name.size(), rows, 1),
   for (const Status& status :
-       {CheckSpan("observations", batch.observations.size(), rows, observation_bytes),
-        CheckSpan("rewards", batch.rewards.size(), rows, 1),
-        CheckSpan("first", batch.first.size(), rows, 1),
-        CheckSpan("terminated", batch.terminated.size(), rows, 1),
-        CheckSpan("truncated", batch.truncated.size(), rows, 1),
-        CheckSpan("level_seeds", batch.level_seeds.size(), rows, 1),
-        CheckSpan("prev_level_seeds", batch.prev_level_seeds.size(), rows, 1),
-        CheckSpan("prev_level_complete", batch.prev_level_complete.size(), rows, 1),
-        CheckSpan("episode_returns", batch.episode_returns.size(), rows, 1),
-        CheckSpan("episode_lengths", batch.episode_lengths.size(), rows, 1),
-        CheckSpan("fingerprints", batch.fingerprints.size(), rows, 1),
+       {PROCGEN_BATCH_NUMBERS(PROCGEN_CHECK)
+            CheckSpan("observations", batch.observations.size(), rows, observation_bytes),
         CheckSpan("final_observations", batch.final_observations.size(), rows,
                   observation_bytes)}) {
+#undef PROCGEN_CHECK
     if (!status.ok()) {
       return status;
     }

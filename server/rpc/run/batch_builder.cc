@@ -30,10 +30,11 @@ absl::Span<uint8_t> Sized(google::protobuf::RepeatedField<bool>* array, int32_t 
                         static_cast<size_t>(count));
 }
 
-// The same for an array of signed numbers that stores the bits of unsigned ones.
-absl::Span<uint64_t> SizedBits(google::protobuf::RepeatedField<int64_t>* array, int32_t count) {
-  const absl::Span<int64_t> numbers = Sized(array, count);
-  return absl::MakeSpan(reinterpret_cast<uint64_t*>(numbers.data()), numbers.size());
+// An array of signed numbers, the fingerprints, stores the bits of unsigned ones.
+absl::Span<uint64_t> Sized(google::protobuf::RepeatedField<int64_t>* array, int32_t count) {
+  array->Resize(count, 0);
+  return absl::MakeSpan(reinterpret_cast<uint64_t*>(array->mutable_data()),
+                        static_cast<size_t>(count));
 }
 
 absl::Span<uint8_t> Sized(std::string* bytes, int64_t size) {
@@ -102,16 +103,9 @@ Batch BatchBuilder::Prepare(const Request& request) {
   v1::Batch* message = response_.mutable_batch();
   message->set_first_env(request.first);
   message->set_env_count(request.count);
-  batch_.rewards = Sized(message->mutable_rewards(), request.count);
-  batch_.first = Sized(message->mutable_first(), request.count);
-  batch_.terminated = Sized(message->mutable_terminated(), request.count);
-  batch_.truncated = Sized(message->mutable_truncated(), request.count);
-  batch_.level_seeds = Sized(message->mutable_level_seeds(), request.count);
-  batch_.prev_level_seeds = Sized(message->mutable_prev_level_seeds(), request.count);
-  batch_.prev_level_complete = Sized(message->mutable_prev_level_complete(), request.count);
-  batch_.episode_returns = Sized(message->mutable_episode_returns(), request.count);
-  batch_.episode_lengths = Sized(message->mutable_episode_lengths(), request.count);
-  batch_.fingerprints = SizedBits(message->mutable_fingerprints(), request.count);
+#define PROCGEN_SIZE(type, name) batch_.name = Sized(message->mutable_##name(), request.count);
+  PROCGEN_BATCH_NUMBERS(PROCGEN_SIZE)
+#undef PROCGEN_SIZE
   batch_.final_observations = Sized(message->mutable_final_observations(),
                                     request.with_final_observations ? picture_bytes : 0);
   Frames observations =

@@ -45,17 +45,10 @@ inline ProcgenBatch BatchIn(BatchBuffers& buffers, int32_t first = 0) {
   const Batch rows = buffers.Rows(first, static_cast<int32_t>(buffers.rewards.size()) - first);
   return {.struct_size = sizeof(ProcgenBatch),
           .observations = rows.observations.data(),
-          .rewards = rows.rewards.data(),
-          .first = rows.first.data(),
-          .terminated = rows.terminated.data(),
-          .truncated = rows.truncated.data(),
-          .level_seeds = rows.level_seeds.data(),
-          .prev_level_seeds = rows.prev_level_seeds.data(),
-          .prev_level_complete = rows.prev_level_complete.data(),
-          .episode_returns = rows.episode_returns.data(),
-          .episode_lengths = rows.episode_lengths.data(),
-          .fingerprints = rows.fingerprints.data(),
-          .final_observations = rows.final_observations.data()};
+#define PROCGEN_DATA(type, name) .name = rows.name.data(),
+          PROCGEN_BATCH_NUMBERS(PROCGEN_DATA)
+#undef PROCGEN_DATA
+              .final_observations = rows.final_observations.data()};
 }
 
 inline ProcgenStep StepOf(const std::vector<int32_t>& actions, int32_t first_env = 0) {

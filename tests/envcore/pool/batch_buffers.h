@@ -35,16 +35,9 @@ struct BatchBuffers : BatchNumbers {
     const size_t pixel_count = n * observation_bytes;
     Batch batch;
     batch.observations = absl::MakeSpan(observations).subspan(pixels, pixel_count);
-    batch.rewards = absl::MakeSpan(rewards).subspan(b, n);
-    batch.first = absl::MakeSpan(first).subspan(b, n);
-    batch.terminated = absl::MakeSpan(terminated).subspan(b, n);
-    batch.truncated = absl::MakeSpan(truncated).subspan(b, n);
-    batch.level_seeds = absl::MakeSpan(level_seeds).subspan(b, n);
-    batch.prev_level_seeds = absl::MakeSpan(prev_level_seeds).subspan(b, n);
-    batch.prev_level_complete = absl::MakeSpan(prev_level_complete).subspan(b, n);
-    batch.episode_returns = absl::MakeSpan(episode_returns).subspan(b, n);
-    batch.episode_lengths = absl::MakeSpan(episode_lengths).subspan(b, n);
-    batch.fingerprints = absl::MakeSpan(fingerprints).subspan(b, n);
+#define PROCGEN_ROWS(type, name) batch.name = absl::MakeSpan(name).subspan(b, n);
+    PROCGEN_BATCH_NUMBERS(PROCGEN_ROWS)
+#undef PROCGEN_ROWS
     batch.final_observations = absl::MakeSpan(final_observations).subspan(pixels, pixel_count);
     return batch;
   }

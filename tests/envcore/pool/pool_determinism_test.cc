@@ -117,16 +117,9 @@ std::vector<BatchBuffers> RowsOf(const std::vector<BatchBuffers>& batches, size_
   for (const BatchBuffers& batch : batches) {
     BatchBuffers& part = rows.emplace_back(0, batch.observation_bytes);
     part.observations = RowsOf(batch.observations, begin, count, batch.observation_bytes);
-    part.rewards = RowsOf(batch.rewards, begin, count, 1);
-    part.first = RowsOf(batch.first, begin, count, 1);
-    part.terminated = RowsOf(batch.terminated, begin, count, 1);
-    part.truncated = RowsOf(batch.truncated, begin, count, 1);
-    part.level_seeds = RowsOf(batch.level_seeds, begin, count, 1);
-    part.prev_level_seeds = RowsOf(batch.prev_level_seeds, begin, count, 1);
-    part.prev_level_complete = RowsOf(batch.prev_level_complete, begin, count, 1);
-    part.episode_returns = RowsOf(batch.episode_returns, begin, count, 1);
-    part.episode_lengths = RowsOf(batch.episode_lengths, begin, count, 1);
-    part.fingerprints = RowsOf(batch.fingerprints, begin, count, 1);
+#define PROCGEN_ROWS(type, name) part.name = RowsOf(batch.name, begin, count, 1);
+    PROCGEN_BATCH_NUMBERS(PROCGEN_ROWS)
+#undef PROCGEN_ROWS
     part.final_observations =
         RowsOf(batch.final_observations, begin, count, batch.observation_bytes);
   }

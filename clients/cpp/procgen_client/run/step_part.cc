@@ -42,16 +42,9 @@ StepPart::StepPart(const procgen::StepInput& whole, absl::Span<const Annotation>
     return Rows(array, begin, count, row_size);
   };
   batch.observations = rows(whole_batch.observations, observation_bytes);
-  batch.rewards = rows(whole_batch.rewards, 1);
-  batch.first = rows(whole_batch.first, 1);
-  batch.terminated = rows(whole_batch.terminated, 1);
-  batch.truncated = rows(whole_batch.truncated, 1);
-  batch.level_seeds = rows(whole_batch.level_seeds, 1);
-  batch.prev_level_seeds = rows(whole_batch.prev_level_seeds, 1);
-  batch.prev_level_complete = rows(whole_batch.prev_level_complete, 1);
-  batch.episode_returns = rows(whole_batch.episode_returns, 1);
-  batch.episode_lengths = rows(whole_batch.episode_lengths, 1);
-  batch.fingerprints = rows(whole_batch.fingerprints, 1);
+#define PROCGEN_ROWS(type, name) batch.name = rows(whole_batch.name, 1);
+  PROCGEN_BATCH_NUMBERS(PROCGEN_ROWS)
+#undef PROCGEN_ROWS
   batch.final_observations = rows(whole_batch.final_observations, observation_bytes);
 }
 
