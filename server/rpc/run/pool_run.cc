@@ -65,8 +65,9 @@ void PoolRun::Start(const v1::StartPool& start) {
   if (status.ok()) {
     Request one;
     one.count = 1;
-    status = CheckFits(one, session_options->encoding,
-                       static_cast<int64_t>(options->observation_format.bytes()));
+    status = CheckResponseFits(one, session_options->encoding,
+                               static_cast<int64_t>(options->observation_format.bytes()),
+                               supervisor_->limits().response_bytes_max);
   }
   if (status.ok() && options->level_sampler != nullptr) {
     status = Hold(&options->level_sampler);
@@ -124,19 +125,14 @@ absl::Status PoolRun::Hold(std::shared_ptr<const LevelSampler>* sampler) const {
   return held.status();
 }
 
-absl::Status PoolRun::CheckFits(const Request& request, Encoding encoding,
-                                int64_t observation_bytes) const {
-  return CheckResponseFits(request, encoding, observation_bytes,
-                           supervisor_->limits().response_bytes_max);
-}
-
 void PoolRun::ExecuteBatch(const v1::RunPoolRequest& message, absl::Time arrival_time) {
   absl::Status status = ReadRequest(message, &memory_);
   Request* const request = &memory_.request;
   if (status.ok() && request->kind == Request::Kind::kSample) {
     status = Hold(&request->level_sampler);
   } else if (status.ok()) {
-    status = CheckFits(*request, pool_->encoding(), pool_->observation_bytes());
+    status = CheckResponseFits(*request, pool_->encoding(), pool_->observation_bytes(),
+                               supervisor_->limits().response_bytes_max);
   }
   if (!status.ok()) {
     RespondWith(status);

@@ -52,9 +52,6 @@ class PoolRun final : public ResponseSink, public std::enable_shared_from_this<P
   void RespondStarted();
   // Charges a level sampler to the owner for as long as it exists.
   absl::Status Hold(std::shared_ptr<const LevelSampler>* sampler) const;
-  // Checks that a response fits.
-  absl::Status CheckFits(const Request& request, Encoding encoding,
-                         int64_t observation_bytes) const;
   void ExecuteBatch(const v1::RunPoolRequest& message, absl::Time arrival_time);
   // Whether the request being executed returns a batch.
   bool HasValues() const {

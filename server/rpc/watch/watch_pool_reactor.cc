@@ -14,9 +14,9 @@ WatchPoolReactor* WatchPoolReactor::Start(PoolSupervisor* supervisor, FramePubli
                                           const grpc::ByteBuffer& request) {
   const std::shared_ptr<WatchPoolReactor> reactor(
       new WatchPoolReactor(supervisor, publishers, accounting, std::move(caller.reservation)));
-  reactor->Begin(reactor);
+  reactor->self_ = reactor;
   if (absl::Status status = Watch(reactor, caller.owner, request); !status.ok()) {
-    reactor->Close(status);
+    reactor->End(status);
   }
   return reactor.get();
 }
@@ -24,9 +24,9 @@ WatchPoolReactor* WatchPoolReactor::Start(PoolSupervisor* supervisor, FramePubli
 WatchPoolReactor::WatchPoolReactor(PoolSupervisor* supervisor, FramePublishers* publishers,
                                    const CallAccounting* accounting,
                                    Quotas::Reservation reservation)
-    : LatestStream(accounting, "PoolService/WatchPool"),
-      supervisor_(supervisor),
+    : supervisor_(supervisor),
       publishers_(publishers),
+      accounting_(accounting),
       reservation_(std::move(reservation)) {}
 
 absl::Status WatchPoolReactor::Watch(const std::shared_ptr<WatchPoolReactor>& self,
@@ -62,30 +62,85 @@ absl::Status WatchPoolReactor::Watch(const std::shared_ptr<WatchPoolReactor>& se
   return self->publishers_->Subscribe(*pool, *spec, encode, self);
 }
 
-void WatchPoolReactor::Take(const absl::Cord& frame_set) {
-  Send([this, frame_set] {
-    if (delta_encoder_.has_value()) {
-      const grpc::Slice slice(delta_encoder_->Encode(frame_set));
-      return grpc::ByteBuffer(&slice, 1);
-    }
-    std::vector<grpc::Slice> pieces;
-    for (const absl::string_view piece : frame_set.Chunks()) {
-      // Shares the bytes, which the slice's copy of the cord keeps.
-      pieces.emplace_back(
-          const_cast<char*>(piece.data()), piece.size(),
-          [](void* cord) { delete static_cast<absl::Cord*>(cord); }, new absl::Cord(frame_set));
-    }
-    return grpc::ByteBuffer(pieces.data(), pieces.size());
-  });
+bool WatchPoolReactor::IsReady() {
+  absl::MutexLock lock(&mutex_);
+  return !writes_ && !waiting_.has_value();
 }
 
-void WatchPoolReactor::End(const absl::Status& reason) { Close(reason); }
+void WatchPoolReactor::Take(const absl::Cord& frame_set) {
+  {
+    absl::MutexLock lock(&mutex_);
+    waiting_ = frame_set;
+  }
+  Continue();
+}
 
-void WatchPoolReactor::ReleaseSource() {
+void WatchPoolReactor::End(const absl::Status& reason) {
+  {
+    absl::MutexLock lock(&mutex_);
+    if (end_.has_value()) {
+      return;
+    }
+    end_ = reason;
+  }
+  Continue();
+}
+
+void WatchPoolReactor::OnWriteDone(bool ok) {
+  {
+    absl::MutexLock lock(&mutex_);
+    writes_ = false;
+    if (!ok && !end_.has_value()) {
+      end_ = absl::OkStatus();  // the client has disconnected
+    }
+  }
+  Continue();
+}
+
+void WatchPoolReactor::OnCancel() { End(absl::OkStatus()); }
+
+void WatchPoolReactor::OnDone() {
   publishers_->Unsubscribe(this);
   // Released here, because a frame set in progress may keep this object alive for a while.
   reservation_ = Quotas::Reservation();
   delta_memory_ = Quotas::Reservation();
+  const std::shared_ptr<WatchPoolReactor> last = std::move(self_);
+}
+
+void WatchPoolReactor::Continue() {
+  std::optional<absl::Cord> frame_set;
+  std::optional<absl::Status> end;
+  {
+    absl::MutexLock lock(&mutex_);
+    if (writes_ || ended_ || !(end_.has_value() || waiting_.has_value())) {
+      return;
+    }
+    end = end_;
+    ended_ = end.has_value();
+    writes_ = !ended_;
+    frame_set = std::exchange(waiting_, std::nullopt);
+  }
+  if (end.has_value()) {
+    Finish(accounting_->EndCall("PoolService/WatchPool", *end));
+    return;
+  }
+  written_ = ResponseOf(*frame_set);
+  StartWrite(&written_);
+}
+
+grpc::ByteBuffer WatchPoolReactor::ResponseOf(const absl::Cord& frame_set) {
+  if (delta_encoder_.has_value()) {
+    const grpc::Slice slice(delta_encoder_->Encode(frame_set));
+    return grpc::ByteBuffer(&slice, 1);
+  }
+  std::vector<grpc::Slice> pieces;
+  for (const absl::string_view piece : frame_set.Chunks()) {
+    // Shares the bytes, which the slice's copy of the cord keeps.
+    pieces.emplace_back(
+        const_cast<char*>(piece.data()), piece.size(),
+        [](void* cord) { delete static_cast<absl::Cord*>(cord); }, new absl::Cord(frame_set));
+  }
+  return grpc::ByteBuffer(pieces.data(), pieces.size());
 }
 
 }  // namespace procgen
