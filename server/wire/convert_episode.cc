@@ -1,37 +1,22 @@
 #include "server/wire/convert_episode.h"
 
 #include <limits>
+#include <utility>
 
 #include "server/wire/convert_pool.h"
+#include "server/wire/enum_value.h"
 
 namespace procgen {
 namespace {
 
-v1::EpisodeOutcome OutcomeOf(EpisodeOutcome outcome) {
-  switch (outcome) {
-    case EpisodeOutcome::kUnderWay:
-      return v1::EPISODE_OUTCOME_UNDER_WAY;
-    case EpisodeOutcome::kTerminated:
-      return v1::EPISODE_OUTCOME_TERMINATED;
-    case EpisodeOutcome::kTruncated:
-      return v1::EPISODE_OUTCOME_TRUNCATED;
-    case EpisodeOutcome::kReset:
-      return v1::EPISODE_OUTCOME_RESET;
-  }
-  return v1::EPISODE_OUTCOME_UNSPECIFIED;
-}
-
-v1::IncompleteReason ReasonOf(IncompleteReason reason) {
-  switch (reason) {
-    case IncompleteReason::kNone:
-      return v1::INCOMPLETE_REASON_UNSPECIFIED;
-    case IncompleteReason::kStateRestored:
-      return v1::INCOMPLETE_REASON_STATE_RESTORED;
-    case IncompleteReason::kTooOld:
-      return v1::INCOMPLETE_REASON_TOO_OLD;
-  }
-  return v1::INCOMPLETE_REASON_UNSPECIFIED;
-}
+constexpr std::pair<v1::EpisodeOutcome, EpisodeOutcome> kOutcomes[] = {
+    {v1::EPISODE_OUTCOME_UNDER_WAY, EpisodeOutcome::kUnderWay},
+    {v1::EPISODE_OUTCOME_TERMINATED, EpisodeOutcome::kTerminated},
+    {v1::EPISODE_OUTCOME_TRUNCATED, EpisodeOutcome::kTruncated},
+    {v1::EPISODE_OUTCOME_RESET, EpisodeOutcome::kReset}};
+constexpr std::pair<v1::IncompleteReason, IncompleteReason> kReasons[] = {
+    {v1::INCOMPLETE_REASON_STATE_RESTORED, IncompleteReason::kStateRestored},
+    {v1::INCOMPLETE_REASON_TOO_OLD, IncompleteReason::kTooOld}};
 
 // Returns the environment's options, restricted to the episode's first level.
 EnvironmentOptions OptionsFor(const Episode& episode, const PoolOptions& pool) {
@@ -79,11 +64,11 @@ void FillEpisode(const Episode& episode, const PoolOptions& pool, int32_t enviro
   for (const AnnotationSeries& series : episode.annotations) {
     FillAnnotations(series, episode.rewards.size(), message->add_annotations());
   }
-  message->set_outcome(OutcomeOf(episode.outcome));
+  message->set_outcome(EnumOf(kOutcomes, episode.outcome));
   message->set_level_complete(episode.level_complete);
   message->set_fingerprint(static_cast<int64_t>(episode.fingerprint));
   message->set_prev_level_incomplete(episode.prev_level_incomplete);
-  message->set_incomplete_reason(ReasonOf(episode.incomplete_reason));
+  message->set_incomplete_reason(EnumOf(kReasons, episode.incomplete_reason));
 }
 
 void FillEpisodeList(const RecentEpisodes::List& list, v1::ListEpisodesResponse* message) {

@@ -11,29 +11,12 @@
 namespace procgen {
 namespace {
 
-absl::StatusOr<Color> ColorOf(v1::Color color) {
-  switch (color) {
-    case v1::COLOR_UNSPECIFIED:
-    case v1::COLOR_RGB:
-      return Color::kRgb;
-    case v1::COLOR_GRAYSCALE:
-      return Color::kGrayscale;
-    default:
-      return NoSuchValue("spec.observation_format.color", color);
-  }
-}
-
-absl::StatusOr<Layout> LayoutOf(v1::Layout layout) {
-  switch (layout) {
-    case v1::LAYOUT_UNSPECIFIED:
-    case v1::LAYOUT_HWC:
-      return Layout::kHwc;
-    case v1::LAYOUT_CHW:
-      return Layout::kChw;
-    default:
-      return NoSuchValue("spec.observation_format.layout", layout);
-  }
-}
+constexpr std::pair<v1::Color, Color> kColors[] = {{v1::COLOR_RGB, Color::kRgb},
+                                                   {v1::COLOR_GRAYSCALE, Color::kGrayscale}};
+constexpr std::pair<v1::Layout, Layout> kLayouts[] = {{v1::LAYOUT_HWC, Layout::kHwc},
+                                                      {v1::LAYOUT_CHW, Layout::kChw}};
+constexpr std::pair<v1::Encoding, Encoding> kEncodings[] = {
+    {v1::ENCODING_RAW, Encoding::kRaw}, {v1::ENCODING_DELTA_ZSTD, Encoding::kDeltaZstd}};
 
 absl::StatusOr<int32_t> SizePxOf(const v1::ObservationFormat& format) {
   const int32_t size_px = format.size_px() != 0 ? format.size_px() : kObservationSizePx;
@@ -48,11 +31,13 @@ absl::StatusOr<int32_t> SizePxOf(const v1::ObservationFormat& format) {
 }  // namespace
 
 absl::StatusOr<ObservationFormat> ObservationFormatOf(const v1::ObservationFormat& message) {
-  const absl::StatusOr<Color> color = ColorOf(message.color());
+  const absl::StatusOr<Color> color =
+      ValueOf(kColors, "spec.observation_format.color", message.color());
   if (!color.ok()) {
     return color.status();
   }
-  const absl::StatusOr<Layout> layout = LayoutOf(message.layout());
+  const absl::StatusOr<Layout> layout =
+      ValueOf(kLayouts, "spec.observation_format.layout", message.layout());
   if (!layout.ok()) {
     return layout.status();
   }
@@ -72,26 +57,16 @@ absl::StatusOr<ObservationFormat> ObservationFormatOf(const v1::ObservationForma
 }
 
 void FillObservationFormat(const ObservationFormat& format, v1::ObservationFormat* message) {
-  message->set_color(format.frame.color == Color::kRgb ? v1::COLOR_RGB : v1::COLOR_GRAYSCALE);
-  message->set_layout(format.frame.layout == Layout::kHwc ? v1::LAYOUT_HWC : v1::LAYOUT_CHW);
+  message->set_color(EnumOf(kColors, format.frame.color));
+  message->set_layout(EnumOf(kLayouts, format.frame.layout));
   message->set_size_px(format.frame.size_px);
   message->set_frame_stack(format.frame_stack);
 }
 
 absl::StatusOr<Encoding> EncodingOf(absl::string_view field, v1::Encoding encoding) {
-  switch (encoding) {
-    case v1::ENCODING_UNSPECIFIED:
-    case v1::ENCODING_RAW:
-      return Encoding::kRaw;
-    case v1::ENCODING_DELTA_ZSTD:
-      return Encoding::kDeltaZstd;
-    default:
-      return NoSuchValue(field, encoding);
-  }
+  return ValueOf(kEncodings, field, encoding);
 }
 
-v1::Encoding EncodingMessageOf(Encoding encoding) {
-  return encoding == Encoding::kRaw ? v1::ENCODING_RAW : v1::ENCODING_DELTA_ZSTD;
-}
+v1::Encoding EncodingMessageOf(Encoding encoding) { return EnumOf(kEncodings, encoding); }
 
 }  // namespace procgen

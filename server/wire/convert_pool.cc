@@ -19,52 +19,20 @@ namespace {
 constexpr int kGamesMax = 64;
 constexpr size_t kGameLengthMax = 64;  // largest length of a game's name, in characters
 
-absl::StatusOr<DistributionMode> DistributionModeOf(v1::DistributionMode mode) {
-  switch (mode) {
-    case v1::DISTRIBUTION_MODE_UNSPECIFIED:
-    case v1::DISTRIBUTION_MODE_HARD:
-      return DistributionMode::kHard;
-    case v1::DISTRIBUTION_MODE_EASY:
-      return DistributionMode::kEasy;
-    case v1::DISTRIBUTION_MODE_EXTREME:
-      return DistributionMode::kExtreme;
-    case v1::DISTRIBUTION_MODE_MEMORY:
-      return DistributionMode::kMemory;
-    case v1::DISTRIBUTION_MODE_EXPLORATION:
-      return DistributionMode::kExploration;
-    default:
-      return NoSuchValue("spec.options.distribution_mode", mode);
-  }
-}
-
-absl::StatusOr<AutoresetMode> AutoresetModeOf(v1::AutoresetMode autoreset_mode) {
-  switch (autoreset_mode) {
-    case v1::AUTORESET_MODE_UNSPECIFIED:
-    case v1::AUTORESET_MODE_SAME_STEP:
-      return AutoresetMode::kSameStep;
-    case v1::AUTORESET_MODE_NEXT_STEP:
-      return AutoresetMode::kNextStep;
-    case v1::AUTORESET_MODE_DISABLED:
-      return AutoresetMode::kDisabled;
-    default:
-      return NoSuchValue("spec.autoreset_mode", autoreset_mode);
-  }
-}
-
-v1::AutoresetMode AutoresetModeMessageOf(AutoresetMode autoreset_mode) {
-  switch (autoreset_mode) {
-    case AutoresetMode::kSameStep:
-      return v1::AUTORESET_MODE_SAME_STEP;
-    case AutoresetMode::kNextStep:
-      return v1::AUTORESET_MODE_NEXT_STEP;
-    case AutoresetMode::kDisabled:
-      return v1::AUTORESET_MODE_DISABLED;
-  }
-  return v1::AUTORESET_MODE_UNSPECIFIED;
-}
+constexpr std::pair<v1::DistributionMode, DistributionMode> kDistributionModes[] = {
+    {v1::DISTRIBUTION_MODE_HARD, DistributionMode::kHard},
+    {v1::DISTRIBUTION_MODE_EASY, DistributionMode::kEasy},
+    {v1::DISTRIBUTION_MODE_EXTREME, DistributionMode::kExtreme},
+    {v1::DISTRIBUTION_MODE_MEMORY, DistributionMode::kMemory},
+    {v1::DISTRIBUTION_MODE_EXPLORATION, DistributionMode::kExploration}};
+constexpr std::pair<v1::AutoresetMode, AutoresetMode> kAutoresetModes[] = {
+    {v1::AUTORESET_MODE_SAME_STEP, AutoresetMode::kSameStep},
+    {v1::AUTORESET_MODE_NEXT_STEP, AutoresetMode::kNextStep},
+    {v1::AUTORESET_MODE_DISABLED, AutoresetMode::kDisabled}};
 
 absl::StatusOr<EnvironmentOptions> EnvironmentOptionsOf(const v1::EnvironmentOptions& message) {
-  absl::StatusOr<DistributionMode> mode = DistributionModeOf(message.distribution_mode());
+  absl::StatusOr<DistributionMode> mode =
+      ValueOf(kDistributionModes, "spec.options.distribution_mode", message.distribution_mode());
   if (!mode.ok()) {
     return mode.status();
   }
@@ -201,7 +169,8 @@ absl::StatusOr<PoolOptions> PoolOptionsOf(const v1::PoolSpec& spec) {
   if (!environment.ok()) {
     return environment.status();
   }
-  absl::StatusOr<AutoresetMode> autoreset_mode = AutoresetModeOf(spec.autoreset_mode());
+  absl::StatusOr<AutoresetMode> autoreset_mode =
+      ValueOf(kAutoresetModes, "spec.autoreset_mode", spec.autoreset_mode());
   if (!autoreset_mode.ok()) {
     return autoreset_mode.status();
   }
@@ -250,7 +219,7 @@ v1::PoolSpec PoolSpecMessageOf(const PoolOptions& options) {
   spec.set_first_env(options.first_env);
   spec.set_total_env_count(options.total_env_count != 0 ? options.total_env_count
                                                         : options.first_env + options.env_count);
-  spec.set_autoreset_mode(AutoresetModeMessageOf(options.autoreset_mode));
+  spec.set_autoreset_mode(EnumOf(kAutoresetModes, options.autoreset_mode));
   FillObservationFormat(options.observation_format, spec.mutable_observation_format());
   return spec;
 }
@@ -294,19 +263,7 @@ v1::Pool PoolMessageOf(const PoolSession& session) {
 }
 
 v1::DistributionMode DistributionModeMessageOf(DistributionMode mode) {
-  switch (mode) {
-    case DistributionMode::kEasy:
-      return v1::DISTRIBUTION_MODE_EASY;
-    case DistributionMode::kHard:
-      return v1::DISTRIBUTION_MODE_HARD;
-    case DistributionMode::kExtreme:
-      return v1::DISTRIBUTION_MODE_EXTREME;
-    case DistributionMode::kMemory:
-      return v1::DISTRIBUTION_MODE_MEMORY;
-    case DistributionMode::kExploration:
-      return v1::DISTRIBUTION_MODE_EXPLORATION;
-  }
-  return v1::DISTRIBUTION_MODE_UNSPECIFIED;
+  return EnumOf(kDistributionModes, mode);
 }
 
 }  // namespace procgen
