@@ -23,7 +23,8 @@ struct Range {
   int64_t max;
 };
 
-absl::Status CheckAddress(const std::string& address) {
+absl::Status CheckAddress(const Config& config) {
+  const std::string& address = config.server.address;
   if (!ParseAddress(address).ok()) {
     return absl::InvalidArgumentError(
         absl::StrCat("--address is '", address,
@@ -35,6 +36,18 @@ absl::Status CheckAddress(const std::string& address) {
 bool OthersCanReach(const Config& config) {
   const absl::StatusOr<Address> address = ParseAddress(config.server.address);
   return !address.ok() || !IsLocal(*address);
+}
+
+// The error of an address that strangers can reach. `credentials`: flags; `elsewhere`: safe places.
+absl::Status ReachableError(absl::string_view flag, absl::string_view address, bool has_tls,
+                            bool has_authentication, absl::string_view credentials,
+                            absl::string_view elsewhere) {
+  return absl::InvalidArgumentError(absl::StrCat(
+      "--", flag, " is ", address, ", which other machines can reach, ",
+      has_tls ? "" : "without TLS: give --tls_certificate and --tls_key",
+      has_tls || has_authentication ? "" : "; and ",
+      has_authentication ? "" : absl::StrCat("without authentication: give ", credentials),
+      "; or listen on ", elsewhere, "; or --allow_insecure"));
 }
 
 absl::Status CheckAccess(const Config& config) {
@@ -55,12 +68,8 @@ absl::Status CheckAccess(const Config& config) {
       return absl::InvalidArgumentError(
           absl::StrCat("--address is ", config.server.address, ": ", status.message()));
     }
-    return absl::InvalidArgumentError(absl::StrCat(
-        "--address is ", config.server.address, ", which other machines can reach, ",
-        has_tls ? "" : "without TLS: give --tls_certificate and --tls_key",
-        has_tls || has_authentication ? "" : "; and ",
-        has_authentication ? "" : "without authentication: give --tokens or --tls_client_ca",
-        "; or listen on loopback or a unix socket; or --allow_insecure"));
+    return ReachableError("address", config.server.address, has_tls, has_authentication,
+                          "--tokens or --tls_client_ca", "loopback or a unix socket");
   }
   return absl::OkStatus();
 }
@@ -112,12 +121,8 @@ absl::Status CheckWebAccess(const Config& config, const Address& address) {
         "within and present no certificate: give --tokens as well"));
   }
   if (!IsLocal(address) && !config.allow_insecure && (!has_tls || !has_tokens)) {
-    return absl::InvalidArgumentError(
-        absl::StrCat("--web_address is ", config.web_address, ", which other machines can reach, ",
-                     has_tls ? "" : "without TLS: give --tls_certificate and --tls_key",
-                     has_tls || has_tokens ? "" : "; and ",
-                     has_tokens ? "" : "without authentication: give --tokens",
-                     "; or listen on loopback; or --allow_insecure"));
+    return ReachableError("web_address", config.web_address, has_tls, has_tokens, "--tokens",
+                          "loopback");
   }
   return absl::OkStatus();
 }
@@ -202,22 +207,13 @@ absl::Status CheckRanges(const Config& config) {
 }  // namespace
 
 absl::Status CheckConfig(const Config& config) {
-  if (absl::Status status = CheckAddress(config.server.address); !status.ok()) {
-    return status;
+  for (const auto check :
+       {CheckAddress, CheckMetricsAddress, CheckCluster, CheckRanges, CheckAccess, CheckWeb}) {
+    if (absl::Status status = check(config); !status.ok()) {
+      return status;
+    }
   }
-  if (absl::Status status = CheckMetricsAddress(config); !status.ok()) {
-    return status;
-  }
-  if (absl::Status status = CheckCluster(config); !status.ok()) {
-    return status;
-  }
-  if (absl::Status status = CheckRanges(config); !status.ok()) {
-    return status;
-  }
-  if (absl::Status status = CheckAccess(config); !status.ok()) {
-    return status;
-  }
-  return CheckWeb(config);
+  return absl::OkStatus();
 }
 
 absl::Status LoadSecrets(Config* config) {
