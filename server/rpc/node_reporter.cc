@@ -12,23 +12,18 @@ constexpr absl::Duration kInterval = absl::Seconds(1);
 }  // namespace
 
 NodeReporter::NodeReporter(Cluster* cluster, std::function<Snapshot()> take_snapshot)
-    : cluster_(cluster), take_snapshot_(std::move(take_snapshot)), measured_at_(SteadyNow()) {
+    : cluster_(cluster),
+      take_snapshot_(std::move(take_snapshot)),
+      measured_at_(SteadyNow()),
+      timer_(SteadyNow, [this](absl::Time now) {
+        Report(true);
+        return now + kInterval;
+      }) {
   ReportNow();
-  thread_ = std::thread([this] { ReportUntilStopped(); });
-}
-
-NodeReporter::~NodeReporter() {
-  stopped_.Notify();
-  thread_.join();
+  timer_.ArmBy(SteadyNow() + kInterval);
 }
 
 void NodeReporter::ReportNow() { Report(false); }
-
-void NodeReporter::ReportUntilStopped() {
-  while (!stopped_.WaitWithTimeout(kInterval)) {
-    Report(true);
-  }
-}
 
 void NodeReporter::Report(bool measures) {
   absl::MutexLock lock(&mutex_);

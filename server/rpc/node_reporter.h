@@ -3,14 +3,13 @@
 
 #include <cstdint>
 #include <functional>
-#include <thread>
 
 #include "absl/base/thread_annotations.h"
 #include "absl/synchronization/mutex.h"
 #include "absl/time/time.h"
 #include "server/cluster/cluster.h"
 #include "server/cluster/node_status.h"
-#include "server/concurrency/steady_time.h"
+#include "server/concurrency/deadline_timer.h"
 
 namespace procgen {
 
@@ -28,26 +27,20 @@ class NodeReporter {
   // Calls `take_snapshot`, which must not block for long, until destruction. `cluster` must outlive
   // this.
   NodeReporter(Cluster* cluster, std::function<Snapshot()> take_snapshot);
-  // Stops reporting.
-  ~NodeReporter();
-  NodeReporter(const NodeReporter&) = delete;
-  NodeReporter& operator=(const NodeReporter&) = delete;
 
   // Reports the current status before it returns.
   void ReportNow();
 
  private:
-  void ReportUntilStopped();
   void Report(bool measures) ABSL_LOCKS_EXCLUDED(mutex_);
 
   Cluster* const cluster_;
   const std::function<Snapshot()> take_snapshot_;
-  SteadyNotification stopped_;
   absl::Mutex mutex_;  // held during a report, which keeps reports in order
   int64_t measured_steps_ ABSL_GUARDED_BY(mutex_) = 0;
   absl::Time measured_at_ ABSL_GUARDED_BY(mutex_);
   double steps_per_second_ ABSL_GUARDED_BY(mutex_) = 0;
-  std::thread thread_;  // last, because it uses all other members
+  DeadlineTimer timer_;  // last, because its thread uses all other members
 };
 
 }  // namespace procgen
