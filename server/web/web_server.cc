@@ -8,9 +8,11 @@
 
 #include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
+#include "boost/asio/buffer.hpp"
 #include "boost/asio/executor_work_guard.hpp"
 #include "boost/asio/io_context.hpp"
 #include "boost/asio/ip/tcp.hpp"
+#include "boost/asio/ssl/context.hpp"
 #include "boost/asio/strand.hpp"
 #include "server/net/address.h"
 #include "server/net/listener.h"
@@ -19,7 +21,6 @@
 #include "server/web/http/embedded_pages.h"
 #include "server/web/http/open_sockets.h"
 #include "server/web/http/site.h"
-#include "server/web/http/tls_contexts.h"
 
 namespace procgen::web {
 namespace {
@@ -44,12 +45,27 @@ std::vector<std::string> HostsOf(const WebOptions& options, const Address& addre
   return hosts;
 }
 
+// Allows TLS 1.2 and 1.3 only.
+std::shared_ptr<asio::ssl::context> ContextOf(const TlsFiles::Contents& contents) {
+  auto context = std::make_shared<asio::ssl::context>(asio::ssl::context::tls_server);
+  context->set_options(asio::ssl::context::default_workarounds | asio::ssl::context::no_sslv2 |
+                       asio::ssl::context::no_sslv3 | asio::ssl::context::no_tlsv1 |
+                       asio::ssl::context::no_tlsv1_1);
+  context->use_certificate_chain(asio::buffer(contents.certificate));
+  context->use_private_key(asio::buffer(contents.key), asio::ssl::context::pem);
+  if (!contents.client_ca.empty()) {
+    context->add_certificate_authority(asio::buffer(contents.client_ca));
+    context->set_verify_mode(asio::ssl::verify_peer | asio::ssl::verify_fail_if_no_peer_cert);
+  }
+  return context;
+}
+
 class BeastServer final : public WebServer {
  public:
   BeastServer(const WebOptions& options, const Address& address, std::unique_ptr<Listener> listener)
       : url_(UrlOf(address, listener->port(), options.tls != nullptr)),
         site_(HostsOf(options, address), EmbeddedPages()),
-        tls_(options.tls),
+        tls_files_(options.tls),
         stub_(options.make_stub()),
         connection_context_{&site_, &bridge_context_, &sockets_},
         work_(asio::make_work_guard(io_)),
@@ -96,12 +112,22 @@ class BeastServer final : public WebServer {
       return;
     }
     socket.set_option(asio::ip::tcp::no_delay(true), error);
-    StartConnection(std::move(socket), tls_.Current(), connection_context_);
+    if (tls_files_ != nullptr) {
+      const auto [contents, version] = tls_files_->Current();
+      if (version != tls_version_) {
+        tls_ = ContextOf(contents);  // the files were validated when they were read
+        tls_version_ = version;
+      }
+    }
+    StartConnection(std::move(socket), tls_, connection_context_);
   }
 
   const std::string url_;
   const Site site_;
-  TlsContexts tls_;  // used only by the listener's thread
+  const std::shared_ptr<TlsFiles> tls_files_;  // null: plain text
+  // Of new connections; used only by the listener's thread.
+  std::shared_ptr<asio::ssl::context> tls_;
+  int64_t tls_version_ = 0;
   std::unique_ptr<GenericStub> stub_;
   BridgeContext bridge_context_;
   OpenSockets sockets_;
