@@ -12,7 +12,8 @@
 #include "server/cluster/cluster.h"
 #include "server/cluster/dds_log.h"
 #include "server/cluster/domain_config.h"
-#include "server/cluster/domain_qos.h"
+#include "server/cluster/timing.h"
+#include "server/cluster/topics.h"
 
 namespace procgen {
 namespace {
@@ -70,91 +71,143 @@ bool IsSound(const procgen_topics_NodeStatus& sample) {
          std::isfinite(sample.steps_per_second) && sample.steps_per_second >= 0;
 }
 
+// Quality-of-service settings; README.md gives the reasons.
+using DdsQos = std::unique_ptr<dds_qos_t, decltype(&dds_delete_qos)>;
+DdsQos MakeQos() { return {dds_create_qos(), &dds_delete_qos}; }
+
+// Of publisher and subscriber.
+DdsQos PartitionQos(const std::string& name) {
+  DdsQos qos = MakeQos();
+  const char* text = name.c_str();
+  dds_qset_partition(qos.get(), 1, &text);
+  return qos;
+}
+
+// Of the topic, its writer and its reader.
+DdsQos StatusQos() {
+  DdsQos qos = MakeQos();
+  dds_qset_history(qos.get(), DDS_HISTORY_KEEP_LAST, 1);
+  dds_qset_reliability(qos.get(), DDS_RELIABILITY_BEST_EFFORT, 0);
+  // Readers drop the status of a node that does not repeat it.
+  dds_qset_lifespan(qos.get(), absl::ToInt64Nanoseconds(kNodeLease));
+  // Leaving unregisters this writer only: a node of the same id may have replaced this one.
+  dds_qset_writer_data_lifecycle(qos.get(), /*autodispose=*/false);
+  return qos;
+}
+
+// Checks what a function of Cyclone DDS returned: an entity, or an error.
+absl::Status CheckMade(absl::string_view what, dds_return_t result) {
+  return result >= 0 ? absl::OkStatus()
+                     : absl::FailedPreconditionError(absl::StrCat("Cyclone DDS makes no ", what,
+                                                                  ": ", dds_strretcode(result)));
+}
+
 }  // namespace
 
 absl::StatusOr<std::unique_ptr<Participant>> Participant::Create(
     const ClusterOptions& options, const std::vector<std::string>& peer_addresses) {
   LogErrorsOfDds();
-  std::unique_ptr<Participant> made(new Participant(options));
-  absl::Status status = made->CreateDomain(options, peer_addresses);
-  if (status.ok()) {
-    status = made->CreateTopic();
-  }
-  if (status.ok()) {
-    status = made->CreateWaiting();
-  }
-  if (!status.ok()) {
+  std::unique_ptr<Participant> made(new Participant);
+  if (absl::Status status = made->Join(options, peer_addresses); !status.ok()) {
     return absl::FailedPreconditionError(absl::StrCat("cannot join cluster ", options.name, ": ",
                                                       status.message(), "; the log says why"));
   }
   return made;
 }
 
-absl::Status Participant::CreateDomain(const ClusterOptions& options,
-                                       const std::vector<std::string>& peer_addresses) {
+Participant::~Participant() {
+  if (domain_ > 0) {
+    dds_delete(domain_);
+  }
+}
+
+absl::Status Participant::Join(const ClusterOptions& options,
+                               const std::vector<std::string>& peer_addresses) {
   const std::string config = DomainConfig(options, peer_addresses);
   const auto first = static_cast<dds_domainid_t>(options.domain_id);
   dds_domainid_t number = first;
-  dds_entity_t domain = dds_create_domain(number, config.c_str());
-  while (domain == DDS_RETCODE_PRECONDITION_NOT_MET && number < first + kProcessDomainsMax) {
+  domain_ = dds_create_domain(number, config.c_str());
+  while (domain_ == DDS_RETCODE_PRECONDITION_NOT_MET && number < first + kProcessDomainsMax) {
     ++number;
-    domain = dds_create_domain(number, config.c_str());
+    domain_ = dds_create_domain(number, config.c_str());
   }
-  if (absl::Status status = domain_.Own(domain, "domain"); !status.ok()) {
+  if (absl::Status status = CheckMade("domain", domain_); !status.ok()) {
     return status;
   }
-  return participant_.Own(dds_create_participant(number, nullptr, nullptr), "participant");
-}
-
-absl::Status Participant::CreateTopic() {
-  const DdsQos partition = PartitionQos(cluster_);
-  absl::Status status = publisher_.Own(
-      dds_create_publisher(participant_.handle(), partition.get(), nullptr), "publisher");
-  status.Update(subscriber_.Own(
-      dds_create_subscriber(participant_.handle(), partition.get(), nullptr), "subscriber"));
-  if (!status.ok()) {
-    return status;
-  }
+  const DdsQos partition = PartitionQos(options.name);
   const DdsQos qos = StatusQos();
-  status = nodes_.Create(participant_, publisher_, "procgen_node_status",
-                         procgen_topics_NodeStatus_desc, *qos);
-  status.Update(nodes_.Subscribe(subscriber_, *qos));
+  // After an error the following ones fail, too.
+  const dds_entity_t participant = dds_create_participant(number, nullptr, nullptr);
+  const dds_entity_t publisher = dds_create_publisher(participant, partition.get(), nullptr);
+  const dds_entity_t subscriber = dds_create_subscriber(participant, partition.get(), nullptr);
+  const dds_entity_t topic = dds_create_topic(participant, &procgen_topics_NodeStatus_desc,
+                                              "procgen_node_status", qos.get(), nullptr);
+  writer_ = dds_create_writer(publisher, topic, qos.get(), nullptr);
+  // No limit of instances: a full reader blocks the writer of its own process.
+  reader_ = dds_create_reader(subscriber, topic, qos.get(), nullptr);
+  const dds_entity_t unread = dds_create_readcondition(
+      reader_, DDS_NOT_READ_SAMPLE_STATE | DDS_ANY_VIEW_STATE | DDS_ANY_INSTANCE_STATE);
+  wake_ = dds_create_guardcondition(participant);
+  waiting_ = dds_create_waitset(participant);
+  absl::Status status = CheckMade("participant", participant);
+  status.Update(CheckMade("publisher", publisher));
+  status.Update(CheckMade("subscriber", subscriber));
+  status.Update(CheckMade("topic", topic));
+  status.Update(CheckMade("writer", writer_));
+  status.Update(CheckMade("reader", reader_));
+  for (const dds_entity_t condition : {wake_, unread}) {
+    status.Update(CheckMade("condition", condition));
+    status.Update(CheckMade("wait set", dds_waitset_attach(waiting_, condition, 0)));
+  }
   return status;
 }
 
-absl::Status Participant::CreateWaiting() {
-  absl::Status status = waiting_.Own(dds_create_waitset(participant_.handle()), "wait set");
-  status.Update(wake_.Own(dds_create_guardcondition(participant_.handle()), "condition"));
-  status.Update(nodes_.MakeUnreadCondition(&unread_nodes_));
-  if (!status.ok()) {
-    return status;
-  }
-  for (const DdsEntity* condition : {&wake_, &unread_nodes_}) {
-    dds_waitset_attach(waiting_.handle(), condition->handle(), 0);
-  }
-  return absl::OkStatus();
-}
-
 absl::Status Participant::Write(const NodeStatus& status) const {
-  return nodes_.Write(SampleOf(status));
+  const procgen_topics_NodeStatus sample = SampleOf(status);
+  const dds_return_t code = dds_write(writer_, &sample);
+  return code >= 0 ? absl::OkStatus() : absl::InternalError(dds_strretcode(code));
 }
 
 std::vector<NodeStatus> Participant::ReadNodes() {
+  constexpr uint32_t kAny = DDS_ANY_SAMPLE_STATE | DDS_ANY_VIEW_STATE;
+  constexpr uint32_t kDead =
+      DDS_NOT_ALIVE_DISPOSED_INSTANCE_STATE | DDS_NOT_ALIVE_NO_WRITERS_INSTANCE_STATE;
+  // Instances of dead writers would stay in the reader; take them out.
+  while (Lend(&dds_take_mask, kAny | kDead, [](const auto&) {}) == kNodesMax) {
+  }
   std::vector<NodeStatus> nodes;
-  nodes_.ReadAlive([&](const procgen_topics_NodeStatus& sample) {
-    if (IsSound(sample)) {
-      nodes.push_back(StatusOf(sample));
-    }
-  });
+  Lend(&dds_read_mask, kAny | DDS_ALIVE_INSTANCE_STATE,
+       [&](const procgen_topics_NodeStatus& sample) {
+         if (IsSound(sample)) {
+           nodes.push_back(StatusOf(sample));
+         }
+       });
   return nodes;
+}
+
+template <typename Function, typename Use>
+size_t Participant::Lend(Function function, uint32_t states, Use use) {
+  std::vector<void*> samples(kNodesMax);
+  const int32_t count =
+      function(reader_, samples.data(), infos_.data(), kNodesMax, kNodesMax, states);
+  for (int32_t i = 0; i < count; ++i) {
+    const auto at = static_cast<size_t>(i);
+    if (infos_[at].valid_data) {
+      use(*static_cast<const procgen_topics_NodeStatus*>(samples[at]));
+    }
+  }
+  if (count > 0) {
+    dds_return_loan(reader_, samples.data(), count);
+  }
+  return count > 0 ? static_cast<size_t>(count) : 0;
 }
 
 void Participant::Wait(absl::Duration timeout) const {
   const absl::Duration wait = std::max(timeout, absl::ZeroDuration());
-  dds_waitset_wait(waiting_.handle(), nullptr, 0, absl::ToInt64Nanoseconds(wait));
-  dds_set_guardcondition(wake_.handle(), false);
+  dds_waitset_wait(waiting_, nullptr, 0, absl::ToInt64Nanoseconds(wait));
+  dds_set_guardcondition(wake_, false);
 }
 
-void Participant::Wake() const { dds_set_guardcondition(wake_.handle(), true); }
+void Participant::Wake() const { dds_set_guardcondition(wake_, true); }
 
 }  // namespace procgen
