@@ -48,7 +48,7 @@ ordered_json GameOf(const procgen::GameSpec& game) {
   ordered_json variants = ordered_json::object();
   for (const procgen::VariantSpec& variant : procgen::VariantCatalog()) {
     if (variant.game == game.name) {
-      variants[std::string(variant.name)] = std::string(variant.description);
+      variants[procgen::VariantText(variant)] = std::string(variant.description);
     }
   }
   return {{"name", std::string(game.name)},

@@ -110,11 +110,11 @@ procgen::StatusOr<procgen::PoolOptions> PoolOptionsOf(const ProcgenPoolOptions& 
   result.first_env = options.first_env;
   result.total_env_count = options.total_env_count;
   result.environment = EnvironmentOptionsOf(options);
-  const auto variant = procgen::RequireVariant(options.variant == nullptr ? "" : options.variant);
+  const procgen::Status variant = procgen::RequireVariant(
+      options.variant == nullptr ? "" : options.variant, &result.environment);
   if (!variant.ok()) {
-    return variant.status();
+    return variant;
   }
-  result.environment.variant = *variant;
   result.autoreset_mode = static_cast<procgen::AutoresetMode>(options.autoreset_mode);
   result.observation_format.frame = {
       .size_px = options.screen_size,

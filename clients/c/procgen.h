@@ -128,8 +128,9 @@ typedef struct ProcgenPoolOptions {
   const ProcgenLevelSampler* level_sampler;  // chooses the levels; null: num_levels, start_level do
   const char* art;                           // folder of upstream's images; null: the built-in art
   int32_t num_threads;  // threads that step beside the caller, in [0, 1024]; -1: one a further core
-  // Name of a variant of the games, which procgen_catalog_json lists: levels differ from upstream's
-  // by one change, such as the place of the coin. Null or "": upstream's.
+  // A variant of the games, which procgen_catalog_json lists: levels differ from upstream's by one
+  // change, such as the place of the coin, or another value of a constant, "gravity=0.1". Null or
+  // "": upstream's.
   const char* variant;
 } ProcgenPoolOptions;
 

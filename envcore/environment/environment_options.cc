@@ -1,6 +1,5 @@
 #include "envcore/environment/environment_options.h"
 
-#include <optional>
 #include <string>
 #include <vector>
 
@@ -39,23 +38,31 @@ Status CheckNotNegative(absl::string_view option, int32_t value) {
   return OkStatus();
 }
 
-// Whether the variant, if any, is of the game.
-Status CheckVariant(absl::string_view game, Variant variant) {
-  std::vector<absl::string_view> names;
-  for (const VariantSpec& spec : VariantCatalog()) {
-    if (spec.game == game) {
-      names.push_back(spec.name);
-      if (spec.variant == variant) {
-        return OkStatus();
-      }
-    }
-  }
-  if (variant == Variant::kNone) {
+// Whether the variant, if any, is of the game, and its value in range.
+Status CheckVariant(absl::string_view game, const GameOptions& options) {
+  if (options.variant == Variant::kNone && options.variant_value == 0) {
     return OkStatus();
   }
+  const std::string text = VariantText(options.variant, options.variant_value);
+  const VariantSpec* const found = FindVariant(game, options.variant);
+  if (found != nullptr) {
+    const float low = found->value / kVariantValueFactor;
+    const float high = found->value * kVariantValueFactor;
+    if (options.variant_value >= low && options.variant_value <= high) {
+      return OkStatus();
+    }
+    return InvalidArgumentError(absl::StrCat("variant is ", text, ", the value of ", game,
+                                             " is in [", low, ", ", high, "]"));
+  }
+  std::vector<std::string> texts;
+  for (const VariantSpec& spec : VariantCatalog()) {
+    if (spec.game == game) {
+      texts.push_back(VariantText(spec));
+    }
+  }
   return InvalidArgumentError(
-      absl::StrCat("variant is ", VariantName(variant), ", ", game, " has ",
-                   names.empty() ? "no variants" : absl::StrJoin(names, ", ")));
+      absl::StrCat("variant is ", text, ", ", game, " has ",
+                   texts.empty() ? "no variants" : absl::StrJoin(texts, ", ")));
 }
 
 }  // namespace
@@ -68,16 +75,15 @@ StatusOr<const GameSpec*> RequireGame(absl::string_view name) {
   return spec;
 }
 
-StatusOr<Variant> RequireVariant(absl::string_view name) {
-  const std::optional<Variant> variant = FindVariant(name);
-  if (!variant.has_value()) {
-    return InvalidArgumentError(absl::StrCat(
-        "variant is ", name, ", must be one of ",
-        absl::StrJoin(VariantCatalog(), ", ", [](std::string* text, const VariantSpec& spec) {
-          absl::StrAppend(text, spec.name, " (", spec.game, ")");
-        })));
+Status RequireVariant(absl::string_view text, GameOptions* options) {
+  if (SetVariant(text, options)) {
+    return OkStatus();
   }
-  return *variant;
+  return InvalidArgumentError(absl::StrCat(
+      "variant is ", text, ", must be one of ",
+      absl::StrJoin(VariantCatalog(), ", ", [](std::string* names, const VariantSpec& spec) {
+        absl::StrAppend(names, VariantText(spec), " (", spec.game, ")");
+      })));
 }
 
 StatusOr<EnvironmentOptions> ResolveOptions(absl::string_view game,
@@ -92,9 +98,9 @@ StatusOr<EnvironmentOptions> ResolveOptions(absl::string_view game,
         "distribution_mode is ", DistributionModeName(options.distribution_mode), " (",
         static_cast<int32_t>(options.distribution_mode), "), ", game, " has ", ModesOf(*spec)));
   }
-  for (const Status& status : {CheckNotNegative("num_levels", options.num_levels),
-                               CheckNotNegative("start_level", options.start_level),
-                               CheckVariant(game, options.variant)}) {
+  for (const Status& status :
+       {CheckNotNegative("num_levels", options.num_levels),
+        CheckNotNegative("start_level", options.start_level), CheckVariant(game, options)}) {
     if (!status.ok()) {
       return status;
     }

@@ -22,9 +22,9 @@ struct EnvironmentOptions : GameOptions {
 // Returns the game with this name. Errors: NOT_FOUND (the message names all games).
 StatusOr<const GameSpec*> RequireGame(absl::string_view name);
 
-// Returns the variant with this name; "" is kNone. Errors: INVALID_ARGUMENT (the message names all
+// Sets the variant by its text, as SetVariant. Errors: INVALID_ARGUMENT (the message names all
 // variants with their games).
-StatusOr<Variant> RequireVariant(absl::string_view name);
+Status RequireVariant(absl::string_view text, GameOptions* options);
 
 // Checks `options` for `game` and returns them with kExploration resolved: hard mode with one
 // level, whose seed depends on the game. Errors: NOT_FOUND: no such game. INVALID_ARGUMENT: an

@@ -41,6 +41,7 @@ void VisitOptions(StateArchive& archive, EnvironmentOptions& options) {
   auto variant = static_cast<int32_t>(options.variant);
   archive.Int("variant", variant, 0, kVariantMax, 0);
   options.variant = static_cast<Variant>(variant);
+  archive.Float("variant_value", options.variant_value, 0, kFloatMax, 0);
 }
 
 void VisitBeginning(StateArchive& archive, Beginning& beginning) {

@@ -21,6 +21,9 @@ void Fingerprint::Begin(absl::string_view game, const EnvironmentOptions& option
   if (options.variant != Variant::kNone) {
     AddByte('V');
     AddNumber(static_cast<uint32_t>(options.variant));
+    if (options.variant_value != 0) {
+      AddNumber(std::bit_cast<uint32_t>(options.variant_value));
+    }
   }
 }
 

@@ -258,8 +258,8 @@ class CaveFlyer final : public Game {
   }
 
   // A velocity after one step of thrust and drag, rounded to f32 after thrust.
-  static float Accelerated(float velocity, float control) {
-    const float thrust_speed = kThrustSpeed * control;
+  float Accelerated(float velocity, float control) const {
+    const float thrust_speed = thrust_speed_ * control;
     const auto accelerated = static_cast<float>(velocity + thrust_speed * kThrustShare);
     return static_cast<float>(kVelocityDecay * accelerated);
   }
@@ -324,6 +324,8 @@ class CaveFlyer final : public Game {
     }
     world_.entities.push_back(impact);
   }
+
+  const float thrust_speed_ = ValueOf(Variant::kThrustSpeed, kThrustSpeed);
 };
 
 }  // namespace

@@ -244,10 +244,10 @@ class Climber final : public Game {
     const float mix = has_support_ ? kMix : kMix * kAirMixFactor;
     agent.vx = (1 - mix) * agent.vx + (mix * kTopSpeed) * world_.controls.horizontal;
     if (world_.controls.vertical > 0) {
-      agent.vy = kJumpSpeed;
+      agent.vy = takeoff_speed_;
     }
     if (!has_support_ && agent.vy > -kFallSpeedMax) {
-      agent.vy -= kGravity;
+      agent.vy -= gravity_;
     }
   }
 
@@ -307,6 +307,8 @@ class Climber final : public Game {
   float fish_chance_ = 0;  // by mode
   int32_t crystals_left_ = 0;
   bool has_support_ = false;  // computed in MapControls of the last step
+  const float gravity_ = ValueOf(Variant::kGravity, kGravity);
+  const float takeoff_speed_ = ValueOf(Variant::kJumpSpeed, kJumpSpeed);
 };
 
 }  // namespace

@@ -38,7 +38,6 @@ constexpr int kMoversMax = 40;           // agent included
 constexpr float kWalkerSpeedMax = 0.5F;  // cells per step
 constexpr size_t kCrateCellsMax = 64;
 constexpr int kCratesInCellMax = 2;
-
 constexpr int kWorldSide = 64;  // cells
 constexpr float kCellsInView = 13;
 constexpr float kAgentRadiusX = 0.5F;  // cells
@@ -375,14 +374,13 @@ class CoinRun final : public Game {
       agent.vx = 0;
     }
     if (world_.controls.vertical > 0) {
-      agent.vy = kJumpSpeed;
+      agent.vy = takeoff_speed_;
       return;
     }
     if (has_support_) {
       agent.vy = static_cast<float>(agent.vy + kDuckShare * world_.controls.vertical);
     }
-    agent.vy -= kGravity;
-    agent.vy = std::clamp(agent.vy, -kJumpSpeed, kJumpSpeed);
+    agent.vy = std::clamp(agent.vy - gravity_, -takeoff_speed_, takeoff_speed_);
   }
 
   // --- Contacts.
@@ -489,6 +487,8 @@ class CoinRun final : public Game {
   bool has_support_ = false;  // computed in MapControls of the last step
   bool on_crate_ = false;
   float remembered_y_ = 0;  // of the agent at the end of the last step
+  const float gravity_ = ValueOf(Variant::kGravity, kGravity);
+  const float takeoff_speed_ = ValueOf(Variant::kJumpSpeed, kJumpSpeed);
 };
 
 }  // namespace

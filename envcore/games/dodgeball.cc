@@ -283,7 +283,7 @@ class Dodgeball final : public Game {
 
   // An enemy's spawn_step counts the steps until its next choice.
   void ChooseWay(Entity& enemy) {
-    const float speed = kEnemySpeed * static_cast<float>(2 * random_.Int(2) - 1);
+    const float speed = enemy_speed_ * static_cast<float>(2 * random_.Int(2) - 1);
     const bool goes_sideways = random_.Int(2) == 0;
     enemy.vx = goes_sideways ? speed : 0;
     enemy.vy = goes_sideways ? 0 : speed;
@@ -362,8 +362,8 @@ class Dodgeball final : public Game {
     AddBall(kEnemyBallKind, thrower, direction_x, direction_y);
     Entity& enemy = world_.entities[thrower];
     enemy.shot_step = step_number() + random_.Int(kEnemyThrowPauseRange);
-    enemy.vx = direction_x * kEnemySpeed;
-    enemy.vy = direction_y * kEnemySpeed;
+    enemy.vx = direction_x * enemy_speed_;
+    enemy.vy = direction_y * enemy_speed_;
   }
 
   // --- Contacts.
@@ -426,6 +426,7 @@ class Dodgeball final : public Game {
   const ModeFigures& figures_;
   int32_t enemy_count_ = 0;  // counted in the last step
   int32_t throw_step_ = 0;   // step of the agent's last throw
+  const float enemy_speed_ = ValueOf(Variant::kEnemySpeed, kEnemySpeed);
 };
 
 }  // namespace

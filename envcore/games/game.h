@@ -116,6 +116,10 @@ class Game : public Rules {
   // The number of themes of a kind, and a draw among them (one draw even if there is only one).
   int ThemeCount(int kind) const;
   int DrawTheme(int kind) { return random_.Int(ThemeCount(kind)); }
+  // The value of a variant, where it is the options' one; else `upstream`.
+  float ValueOf(Variant variant, float upstream) const {
+    return options_.variant == variant ? options_.variant_value : upstream;
+  }
   // Width / height of the image of a kind and theme in the art of Procgen 0.10.7.
   float AspectRatio(int kind, int theme) const;
 

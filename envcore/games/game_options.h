@@ -21,15 +21,20 @@ inline constexpr int32_t kActionCount = 15;
 inline constexpr int32_t kNoAction = 4;
 inline constexpr int32_t kEndEpisodeAction = -1;
 
-// How a level differs from upstream's, after it was generated (game_variants.h). Snapshots contain
+// How a level differs from upstream's, once it is generated (game_variants.h). Snapshots contain
 // the numbers: never renumber them.
 enum class Variant : int32_t {
   kNone = 0,
   kCoinRandom = 1,
   kCheeseCorner = 2,
   kTwoObjects = 3,
+  // Those with a value, in place of a constant of the game.
+  kGravity = 4,
+  kJumpSpeed = 5,
+  kEnemySpeed = 6,
+  kThrustSpeed = 7,
 };
-inline constexpr auto kVariantMax = static_cast<int32_t>(Variant::kTwoObjects);
+inline constexpr auto kVariantMax = static_cast<int32_t>(Variant::kThrustSpeed);
 
 // The options that a game reads, with upstream's names and Python defaults.
 struct GameOptions {
@@ -42,6 +47,7 @@ struct GameOptions {
   bool paint_vel_info = false;         // draw two squares that show the agent's velocity
   int32_t debug_mode = 0;              // bit flags; only coinrun reads them
   Variant variant = Variant::kNone;    // not of upstream
+  float variant_value = 0;             // of a variant with a value
 };
 
 }  // namespace procgen

@@ -1,9 +1,16 @@
 #include "envcore/games/game_variants.h"
 
 #include <algorithm>
+#include <array>
+#include <charconv>
 #include <cmath>
+#include <optional>
+#include <utility>
 #include <vector>
 
+#include "absl/strings/numbers.h"
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_split.h"
 #include "envcore/games/game_kind_names.h"
 #include "envcore/random/random_stream.h"
 #include "envcore/world/placing.h"
@@ -12,6 +19,10 @@
 namespace procgen {
 namespace {
 
+constexpr absl::string_view kGravityDescription =
+    "Speed that the agent gains downwards, in cells per step, in each step.";
+constexpr absl::string_view kJumpSpeedDescription =
+    "Speed of the agent at the beginning of a jump, in cells per step.";
 constexpr VariantSpec kVariants[] = {
     {Variant::kCoinRandom, "coin_random", "coinrun",
      "The coin is at a random place on the ground instead of at the end of the level."},
@@ -19,6 +30,17 @@ constexpr VariantSpec kVariants[] = {
      "The cheese is in the upper right corner of the maze, opposite to the start."},
     {Variant::kTwoObjects, "two_objects", "maze",
      "A second object, the decoy, is in another cell; it does nothing."},
+    {Variant::kGravity, "gravity", "climber", kGravityDescription, 0.2F},
+    {Variant::kGravity, "gravity", "coinrun", kGravityDescription, 0.2F},
+    {Variant::kGravity, "gravity", "jumper", kGravityDescription, 0.15F},
+    {Variant::kGravity, "gravity", "ninja", kGravityDescription, 0.2F},
+    {Variant::kJumpSpeed, "jump_speed", "climber", kJumpSpeedDescription, 1.5F},
+    {Variant::kJumpSpeed, "jump_speed", "coinrun", kJumpSpeedDescription, 1.5F},
+    {Variant::kJumpSpeed, "jump_speed", "jumper", kJumpSpeedDescription, 1},
+    {Variant::kEnemySpeed, "enemy_speed", "dodgeball", "Speed of the enemies, in cells per step.",
+     0.05F},
+    {Variant::kThrustSpeed, "thrust_speed", "caveflyer",
+     "Speed to which the thrust of a step is a fifth, in cells per step.", 0.45F},
 };
 
 // Distinguishes the stream of a variant from that of the level with the same seed.
@@ -113,34 +135,65 @@ void AddDecoy(int32_t level_seed, World* world) {
   }
 }
 
+// The shortest text that is read as this value.
+std::string Text(absl::string_view name, float value) {
+  if (value == 0) {
+    return std::string(name);
+  }
+  std::array<char, 32> digits;
+  const char* const end = std::to_chars(digits.begin(), digits.end(), value).ptr;
+  return absl::StrCat(name, "=", absl::string_view(digits.data(), end - digits.data()));
+}
+
 }  // namespace
 
 absl::Span<const VariantSpec> VariantCatalog() { return kVariants; }
 
-std::optional<Variant> FindVariant(absl::string_view name) {
-  if (name.empty()) {
-    return Variant::kNone;
-  }
+const VariantSpec* FindVariant(absl::string_view game, Variant variant) {
   for (const VariantSpec& spec : kVariants) {
-    if (spec.name == name) {
-      return spec.variant;
+    if (spec.game == game && spec.variant == variant) {
+      return &spec;
     }
   }
-  return std::nullopt;
+  return nullptr;
 }
 
-absl::string_view VariantName(Variant variant) {
+bool SetVariant(absl::string_view text, GameOptions* options) {
+  options->variant = Variant::kNone;
+  options->variant_value = 0;
+  if (text.empty()) {
+    return true;
+  }
+  const std::pair<absl::string_view, absl::string_view> parts =
+      absl::StrSplit(text, absl::MaxSplits('=', 1));
+  for (const VariantSpec& spec : kVariants) {
+    if (spec.name == parts.first) {
+      options->variant = spec.variant;
+      return spec.value == 0 ? spec.name == text
+                             : absl::SimpleAtof(parts.second, &options->variant_value);
+    }
+  }
+  return false;
+}
+
+std::string VariantText(Variant variant, float value) {
   for (const VariantSpec& spec : kVariants) {
     if (spec.variant == variant) {
-      return spec.name;
+      return Text(spec.name, value);
     }
   }
   return "";
 }
 
+std::string VariantText(const VariantSpec& spec) { return Text(spec.name, spec.value); }
+
 void ApplyVariant(Variant variant, int32_t level_seed, World* world) {
   switch (variant) {
     case Variant::kNone:
+    case Variant::kGravity:
+    case Variant::kJumpSpeed:
+    case Variant::kEnemySpeed:
+    case Variant::kThrustSpeed:
       break;
     case Variant::kCoinRandom:
       PlaceCoinAtRandom(level_seed, world);

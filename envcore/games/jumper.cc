@@ -297,7 +297,7 @@ class Jumper final : public Game {
     const double speed =
         std::fabs(static_cast<double>(agent.vx)) + std::fabs(static_cast<double>(agent.vy));
     if (agent.vy > -kFallSpeedMax) {
-      agent.vy -= kGravity;
+      agent.vy -= gravity_;
     }
     if (speed > kDustSpeedMin) {
       SpawnDust(world_, agent);
@@ -323,7 +323,7 @@ class Jumper final : public Game {
     Entity& agent = world_.agent();
     agent.vx = (1 - kMix) * agent.vx + (kMix * kTopSpeed) * world_.controls.horizontal;
     if (jumped_) {
-      agent.vy = kJumpVelocity;
+      agent.vy = takeoff_speed_;
     }
   }
 
@@ -423,6 +423,8 @@ class Jumper final : public Game {
   int32_t last_jump_step_ = 0;
   bool jumped_ = false;       // in the last step
   bool has_support_ = false;  // computed in MapControls of the last step
+  const float gravity_ = ValueOf(Variant::kGravity, kGravity);
+  const float takeoff_speed_ = ValueOf(Variant::kJumpSpeed, kJumpVelocity);
 };
 
 }  // namespace

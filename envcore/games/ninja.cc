@@ -279,7 +279,7 @@ class Ninja final : public Game {
       charge_ = 0;
     }
     if (!has_support_ && agent.vy > -kFallSpeedMax) {
-      agent.vy -= kGravity;
+      agent.vy -= gravity_;
     }
   }
 
@@ -354,6 +354,7 @@ class Ninja final : public Game {
   float charge_ = 0;          // of the jump, in [0, 1]
   bool has_support_ = false;  // computed in MapControls of the last step
   int32_t last_star_step_ = 0;
+  const float gravity_ = ValueOf(Variant::kGravity, kGravity);
 };
 
 }  // namespace

@@ -56,11 +56,10 @@ EnvironmentOptions OptionsOf(const Json& header) {
   options.restrict_themes = json.at("restrict_themes").get<bool>();
   options.paint_vel_info = json.at("paint_vel_info").get<bool>();
   options.debug_mode = json.at("debug_mode").get<int32_t>();
-  const StatusOr<Variant> variant = RequireVariant(json.value("variant", std::string()));
-  if (!variant.ok()) {
-    throw std::invalid_argument(std::string(variant.status().message()));
+  const Status status = RequireVariant(json.value("variant", std::string()), &options);
+  if (!status.ok()) {
+    throw std::invalid_argument(std::string(status.message()));
   }
-  options.variant = *variant;
   return options;
 }
 
@@ -205,7 +204,7 @@ Json OptionsJsonOf(const Trace& trace) {
                {"paint_vel_info", options.paint_vel_info},
                {"debug_mode", options.debug_mode}};
   if (options.variant != Variant::kNone) {
-    json["variant"] = std::string(VariantName(options.variant));
+    json["variant"] = VariantText(options.variant, options.variant_value);
   }
   return json;
 }

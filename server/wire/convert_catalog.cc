@@ -1,5 +1,6 @@
 #include "server/wire/convert_catalog.h"
 
+#include <algorithm>
 #include <cstdint>
 #include <string>
 
@@ -43,7 +44,7 @@ void FillGame(const GameSpec& spec, v1::Game* game) {
   for (const VariantSpec& variant : VariantCatalog()) {
     if (variant.game == spec.name) {
       v1::Variant* message = game->add_variants();
-      message->set_name(std::string(variant.name));
+      message->set_name(VariantText(variant));
       message->set_description(std::string(variant.description));
     }
   }
@@ -100,7 +101,11 @@ void FillOptions(v1::Catalog* catalog) {
   }
   v1::Option* const variant = catalog->mutable_options(catalog->options_size() - 1);
   for (const VariantSpec& spec : VariantCatalog()) {
-    variant->add_names(std::string(spec.name));
+    const std::string text = VariantText(spec);
+    if (std::find(variant->names().begin(), variant->names().end(), text) ==
+        variant->names().end()) {
+      variant->add_names(text);
+    }
   }
 }
 

@@ -63,12 +63,10 @@ absl::StatusOr<EnvironmentOptions> EnvironmentOptionsOf(const v1::EnvironmentOpt
   options.restrict_themes = message.restrict_themes();
   options.paint_vel_info = message.paint_vel_info();
   options.debug_mode = message.debug_mode();
-  const StatusOr<Variant> variant = RequireVariant(message.variant());
+  const Status variant = RequireVariant(message.variant(), &options);
   if (!variant.ok()) {
-    return absl::Status(variant.status().code(),
-                        absl::StrCat("spec.options.", variant.status().message()));
+    return absl::Status(variant.code(), absl::StrCat("spec.options.", variant.message()));
   }
-  options.variant = *variant;
   return options;
 }
 
@@ -143,7 +141,7 @@ v1::EnvironmentOptions EnvironmentOptionsMessageOf(const EnvironmentOptions& opt
   message.set_restrict_themes(options.restrict_themes);
   message.set_paint_vel_info(options.paint_vel_info);
   message.set_debug_mode(options.debug_mode);
-  message.set_variant(std::string(VariantName(options.variant)));
+  message.set_variant(VariantText(options.variant, options.variant_value));
   return message;
 }
 

@@ -91,7 +91,8 @@ absl::Status RemotePool::Start() {
                      " bytes, expected: ", options_.env_count, " with ", format.frame.bytes()));
   }
   // A server of an older version ignores the option.
-  const absl::string_view variant = procgen::VariantName(options_.environment.variant);
+  const std::string variant =
+      procgen::VariantText(options_.environment.variant, options_.environment.variant_value);
   if (pool_.spec().options().variant() != variant) {
     return absl::UnimplementedError(
         absl::StrCat("variant is \"", variant, "\", the server plays \"",

@@ -77,8 +77,8 @@ class EnvironmentOptions(TypedDict, total=False):
 class PoolOptions(EnvironmentOptions, total=False):
     """Options of any pool. The last word of each comment is the default."""
 
-    # A variant of the game, by its name in the catalog: its levels differ from upstream's by one
-    # change, such as the place of the coin. None: upstream's. None
+    # A variant of the game, of those in the catalog: its levels differ from upstream's by one
+    # change, such as the place of the coin, or "gravity=0.1". None: upstream's. None
     variant: str | None
     screen_size: int  # Side of the square frame in pixels, in [16, 512]. 64
     grayscale_obs: bool  # One channel: (77 red + 150 green + 29 blue + 128) // 256. False

@@ -104,9 +104,8 @@ TEST(StatesTest, AVariantIsAnOption) {
   options.variant = "cheese";
   ProcgenPool* pool = nullptr;
   EXPECT_EQ(procgen_pool_create(&options, &pool), PROCGEN_INVALID_ARGUMENT);
-  EXPECT_STREQ(procgen_error_message(),
-               "variant is cheese, must be one of coin_random (coinrun), cheese_corner (maze), "
-               "two_objects (maze)");
+  EXPECT_THAT(procgen_error_message(),
+              testing::StartsWith("variant is cheese, must be one of coin_random (coinrun), "));
 }
 
 }  // namespace

@@ -50,13 +50,32 @@ TEST(ResolveOptionsTest, UnknownGamesAreNotFoundAndTheErrorListsTheGames) {
 }
 
 TEST(RequireVariantTest, AnUnknownNameIsRejectedAndTheErrorListsAllWithTheirGames) {
-  EXPECT_EQ(*RequireVariant("two_objects"), Variant::kTwoObjects);
-  EXPECT_EQ(*RequireVariant(""), Variant::kNone);
-  const StatusOr<Variant> variant = RequireVariant("coins");
-  EXPECT_EQ(variant.status().code(), absl::StatusCode::kInvalidArgument);
-  EXPECT_EQ(variant.status().message(),
-            "variant is coins, must be one of coin_random (coinrun), cheese_corner (maze), "
-            "two_objects (maze)");
+  EnvironmentOptions options;
+  EXPECT_TRUE(RequireVariant("two_objects", &options).ok());
+  EXPECT_EQ(options.variant, Variant::kTwoObjects);
+  const Status status = RequireVariant("coins", &options);
+  EXPECT_EQ(status.code(), absl::StatusCode::kInvalidArgument);
+  EXPECT_THAT(std::string(status.message()),
+              HasSubstr("variant is coins, must be one of coin_random (coinrun), "
+                        "cheese_corner (maze), two_objects (maze), gravity=0.2 (climber), "));
+}
+
+TEST(ResolveOptionsTest, AValueOutOfRangeIsRejectedAndTheErrorHasTheRange) {
+  EnvironmentOptions options;
+  options.variant = Variant::kGravity;
+  for (const float value : {0.05F, 0.2F, 0.8F}) {
+    options.variant_value = value;
+    EXPECT_TRUE(ResolveOptions("coinrun", options).ok());
+  }
+  for (const float value : {0.0F, 0.04F, 0.9F, std::numeric_limits<float>::quiet_NaN()}) {
+    options.variant_value = value;
+    EXPECT_FALSE(ResolveOptions("coinrun", options).ok()) << value;
+  }
+  options.variant_value = 5;
+  ExpectInvalid("coinrun", options, "variant is gravity=5, the value of coinrun is in [0.05, 0.8]");
+  ExpectInvalid("dodgeball", options, "variant is gravity=5, dodgeball has enemy_speed=0.05");
+  options.variant = Variant::kNone;
+  EXPECT_FALSE(ResolveOptions("coinrun", options).ok());
 }
 
 TEST(ResolveOptionsTest, AVariantOfAnotherGameIsRejectedAndTheErrorListsTheVariants) {

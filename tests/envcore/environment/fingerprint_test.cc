@@ -47,6 +47,14 @@ TEST(FingerprintTest, ContainsAVariantOnlyIfThereIsOne) {
   fingerprint.Begin("maze", options);
   EXPECT_EQ(fingerprint.value(),
             HashOf(std::string("maze\0\x01\0\0\0\0\0\0\0\x01\x01\0\0\0\0\0V\x02\0\0\0", 25)));
+  options.variant = Variant::kGravity;
+  options.variant_value = 2;
+  Fingerprint other;
+  other.Begin("maze", options);
+  EXPECT_EQ(other.value(),
+            HashOf(std::string("maze\0\x01\0\0\0\0\0\0\0\x01\x01\0\0\0\0\0V\x04\0\0\0"
+                               "\0\0\0\x40",
+                               29)));
 }
 
 }  // namespace

@@ -1,8 +1,10 @@
 #include "envcore/games/game_variants.h"
 
+#include <algorithm>
 #include <memory>
 #include <set>
 #include <utility>
+#include <vector>
 
 #include "envcore/games/game_catalog.h"
 #include "envcore/games/game_kind_names.h"
@@ -13,9 +15,10 @@ namespace {
 
 constexpr int32_t kLevelCount = 200;
 
-std::unique_ptr<Game> Level(absl::string_view name, Variant variant, int32_t level_seed) {
-  std::unique_ptr<Game> game =
-      FindGame(name)->make({.distribution_mode = DistributionMode::kHard, .variant = variant});
+std::unique_ptr<Game> Level(absl::string_view name, Variant variant, int32_t level_seed,
+                            float value = 0) {
+  std::unique_ptr<Game> game = FindGame(name)->make(
+      {.distribution_mode = DistributionMode::kHard, .variant = variant, .variant_value = value});
   game->StartLevel(level_seed);
   return game;
 }
@@ -36,18 +39,94 @@ std::pair<int, int> GoalIn(const Grid& grid, int kind) {
   return place;
 }
 
-TEST(VariantsTest, NamesAreFound) {
+TEST(VariantsTest, TextsAreReadAgain) {
+  GameOptions options;
   for (const VariantSpec& spec : VariantCatalog()) {
-    EXPECT_EQ(FindVariant(spec.name), spec.variant);
-    EXPECT_EQ(VariantName(spec.variant), spec.name);
+    EXPECT_EQ(FindVariant(spec.game, spec.variant), &spec);
     EXPECT_NE(FindGame(spec.game), nullptr);
+    for (const float value : {spec.value, spec.value / 3}) {
+      EXPECT_TRUE(SetVariant(VariantText(spec.variant, value), &options));
+      EXPECT_EQ(options.variant, spec.variant);
+      EXPECT_EQ(options.variant_value, value);
+    }
   }
-  EXPECT_EQ(FindVariant(""), Variant::kNone);
-  EXPECT_EQ(FindVariant("coin_nowhere"), std::nullopt);
+  EXPECT_EQ(VariantText(*FindVariant("jumper", Variant::kGravity)), "gravity=0.15");
+  EXPECT_TRUE(SetVariant("", &options));
+  EXPECT_EQ(options.variant, Variant::kNone);
+  EXPECT_EQ(options.variant_value, 0);
+  for (const char* text :
+       {"coin_nowhere", "coin_random=1", "gravity", "gravity=", "gravity=high"}) {
+    EXPECT_FALSE(SetVariant(text, &options)) << text;
+  }
+}
+
+// Plays random actions in some levels with a value of a variant and without; returns the number of
+// steps whose agent, enemies or reward differ.
+int DifferentSteps(const VariantSpec& spec, float value) {
+  int count = 0;
+  for (int32_t seed = 0; seed < 20; ++seed) {
+    const auto exact = Level(spec.game, Variant::kNone, seed);
+    const auto varied = Level(spec.game, spec.variant, seed, value);
+    EXPECT_EQ(exact->random().draws(), varied->random().draws());
+    EXPECT_EQ(exact->world().entities.size(), varied->world().entities.size());
+    for (int cell = 0; cell < exact->world().grid.size(); ++cell) {
+      EXPECT_EQ(exact->world().grid.At(cell), varied->world().grid.At(cell));
+    }
+    RandomStream random(seed);
+    for (int step = 0; step < 100 && !exact->outcome().done && !varied->outcome().done; ++step) {
+      const int32_t action = random.Int(kActionCount);
+      exact->Play(action);
+      varied->Play(action);
+      bool differs = exact->outcome().reward != varied->outcome().reward ||
+                     exact->world().entities.size() != varied->world().entities.size();
+      for (size_t i = 0; i < exact->world().entities.size() && !differs; ++i) {
+        const Entity& one = exact->world().entities[i];
+        const Entity& other = varied->world().entities[i];
+        differs = one.x != other.x || one.y != other.y || one.vy != other.vy;
+      }
+      count += differs ? 1 : 0;
+    }
+  }
+  return count;
+}
+
+TEST(VariantsTest, AValueChangesStepsOfTheSameLevelsAndUpstreamsChangesNothing) {
+  for (const VariantSpec& spec : VariantCatalog()) {
+    if (spec.value != 0) {
+      EXPECT_EQ(DifferentSteps(spec, spec.value), 0) << spec.game << " " << spec.name;
+      EXPECT_GT(DifferentSteps(spec, spec.value * 2), 100) << spec.game << " " << spec.name;
+      EXPECT_GT(DifferentSteps(spec, spec.value / 2), 100) << spec.game << " " << spec.name;
+    }
+  }
+}
+
+TEST(VariantsTest, JumpsAreHigherWithLessGravity) {
+  for (const char* name : {"climber", "coinrun", "jumper"}) {
+    const float upstreams = FindVariant(name, Variant::kGravity)->value;
+    std::vector<float> heights;  // sums over levels
+    for (const float gravity : {upstreams * 2, upstreams, upstreams / 2}) {
+      heights.push_back(0);
+      for (int32_t seed = 0; seed < 20; ++seed) {
+        const auto level = Level(name, Variant::kGravity, seed, gravity);
+        const float start = level->world().agent().y;
+        float highest = start;
+        for (int step = 0; step < 15; ++step) {
+          level->Play(/*action=*/5);  // up
+          highest = std::max(highest, level->world().agent().y);
+        }
+        heights.back() += highest - start;
+      }
+    }
+    EXPECT_LT(heights[0], heights[1]) << name;
+    EXPECT_LT(heights[1], heights[2]) << name;
+  }
 }
 
 TEST(VariantsTest, OnlyTheGoalMovesAndNoDrawOfTheLevelChanges) {
   for (const VariantSpec& spec : VariantCatalog()) {
+    if (spec.value != 0) {
+      continue;
+    }
     const int goal = KindNamesOf(spec.game)[0].kind;
     for (int32_t seed = 0; seed < kLevelCount; ++seed) {
       const auto exact = Level(spec.game, Variant::kNone, seed);

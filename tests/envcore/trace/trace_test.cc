@@ -153,6 +153,11 @@ TEST(TraceTest, AVariantIsKeptAndAnUnknownOneIsNamed) {
   EXPECT_EQ(trace->options.variant, Variant::kNone);
   trace->options.variant = Variant::kCheeseCorner;
   EXPECT_EQ(ParseTrace(TraceFileOf(*trace)).value().options.variant, Variant::kCheeseCorner);
+  trace->options.variant = Variant::kGravity;
+  trace->options.variant_value = 0.1F;
+  const Trace read = ParseTrace(TraceFileOf(*trace)).value();
+  EXPECT_EQ(read.options.variant, Variant::kGravity);
+  EXPECT_EQ(read.options.variant_value, 0.1F);
   ExpectDataLoss(Changed(R"("debug_mode":0)", R"("debug_mode":0,"variant":"blue")"),
                  "variant is blue, must be one of coin_random (coinrun)");
 }

@@ -37,15 +37,17 @@ TEST(ConvertCatalogTest, EachGameHasItsVariants) {
       EXPECT_FALSE(variant.description().empty());
     }
     if (game.name() == "coinrun") {
-      EXPECT_THAT(names, testing::ElementsAre("coin_random"));
+      EXPECT_THAT(names, testing::ElementsAre("coin_random", "gravity=0.2", "jump_speed=1.5"));
     } else if (game.name() == "maze") {
       EXPECT_THAT(names, testing::ElementsAre("cheese_corner", "two_objects"));
-    } else {
+    } else if (game.name() == "heist") {
       EXPECT_THAT(names, testing::IsEmpty());
     }
   }
   EXPECT_THAT(catalog.options(catalog.options_size() - 1).names(),
-              testing::ElementsAre("coin_random", "cheese_corner", "two_objects"));
+              testing::ElementsAre("coin_random", "cheese_corner", "two_objects", "gravity=0.2",
+                                   "gravity=0.15", "jump_speed=1.5", "jump_speed=1",
+                                   "enemy_speed=0.05", "thrust_speed=0.45"));
 }
 
 TEST(ConvertCatalogTest, OptionsAreTheFieldsOfTheMessage) {

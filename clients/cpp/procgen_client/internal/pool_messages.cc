@@ -45,7 +45,7 @@ void SetOptions(const procgen::EnvironmentOptions& options, v1::EnvironmentOptio
   message->set_restrict_themes(options.restrict_themes);
   message->set_paint_vel_info(options.paint_vel_info);
   message->set_debug_mode(options.debug_mode);
-  message->set_variant(std::string(procgen::VariantName(options.variant)));
+  message->set_variant(procgen::VariantText(options.variant, options.variant_value));
 }
 
 void SetFormat(const procgen::ObservationFormat& format, v1::ObservationFormat* message) {

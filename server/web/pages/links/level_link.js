@@ -44,7 +44,7 @@ function allowedValues({ type, min, max }, { name, variants }) {
 
 function isAllowed({ type, min, max }, value, { variants }) {
   return type === "boolean" ? ["true", "false"].includes(value)
-    : type === "name" ? variants.includes(value)
+    : type === "name" ? variants.some((each) => each.split("=")[0] === value.split("=")[0])
     : /^-?\d+$/.test(value) && value >= min && value <= max;
 }
 
