@@ -54,18 +54,5 @@ TEST(BigFishTest, GrowthCountsForFishThatAreMetLaterInTheSameStep) {
   EXPECT_FALSE(game->outcome().done);
 }
 
-TEST(BigFishTest, ThirtyFishCompleteTheLevelEvenWithAWiderOne) {
-  const auto game = QuietTank();
-  AddFish(*game, 9);
-  for (int i = 0; i < 30; ++i) {
-    AddFish(*game, 0.25F);
-  }
-  game->Play(kNoAction);
-  EXPECT_EQ(game->outcome().reward, 40);
-  EXPECT_TRUE(game->outcome().done);
-  EXPECT_TRUE(game->outcome().level_complete);
-  EXPECT_NEAR(game->world().agent().rx, 2, 1e-5);
-}
-
 }  // namespace
 }  // namespace procgen

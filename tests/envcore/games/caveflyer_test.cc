@@ -8,9 +8,6 @@ constexpr int kMeteorKind = 2;
 constexpr int kSaucerKind = 3;
 constexpr int kShotKind = 4;
 constexpr int kEnemyShipKind = 5;
-constexpr int kRockKind = 8;
-
-constexpr int32_t kFire = 9;
 
 // An empty cave with the ship at (20, 20), facing up.
 std::unique_ptr<Game> StagedCave() {
@@ -49,19 +46,6 @@ TEST(CaveFlyerTest, ASaucerPaysThreeWhenDestroyedAndAMeteorNever) {
   }
   EXPECT_EQ(CountEntities(*game, kSaucerKind), 0);
   EXPECT_EQ(CountEntities(*game, kMeteorKind), 1);
-}
-
-TEST(CaveFlyerTest, AShotExplodesAtTheCaveWall) {
-  const auto game = StagedCave();
-  Stage(*game).grid.Fill(20, 23, 1, 1, kRockKind);
-  game->Play(kFire);
-  game->Play(kNoAction);
-  EXPECT_EQ(CountEntities(*game, kShotKind), 1);
-  game->Play(kNoAction);
-  game->Play(kNoAction);
-  EXPECT_EQ(CountEntities(*game, kShotKind), 0);
-  EXPECT_EQ(CountEntities(*game, kExplosionKind), 1);
-  EXPECT_EQ(game->world().grid.At(20, 23), kRockKind);
 }
 
 }  // namespace

@@ -4,7 +4,6 @@
 namespace procgen {
 namespace {
 
-constexpr int kCrystalKind = 1;
 constexpr int kFishKind = 5;
 constexpr int kRockKind = 15;
 constexpr int kPlatformKind = 16;
@@ -34,26 +33,6 @@ Entity& AddFish(Game& game, float x) {
   fish.smart = true;
   fish.patrol_center = x;
   return fish;
-}
-
-TEST(ClimberTest, CrystalsPayOneAndTheLastOneTenMore) {
-  const auto game = StartedGame("climber", 0);
-  const int crystal_count = CountEntities(*game, kCrystalKind);
-  StageFloor(*game);
-  for (int i = 1; i < crystal_count; ++i) {
-    AddAt(*game, kCrystalKind, 5.5F, 1.5F);
-  }
-  game->Play(kNoAction);
-  EXPECT_EQ(game->outcome().reward, static_cast<float>(crystal_count - 1));
-  EXPECT_FALSE(game->outcome().done);
-  EXPECT_EQ(CountEntities(*game, kCrystalKind), 0);
-
-  AddAt(*game, kCrystalKind, 5.5F, 1.5F);
-  AddAt(*game, kFishKind, 5.5F, 1.5F);
-  game->Play(kNoAction);
-  EXPECT_EQ(game->outcome().reward, 11) << "even with a fish in the same step";
-  EXPECT_TRUE(game->outcome().level_complete);
-  EXPECT_TRUE(game->outcome().done);
 }
 
 // The speed of a fish after one contact with a cell of `kind`.

@@ -1,19 +1,12 @@
-#include <algorithm>
-#include <vector>
-
-#include "gmock/gmock.h"
 #include "gtest/gtest.h"
 #include "tests/envcore/games/staged_game.h"
 
 namespace procgen {
 namespace {
 
-using ::testing::ElementsAre;
-
 constexpr int kCoinKind = 1;
 constexpr int kSawKind = 2;
 constexpr int kWalkerKind = 5;
-constexpr int kGroundKind = 15;
 constexpr int kGroundTopKind = 16;
 constexpr int kLavaKind = 17;
 constexpr int kLavaSurfaceKind = 18;
@@ -21,10 +14,7 @@ constexpr int kCrateKind = 20;
 
 constexpr float kRadiusY = 0.5787F;       // of the agent
 constexpr float kOnFloor = 1 + kRadiusY;  // y of an agent on row 0
-constexpr float kOnCrate = 2 + kRadiusY;  // y of an agent on a crate in row 1
 constexpr int32_t kDown = 3;
-constexpr int32_t kJump = 5;
-constexpr int32_t kRight = 7;
 
 // A wide floor with only the agent on it, at x = 5.5.
 std::unique_ptr<Game> StagedFloor(float y = kOnFloor) {
@@ -65,23 +55,6 @@ int CountCells(const Game& game, int kind) {
 
 // --- Crates.
 
-TEST(CoinRunTest, StandsOnACrateAfterAFallAndJumpsFromIt) {
-  const auto game = StagedFloor(4);
-  AddAt(*game, kCrateKind, 5.5F, 1.5F);
-  PlayFor(*game, 20, kNoAction);
-  EXPECT_FLOAT_EQ(game->world().agent().y, kOnCrate);
-  game->Play(kJump);
-  EXPECT_EQ(game->world().agent().vy, 1.5F);
-}
-
-TEST(CoinRunTest, PressingDownFallsThroughACrate) {
-  const auto game = StagedFloor(4);
-  AddAt(*game, kCrateKind, 5.5F, 1.5F);
-  PlayFor(*game, 20, kNoAction);
-  PlayFor(*game, 20, kDown);
-  EXPECT_FLOAT_EQ(game->world().agent().y, kOnFloor);
-}
-
 TEST(CoinRunTest, ACrateDoesNotCarryAnAgentInsideIt) {
   const auto game = StagedFloor(4);
   AddAt(*game, kCrateKind, 5.5F, 1.5F);
@@ -121,40 +94,12 @@ TEST(CoinRunTest, SawsWalkersAndLavaEndTheLevelWithoutReward) {
 
 // --- Walkers.
 
-TEST(CoinRunTest, WalkersLoseAQuarterOfTheirSpeedAtGround) {
-  const auto game = StagedFloor();
-  Stage(*game).grid.Set(12, 1, kGroundKind);
-  AddWalker(*game, 11.4F, 0.15F);
-  game->Play(kNoAction);
-  EXPECT_EQ(game->world().entities[1].vx, -0.15F * 0.75F);
-}
-
 TEST(CoinRunTest, AWalkerInsideACrateDoesNotCarryAnAgentElsewhere) {
   const auto game = StagedFloor();
   AddAt(*game, kCrateKind, 20.5F, 1.5F);
   AddWalker(*game, 20.5F, 0);
   PlayFor(*game, 3, kNoAction);
   EXPECT_FLOAT_EQ(game->world().agent().y, kOnFloor);
-}
-
-// --- Appearance.
-
-int AgentImage(const Game& game) {
-  Scene scene;
-  game.FillScene(&scene);
-  const auto found = std::find_if(scene.above_cells.begin(), scene.above_cells.end(),
-                                  [](const Sprite& sprite) { return sprite.art_height != 1; });
-  return found == scene.above_cells.end() ? -1 : found->image_kind;
-}
-
-TEST(CoinRunTest, TheWalkChangesImageEveryFiveSteps) {
-  const auto game = StagedFloor();  // after one step
-  std::vector<int> images;
-  for (int i = 0; i < 10; ++i) {
-    game->Play(kRight);
-    images.push_back(AgentImage(*game));
-  }
-  EXPECT_THAT(images, ElementsAre(12, 12, 12, 13, 13, 13, 13, 13, 12, 12));
 }
 
 // --- Levels.

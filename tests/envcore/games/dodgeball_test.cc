@@ -33,26 +33,6 @@ TEST(DodgeballTest, EnemiesTheirBallsAndLavaKillAndOwnBallsDoNot) {
   }
 }
 
-TEST(DodgeballTest, ABallDestroysOneEnemyAndPaysTwo) {
-  const auto game = StagedHall();
-  AddAt(*game, kEnemyKind, 5, 15);
-  AddAt(*game, kEnemyKind, 5, 15);
-  AddAt(*game, kBallKind, 5, 15);
-  game->Play(kNoAction);
-  EXPECT_EQ(game->outcome().reward, 2);
-  EXPECT_EQ(CountEntities(*game, kEnemyKind), 1);
-  EXPECT_EQ(CountEntities(*game, kBallKind), 0);
-}
-
-TEST(DodgeballTest, LavaAbsorbsBallsOfBothSides) {
-  const auto game = StagedHall();
-  AddAt(*game, kLavaKind, 5, 15);
-  AddAt(*game, kBallKind, 5, 15);
-  AddAt(*game, kEnemyBallKind, 5, 15);
-  game->Play(kNoAction);
-  EXPECT_EQ(game->world().entities.size(), 2U);
-}
-
 // The door uses the number of enemies counted in the previous step.
 TEST(DodgeballTest, TheDoorOpensInTheStepAfterTheLastEnemyIsGone) {
   const auto game = StagedHall();

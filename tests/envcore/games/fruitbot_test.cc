@@ -1,4 +1,3 @@
-#include "gmock/gmock.h"
 #include "gtest/gtest.h"
 #include "tests/envcore/games/staged_game.h"
 
@@ -38,16 +37,6 @@ TEST(FruitBotTest, WallsAndDoorsEndTheEpisodeAndLocksDoNot) {
     EXPECT_EQ(game->outcome().done, kind != kLockKind) << kind;
     EXPECT_EQ(game->outcome().reward, 0);
   }
-}
-
-TEST(FruitBotTest, EachTouchedPresentPaysTen) {
-  const auto game = StagedField();
-  AddAt(*game, kPresentKind, 9.5F, 10);
-  AddAt(*game, kPresentKind, 10.5F, 10);
-  game->Play(kNoAction);
-  EXPECT_EQ(game->outcome().reward, 20);
-  EXPECT_TRUE(game->outcome().done);
-  EXPECT_TRUE(game->outcome().level_complete);
 }
 
 TEST(FruitBotTest, AKeyOpensTheDoorBesideItsLock) {

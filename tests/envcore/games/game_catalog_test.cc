@@ -118,22 +118,6 @@ TEST(GameCatalogTest, ReturnRangesAreNotRoundedToFloats) {
   EXPECT_EQ(FindGame("fruitbot")->hard_returns.max, 27.2);
 }
 
-TEST(GameCatalogTest, EveryGameHasAFileOfItsName) {
-  std::set<std::string> files;
-  for (const auto& entry :
-       std::filesystem::directory_iterator(PROCGEN_SOURCE_DIR "/envcore/games")) {
-    const std::string name = entry.path().stem().string();
-    if (entry.path().extension() == ".cc" && !absl::StartsWith(name, "game_") && name != "game") {
-      files.insert(name);
-    }
-  }
-  std::set<std::string> games;
-  for (const GameSpec& game : GameCatalog()) {
-    games.insert(std::string(game.name));
-  }
-  EXPECT_THAT(games, ElementsAreArray(files));
-}
-
 TEST(GameCatalogTest, ModeNamesRoundTrip) {
   for (const char* name : {"easy", "hard", "extreme", "memory", "exploration"}) {
     ASSERT_TRUE(FindDistributionMode(name).has_value()) << name;

@@ -22,20 +22,6 @@ void AddAt(Game& game, int kind, int color, float x) {
   entity.theme = color;
 }
 
-TEST(HeistTest, AKeyOpensTheLockOfItsColor) {
-  const auto game = StagedFloor();
-  AddAt(*game, kKeyKind, 1, 5);
-  AddAt(*game, kLockKind, 1, 7);
-  game->Play(kRight);
-  EXPECT_EQ(game->world().entities.size(), 2U);
-  for (int i = 0; i < 6; ++i) {
-    game->Play(kRight);
-  }
-  EXPECT_GT(game->world().agent().x, 7);
-  EXPECT_EQ(game->world().entities.size(), 1U);
-  EXPECT_EQ(game->outcome().reward, 0);
-}
-
 TEST(HeistTest, ALockOpensInTheStepOfAKeyThatIsLaterInTheList) {
   for (const bool key_is_later : {true, false}) {
     const auto game = StagedFloor();

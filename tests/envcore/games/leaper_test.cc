@@ -1,5 +1,3 @@
-#include <vector>
-
 #include "gtest/gtest.h"
 #include "tests/envcore/games/staged_game.h"
 
@@ -8,10 +6,7 @@ namespace {
 
 constexpr int kLogKind = 1;
 constexpr int kWaterKind = 3;
-constexpr int kCarKind = 4;
-constexpr int kFinishKind = 5;
 
-constexpr int32_t kUp = 5;
 constexpr int32_t kRight = 7;
 
 // A world of grass with the frog at (4.5, 0.5). Traffic enters at the sides and does not reach the
@@ -25,29 +20,6 @@ std::unique_ptr<Game> StagedGrass() {
 void AddAt(Game& game, int kind, float x, float y, float vx = 0) {
   const float rx = kind == kLogKind ? 0.45F : 0.5F;
   Stage(game).entities.push_back(Entity::Make(kind, x, y, vx, 0, rx, rx));
-}
-
-TEST(LeaperTest, AHopIsOneCellInSixStepsWithAnyActions) {
-  const auto game = StagedGrass();
-  game->Play(kRight);
-  for (int step = 2; step <= 5; ++step) {
-    game->Play(kUp);
-    EXPECT_GT(game->world().agent().vx, 0) << step;
-  }
-  game->Play(kUp);
-  EXPECT_EQ(game->world().agent().vx, 0);
-  EXPECT_NEAR(game->world().agent().x, 5.5F, 1e-5F);
-  EXPECT_EQ(game->world().agent().y, 0.5F);
-  game->Play(kUp);
-  EXPECT_GT(game->world().agent().vy, 0);
-}
-
-TEST(LeaperTest, ACarKillsInTheMiddleOfAHop) {
-  const auto game = StagedGrass();
-  AddAt(*game, kCarKind, 5.5F, 0.5F);
-  game->Play(kRight);
-  EXPECT_TRUE(game->outcome().done);
-  EXPECT_FALSE(game->outcome().level_complete);
 }
 
 TEST(LeaperTest, WaterDrownsOnlyAFrogThatSits) {
@@ -71,18 +43,6 @@ TEST(LeaperTest, ALogSavesAndCarries) {
     EXPECT_FALSE(game->outcome().done) << step;
   }
   EXPECT_NEAR(game->world().agent().x, 4.5F + 10 * 0.05F, 1e-5F);
-}
-
-TEST(LeaperTest, TheFinishLinePaysTenOnceTheFrogSitsOnIt) {
-  const auto game = StagedGrass();
-  AddAt(*game, kFinishKind, 4.5F, 1.5F);
-  for (int step = 1; step <= 5; ++step) {
-    game->Play(kUp);
-    EXPECT_EQ(game->outcome().reward, 0) << step;
-  }
-  game->Play(kNoAction);
-  EXPECT_EQ(game->outcome().reward, 10);
-  EXPECT_TRUE(game->outcome().level_complete);
 }
 
 }  // namespace

@@ -1,5 +1,3 @@
-#include <vector>
-
 #include "gmock/gmock.h"
 #include "gtest/gtest.h"
 #include "tests/envcore/games/staged_game.h"
@@ -24,31 +22,6 @@ std::unique_ptr<Game> StagedMaze(const Drawing& rows, int x, int y) {
   world.agent().x = static_cast<float>(x) + 0.5F;
   world.agent().y = static_cast<float>(y) + 0.5F;
   return game;
-}
-
-struct Place {
-  float x, y;
-  bool operator==(const Place& other) const { return x == other.x && y == other.y; }
-};
-
-Place PlaceOf(const Game& game) { return {game.world().agent().x, game.world().agent().y}; }
-
-TEST(MazeGameTest, WallsAndTheEdgeStopTheMouseAndDiagonalsDoNotSlide) {
-  const auto game = StagedMaze({".#", ".."}, 0, 1);
-  for (const int32_t action : {8, 2, 5}) {
-    game->Play(action);
-    EXPECT_EQ(PlaceOf(*game), (Place{0.5F, 1.5F})) << ActionName(action);
-  }
-}
-
-TEST(MazeGameTest, TheMouseFacesWhereItSteersEvenWhenBlocked) {
-  const auto game = StagedMaze({"#.#"}, 1, 0);
-  std::vector<bool> mirrored;
-  for (const int32_t action : {7, 4, 1, 5}) {
-    game->Play(action);
-    mirrored.push_back(game->world().agent().mirrored);
-  }
-  EXPECT_THAT(mirrored, ElementsAre(true, true, false, false));
 }
 
 TEST(MazeGameTest, TheCheesePaysOnceAndCompletesTheLevel) {

@@ -61,60 +61,6 @@ Drawing After(const Drawing& rows, int32_t action) {
   return DrawnMine(*game);
 }
 
-// --- Gravity.
-
-TEST(MinerTest, AnUnsupportedBoulderFallsACellAStepAndComesToRest) {
-  const auto game = StagedMine({"@.o",  //
-                                "...",  //
-                                "..."});
-  game->Play(kNoAction);
-  EXPECT_THAT(DrawnMine(*game), ElementsAre("@..", "..O", "..."));
-  game->Play(kNoAction);
-  EXPECT_THAT(DrawnMine(*game), ElementsAre("@..", "...", "..O"));
-  game->Play(kNoAction);
-  EXPECT_THAT(DrawnMine(*game), ElementsAre("@..", "...", "..o"));
-}
-
-TEST(MinerTest, OnARoundObjectABoulderRollsLeftFirstAndRestsForAStep) {
-  const auto game = StagedMine({"....@",  //
-                                "..*..",  //
-                                "..o.."});
-  game->Play(kNoAction);
-  EXPECT_THAT(DrawnMine(*game), ElementsAre("....@", ".*...", "..o.."));
-  game->Play(kNoAction);
-  EXPECT_THAT(DrawnMine(*game), ElementsAre("....@", ".....", ".+o.."));
-}
-
-TEST(MinerTest, ABoulderThatRollsRightFallsInTheSamePass) {
-  EXPECT_THAT(After({"....@",  //
-                     ".%o..",  //
-                     ".%o.."},
-                    kNoAction),
-              ElementsAre("....@", ".%...", ".%oO."));
-}
-
-TEST(MinerTest, DoesNotRollOverTheWorldsEdge) {
-  EXPECT_THAT(After({"@.",  //
-                     "o%",  //
-                     "o."},
-                    kNoAction),
-              ElementsAre("@.", "o%", "o."));
-}
-
-TEST(MinerTest, AFallingObjectEndsTheEpisodeOneStepAfterItIsAboveTheRobot) {
-  const auto game = StagedMine({"*",  //
-                                ".",  //
-                                "@",  //
-                                "%"});
-  game->Play(kNoAction);
-  EXPECT_FALSE(game->outcome().done);
-  EXPECT_THAT(DrawnMine(*game), ElementsAre(".", "+", "@", "%"));
-  game->Play(kNoAction);
-  EXPECT_TRUE(game->outcome().done);
-  EXPECT_EQ(game->outcome().reward, 0);
-  EXPECT_THAT(DrawnMine(*game), ElementsAre(".", "+", "@", "%")) << "no cell changes";
-}
-
 // --- Collecting, pushing.
 
 TEST(MinerTest, AFallingDiamondInItsCellIsCollectedOnlyOnceItRests) {
@@ -124,11 +70,6 @@ TEST(MinerTest, AFallingDiamondInItsCellIsCollectedOnlyOnceItRests) {
   EXPECT_EQ(game->outcome().reward, 0);
   game->Play(kNoAction);
   EXPECT_EQ(game->outcome().reward, 1);
-}
-
-TEST(MinerTest, PushesABoulderIntoAnEmptyCellEitherWay) {
-  EXPECT_THAT(After({"%@o.%"}, kRight), ElementsAre("%.@o%"));
-  EXPECT_THAT(After({"%.o@%"}, kLeft), ElementsAre("%o@.%"));
 }
 
 TEST(MinerTest, PushesToTheWorldsLastColumnAndNoFurther) {
@@ -144,13 +85,6 @@ TEST(MinerTest, DoesNotPushAroundTheWorldsEdge) {
                      "@o"},
                     kRight),
               ElementsAre(".%", "@o"));
-}
-
-TEST(MinerTest, APushedBoulderFallsAtOnce) {
-  EXPECT_THAT(After({"@o.",  //
-                     "%%."},
-                    kRight),
-              ElementsAre(".@.", "%%O"));
 }
 
 // --- The exit.

@@ -9,7 +9,6 @@ constexpr int kStarKind = 7;
 constexpr int kFireKind = 14;
 constexpr int kBricksKind = 20;
 
-constexpr int32_t kUp = 5;
 constexpr int32_t kThrow = 9;
 
 // A floor with the agent on it at x = 5.5, nothing else.
@@ -24,44 +23,6 @@ void PlayFor(Game& game, int steps, int32_t action) {
   for (int i = 0; i < steps; ++i) {
     game.Play(action);
   }
-}
-
-// The height of the charge bar, in cells.
-float ChargeBar(const Game& game) {
-  Scene scene;
-  game.FillScene(&scene);
-  EXPECT_EQ(scene.overlays.size(), 1U);
-  return scene.overlays.front().height;
-}
-
-TEST(NinjaTest, HoldingUpChargesAndReleasingJumps) {
-  const auto game = StagedFloor();
-  PlayFor(*game, 3, kUp);
-  EXPECT_EQ(game->world().agent().vy, 0);
-  EXPECT_EQ(ChargeBar(*game), 3 * 0.75F);
-  game->Play(kNoAction);
-  EXPECT_EQ(game->world().agent().vy, 0.75F * 1.5F);
-  EXPECT_EQ(ChargeBar(*game), 0);
-}
-
-TEST(NinjaTest, WithoutSupportTheChargeIsLost) {
-  const auto game = StagedFloor();
-  PlayFor(*game, 4, kUp);
-  Stage(*game).agent().y = 20;
-  game->Play(kUp);
-  EXPECT_EQ(ChargeBar(*game), 0);
-  EXPECT_LT(game->world().agent().vy, 0);
-}
-
-TEST(NinjaTest, AStarSticksToBricks) {
-  const auto game = StagedFloor();
-  Stage(*game).grid.Set(8, 1, kBricksKind);
-  PlayFor(*game, 3, kThrow);
-  PlayFor(*game, 5, kNoAction);
-  const Entity& star = game->world().entities.back();
-  ASSERT_EQ(star.kind, kStarKind);
-  EXPECT_EQ(star.x, 7.75F);
-  EXPECT_EQ(star.vx, 0);
 }
 
 TEST(NinjaTest, AStarExplodesABombAndTheExplosionKills) {

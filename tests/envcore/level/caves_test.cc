@@ -46,14 +46,6 @@ Rows Drawn(const Grid& grid, const std::vector<int32_t>& cells = {}) {
 
 // clang-format off: drawings stay drawings
 
-TEST(SmoothCaveTest, EveryCellTakesTheMajorityOfItsOldBlock) {
-  Grid grid =
-      MakeGrid({".......", ".......", "..###..", "..###..", "..###..", ".......", "......."});
-  SmoothCave(grid);
-  EXPECT_THAT(Drawn(grid), ElementsAre("#.....#", ".......", "...#...", "..###..", "...#...",
-                                       ".......", "#.....#"));
-}
-
 TEST(RoomOfTest, AnIsolatedCellHasAnEmptyRoom) {
   EXPECT_THAT(RoomOf(MakeGrid({"###", "#.#", "###"}), 4), IsEmpty());
 }

@@ -10,13 +10,6 @@ constexpr int kBallKind = 8;
 
 const Drawing kEmptyRoom = {"....", "....", "....", "...."};
 
-TEST(DrawCenterTest, TakesTheMiddleWithoutADrawWhenItJustFitsOrDoesNot) {
-  RandomStream random(3);
-  EXPECT_EQ(DrawCenter(random, 2, 4, 1), 3);
-  EXPECT_EQ(DrawCenter(random, 2, 4, 5), 3);
-  EXPECT_EQ(random.draws(), 0U);
-}
-
 TEST(SpawnInBoxTest, GivesUpAfterAHundredMoreAttempts) {
   World world = DrawWorld(kEmptyRoom, 2, 2, 10);
   RandomStream random(3);
