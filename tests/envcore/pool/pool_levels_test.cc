@@ -88,12 +88,6 @@ TEST(PoolLevelsTest, AReplacedSamplerTakesEffectAtTheNextEpisode) {
   EXPECT_THAT(EndEpisodes(*pool, 2), Each(Each(80)));
 }
 
-TEST(PoolLevelsTest, APoolWithoutASamplerCanBeGivenOne) {
-  const std::unique_ptr<Pool> pool = MazePool();
-  ASSERT_THAT(pool->SetLevelSampler(SamplerOf({-80})), IsOk());
-  EXPECT_THAT(EndEpisodes(*pool, 1), Each(Each(-80)));
-}
-
 TEST(PoolLevelsTest, AfterReplacementChoicesEqualThoseOfANewPool) {
   const auto list = SamplerOf({1, 2, 3, 4, 5, 6, 7, 8, 9}, 5);
   const std::unique_ptr<Pool> made = MadePool(SampledOptions(list));
