@@ -57,26 +57,26 @@ class RandomPlay {
   int32_t action_ = 7;
 };
 
-// The digests after each of `step_count` steps.
-std::vector<uint64_t> Play(RandomPlay play, int step_count) {
-  std::vector<uint64_t> digests;
+// The states after each of `step_count` steps.
+std::vector<std::string> Play(RandomPlay play, int step_count) {
+  std::vector<std::string> states;
   for (int i = 0; i < step_count; ++i) {
     play.Step();
-    digests.push_back(DigestOf(play.game()));
+    states.push_back(StateOf(play.game()));
   }
-  return digests;
+  return states;
 }
 
 class EveryGameTest : public testing::TestWithParam<GameInMode> {};
 
-// The digest after taking `action` at step `step_count` of a random play.
-uint64_t DigestAfter(const GameInMode& game, int step_count, int32_t action) {
+// The state after taking `action` at step `step_count` of a random play.
+std::string StateAfter(const GameInMode& game, int step_count, int32_t action) {
   RandomPlay play(game, step_count);
   for (int i = 0; i < step_count; ++i) {
     play.Step();
   }
   play.game().Play(action);
-  return DigestOf(play.game());
+  return StateOf(play.game());
 }
 
 // Compares with action 4, which does nothing.
@@ -84,9 +84,9 @@ TEST_P(EveryGameTest, SpecialActionsDoSomethingIfTheCatalogSaysSo) {
   constexpr int32_t kNothing = 4;
   std::set<int32_t> effective;
   for (int step_count = 0; step_count < 60; step_count += 4) {
-    const uint64_t unchanged = DigestAfter(GetParam(), step_count, kNothing);
+    const std::string unchanged = StateAfter(GetParam(), step_count, kNothing);
     for (int32_t action = 9; action < kActionCount; ++action) {
-      if (DigestAfter(GetParam(), step_count, action) != unchanged) {
+      if (StateAfter(GetParam(), step_count, action) != unchanged) {
         effective.insert(action);
       }
     }
@@ -108,7 +108,7 @@ TEST_P(EveryGameTest, ALevelThatIsOverCanBePlayedOn) {
 }
 
 TEST_P(EveryGameTest, FillingASceneChangesNothing) {
-  const std::vector<uint64_t> unseen = Play(RandomPlay(GetParam(), 5), 300);
+  const std::vector<std::string> unseen = Play(RandomPlay(GetParam(), 5), 300);
   RandomPlay seen(GetParam(), 5);
   Scene scene;
   for (size_t i = 0; i < unseen.size(); ++i) {
@@ -116,13 +116,13 @@ TEST_P(EveryGameTest, FillingASceneChangesNothing) {
     seen.Step();
     seen.game().FillScene(&scene);
     seen.game().FillScene(&scene);
-    ASSERT_EQ(DigestOf(seen.game()), unseen[i]) << "step " << i;
+    ASSERT_EQ(StateOf(seen.game()), unseen[i]) << "step " << i;
   }
 }
 
 // Options that affect the appearance only.
 TEST_P(EveryGameTest, AppearanceOptionsChangeNoRule) {
-  const std::vector<uint64_t> plain = Play(RandomPlay(GetParam(), 6), 200);
+  const std::vector<std::string> plain = Play(RandomPlay(GetParam(), 6), 200);
   EXPECT_EQ(Play(RandomPlay(GetParam(), 6, {.use_backgrounds = false}), 200), plain);
   EXPECT_EQ(Play(RandomPlay(GetParam(), 6, {.use_monochrome_assets = true}), 200), plain);
   EXPECT_EQ(Play(RandomPlay(GetParam(), 6, {.center_agent = false}), 200), plain);

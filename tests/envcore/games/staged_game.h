@@ -38,9 +38,8 @@ inline void StageAgentAlone(Game& game, float x, float y) {
 // The number of entities of `kind`.
 int CountEntities(const Game& game, int kind);
 
-// A digest of the state that the base class exposes. Two games with equal digests after each step
-// have played equally.
-uint64_t DigestOf(const Game& game);
+// The state as in a snapshot, with the outcome of the last step.
+std::string StateOf(Game& game);
 
 }  // namespace procgen
 
