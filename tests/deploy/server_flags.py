@@ -43,11 +43,3 @@ def complaint(flags: Sequence[str]) -> str:
     )
     assert result.returncode != 0
     return "" if "'whisper'" in result.stderr else result.stderr
-
-
-def seconds(duration: str) -> float:
-    """Parses a duration of one unit, as in the flags."""
-    for unit, factor in (("ms", 0.001), ("s", 1), ("m", 60), ("h", 3600)):
-        if duration.endswith(unit):
-            return float(duration.removesuffix(unit)) * factor
-    raise ValueError(f"{duration!r} is not a number with ms, s, m or h behind")

@@ -46,24 +46,6 @@ def test_observations_have_the_requested_size(make_pool: MakePool, screen_size: 
     assert observations.std() > 10
 
 
-def test_stacks_are_the_last_frames_of_the_episode(make_pool: MakePool) -> None:
-    single = make_pool("bigfish", 2, **_OPTIONS)
-    stacked = make_pool("bigfish", 2, frame_stack=3, **_OPTIONS)
-    assert stacked.observation_shape == (3, 64, 64, 3)
-    frames = [single.observe().observations] * 3
-    np.testing.assert_array_equal(stacked.observe().observations, np.stack(frames, axis=1))
-    for action in (7, 7, 1, 5, -1, 8, 8):
-        batch = single.step([action] * 2, final_observations=True)
-        seen = stacked.step([action] * 2, final_observations=True)
-        if action == -1:
-            last = np.stack([*frames[1:], batch.final_observations], axis=1)
-            np.testing.assert_array_equal(seen.final_observations, last)
-            frames = [batch.observations] * 3
-        else:
-            frames = [*frames[1:], batch.observations]
-        np.testing.assert_array_equal(seen.observations, np.stack(frames, axis=1))
-
-
 def test_observations_beyond_the_default_response_limit_are_received(make_pool: MakePool) -> None:
     pool = make_pool("maze", 2, screen_size=512, frame_stack=16, **_OPTIONS)
     batch = pool.step([4, -1], final_observations=True)
