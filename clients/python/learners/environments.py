@@ -1,17 +1,12 @@
-"""The environments of a learner: a pool whose halves are stepped alternately.
-
-All calls of the package procgen_client are in this file.
-"""
+"""The environments of a learner: a pool whose halves are stepped alternately."""
 
 from __future__ import annotations
 
 import argparse
 import os
-from collections.abc import Iterator, Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
-import torch
 
 from procgen_client import Batch, DoubleBufferedSampler, Pool, ServerProcess, catalog
 from procgen_client._place import SERVER_VARIABLE
@@ -19,12 +14,10 @@ from procgen_client.errors import InvalidArgumentError
 from procgen_client.tools.evaluation import return_range
 
 
-class Environments:
-    """A pool in two halves.
+class Environments(DoubleBufferedSampler):
+    """A pool in two halves, and its connection.
 
     Attributes:
-        pool: The pool; other steps than those of halves need that none is in flight.
-        env_count: Number of environments, N.
         can_be_watched: Whether they are on a server, whose viewers see annotations.
     """
 
@@ -52,7 +45,6 @@ class Environments:
             ProcgenError: As Pool, and as ServerProcess; InvalidArgumentError: `watch` with a
                 server.
         """
-        self.env_count = env_count
         self._game = game
         server = server or os.environ.get(SERVER_VARIABLE)
         self._server = self._client = None
@@ -70,36 +62,7 @@ class Environments:
 
             self._client = Client(server, reconnect_timeout=server_timeout)
         self.can_be_watched = self._client is not None
-        self.pool = Pool(game, env_count, server=self._client, **options)
-        self._sampler = DoubleBufferedSampler(self.pool)
-
-    @property
-    def halves(self) -> tuple[slice, slice]:
-        """The rows of each half."""
-        return self._sampler.halves
-
-    def rollout(
-        self, step_count: int, out: torch.Tensor
-    ) -> Iterator[tuple[int, slice, Batch]]:
-        """Yields (t, rows, batch) of each half; as DoubleBufferedSampler.rollout."""
-        return self._sampler.rollout(step_count, out=out)
-
-    def send(
-        self,
-        actions: np.ndarray,
-        rows: slice | None = None,
-        annotations: Mapping[str, np.ndarray] | None = None,
-    ) -> None:
-        """Sends a step of a half, by default the last; as DoubleBufferedSampler.send."""
-        self._sampler.send(actions, rows, annotations=annotations)
-
-    def save_states(self) -> list[bytes]:
-        """Returns a snapshot of each environment. No request may be in flight."""
-        return self.pool.save_states()
-
-    def restore_states(self, states: list[bytes]) -> None:
-        """Restores a snapshot of each environment. No request may be in flight."""
-        self.pool.restore_states(states)
+        super().__init__(Pool(game, env_count, server=self._client, **options))
 
     def return_range(self, mode: str) -> tuple[float, float]:
         """Returns the returns that are normalised to 0 and 1; hard mode's if `mode` has none."""

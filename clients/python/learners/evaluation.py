@@ -51,7 +51,7 @@ class PeriodicEvaluation:
     def state(self) -> dict[str, Any]:
         """Returns all state, for a checkpoint."""
         return {
-            "states": self._environments.save_states(),
+            "states": self._environments.pool.save_states(),
             "policy": self._policy.state(),
             "recent": list(self._recent),
             "first": self._first,
@@ -59,7 +59,7 @@ class PeriodicEvaluation:
 
     def restore(self, state: dict[str, Any]) -> None:
         """Continues from a checkpoint."""
-        self._environments.restore_states(state["states"])
+        self._environments.pool.restore_states(state["states"])
         self._policy.restore(state["policy"])
         self._recent.extend(state["recent"])
         self._first = state["first"]

@@ -191,7 +191,7 @@ class Rainbow:
         step_count = self.options.num_steps
         clock = time.perf_counter
         begin = clock()
-        for t, rows, batch in self.environments.rollout(step_count, self.received):
+        for t, rows, batch in self.environments.rollout(step_count, out=self.received):
             received = clock()
             seconds[0] += received - begin
             if t > 0:
@@ -266,7 +266,7 @@ class Rainbow:
             "replay": self.replay.state(),
             "random": self.random.get_state(),
             "host_random": self.host_random.bit_generator.state,
-            "states": self.environments.save_states(),
+            "states": self.environments.pool.save_states(),
         }
 
     def restore(self, state: dict[str, Any], rank_state: dict[str, Any]) -> None:
@@ -278,7 +278,7 @@ class Rainbow:
         self.saved_row_count = self.replay.row_count
         self.random.set_state(rank_state["random"])
         self.host_random.bit_generator.state = rank_state["host_random"]
-        self.environments.restore_states(rank_state["states"])
+        self.environments.pool.restore_states(rank_state["states"])
 
 
 def load_policy(

@@ -129,7 +129,7 @@ class Collector:
         sending = called(float)
         with ThreadPoolExecutor(1) as sender:
             submit = sender.submit if self.sends_in_background() else called
-            for t, rows, batch in self.environments.rollout(step_count, self.received):
+            for t, rows, batch in self.environments.rollout(step_count, out=self.received):
                 received = clock()
                 choice = self.choose(t, rows, batch.ended)
                 sent = sending.result()  # The other half has its actions.
@@ -156,7 +156,7 @@ class Collector:
         actions = choice()
         begin = time.perf_counter()
         if rows is not None:
-            self.environments.send(actions, rows, self.annotations(t, rows))
+            self.environments.send(actions, rows, annotations=self.annotations(t, rows))
         return time.perf_counter() - begin
 
     def annotations(self, t: int, rows: slice) -> dict[str, np.ndarray]:
@@ -233,7 +233,7 @@ class Collector:
         return {
             "normalizer": self.normalize.state_dict(),
             "random": self.random.get_state(),
-            "states": self.environments.save_states(),
+            "states": self.environments.pool.save_states(),
             "first": self.first[-1],
             "memory": None if self.memories is None else self.memories[-2],
         }
@@ -242,7 +242,7 @@ class Collector:
         """Continues from a checkpoint."""
         self.normalize.load_state_dict(state["normalizer"])
         self.random.set_state(state["random"])
-        self.environments.restore_states(state["states"])
+        self.environments.pool.restore_states(state["states"])
         self.first[-1] = state["first"]
         if self.memories is not None:
             self.memories[-2] = state["memory"]
