@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cstdio>
 #include <cstring>
+#include <initializer_list>
+#include <limits>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
@@ -21,6 +23,41 @@ void Report(absl::string_view message) {
 }  // namespace procgen
 
 namespace {
+
+// Side of the human view in the infos, in pixels, and its bytes: uint8 [512, 512, 3].
+constexpr int32_t kHumanViewSizePx = 512;
+constexpr int32_t kHumanViewBytes = kHumanViewSizePx * kHumanViewSizePx * 3;
+
+// Members of the info space, by index.
+enum InfoMember : size_t {
+  kInfoPrevLevelSeed = 0,
+  kInfoPrevLevelComplete = 1,
+  kInfoLevelSeed = 2,
+  kInfoHumanView = 3,
+};
+
+LibenvTensorType Discrete(absl::string_view name, LibenvValueType value_type,
+                          std::initializer_list<int> shape) {
+  LibenvTensorType type = {};
+  std::copy(name.begin(), name.end(), type.name);
+  type.scalar_type = kLibenvDiscrete;
+  type.value_type = value_type;
+  std::copy(shape.begin(), shape.end(), type.shape);
+  type.dimension_count = static_cast<int>(shape.size());
+  return type;
+}
+
+LibenvTensorType Uint8(absl::string_view name, std::initializer_list<int> shape, uint8_t high) {
+  LibenvTensorType type = Discrete(name, kLibenvUint8, shape);
+  type.high.uint8 = high;
+  return type;
+}
+
+LibenvTensorType Int32(absl::string_view name, int32_t high) {
+  LibenvTensorType type = Discrete(name, kLibenvInt32, {});
+  type.high.int32 = high;
+  return type;
+}
 
 absl::Status CopyPointers(absl::string_view name, void* const* pointers, size_t count,
                           std::vector<void*>* copy) {
@@ -72,13 +109,31 @@ LibenvHandle::LibenvHandle(procgen::MakeOptions options, std::unique_ptr<procgen
 }
 
 std::vector<LibenvTensorType> LibenvHandle::TensorTypes(int space) const {
-  return procgen::TensorTypesOf(space, options_.num_actions, options_.render_human);
+  constexpr uint8_t kColourMax = std::numeric_limits<uint8_t>::max();
+  constexpr int32_t kSeedMax = std::numeric_limits<int32_t>::max();
+  switch (space) {
+    case kLibenvObservation:
+      return {
+          Uint8("rgb", {procgen::kObservationSizePx, procgen::kObservationSizePx, 3}, kColourMax)};
+    case kLibenvAction:
+      return {Int32("action", options_.num_actions - 1)};
+    case kLibenvInfo: {
+      std::vector<LibenvTensorType> infos = {Int32("prev_level_seed", kSeedMax),
+                                             Uint8("prev_level_complete", {}, 1),
+                                             Int32("level_seed", kSeedMax)};
+      if (options_.render_human) {
+        infos.push_back(Uint8("rgb", {kHumanViewSizePx, kHumanViewSizePx, 3}, kColourMax));
+      }
+      return infos;
+    }
+    default:
+      return {};
+  }
 }
 
 absl::Status LibenvHandle::SetBuffers(const LibenvBuffers& buffers) {
   const size_t count = actions_.size();
-  const size_t info_count =
-      count * static_cast<size_t>(procgen::kInfoHumanView + (options_.render_human ? 1 : 0));
+  const size_t info_count = count * (kInfoHumanView + (options_.render_human ? 1 : 0));
   std::vector<void*> observations;
   std::vector<void*> infos;
   std::vector<void*> actions;
@@ -185,15 +240,15 @@ absl::Status LibenvHandle::Write(int32_t environment) {
   buffers_.firsts[i] = numbers_.first[i];
   std::memcpy(observation_buffers_[i], &observations_[i * procgen::kObservationBytes],
               procgen::kObservationBytes);
-  std::memcpy(Info(procgen::kInfoPrevLevelSeed, i), &numbers_.prev_level_seeds[i], sizeof(int32_t));
-  std::memcpy(Info(procgen::kInfoPrevLevelComplete, i), &numbers_.prev_level_complete[i], 1);
-  std::memcpy(Info(procgen::kInfoLevelSeed, i), &numbers_.level_seeds[i], sizeof(int32_t));
+  std::memcpy(Info(kInfoPrevLevelSeed, i), &numbers_.prev_level_seeds[i], sizeof(int32_t));
+  std::memcpy(Info(kInfoPrevLevelComplete, i), &numbers_.prev_level_complete[i], 1);
+  std::memcpy(Info(kInfoLevelSeed, i), &numbers_.level_seeds[i], sizeof(int32_t));
   if (!options_.render_human) {
     return absl::OkStatus();
   }
-  auto* const view = static_cast<uint8_t*>(Info(procgen::kInfoHumanView, i));
-  return pool_->Render(environment, procgen::kHumanViewSizePx, /*whole_level=*/false,
-                       absl::MakeSpan(view, procgen::kHumanViewBytes));
+  auto* const view = static_cast<uint8_t*>(Info(kInfoHumanView, i));
+  return pool_->Render(environment, kHumanViewSizePx, /*whole_level=*/false,
+                       absl::MakeSpan(view, kHumanViewBytes));
 }
 
 absl::Status LibenvHandle::CheckBuffers() const {

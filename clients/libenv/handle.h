@@ -12,7 +12,6 @@
 #include "absl/types/span.h"
 #include "clients/libenv/libenv.h"
 #include "clients/libenv/make_options.h"
-#include "clients/libenv/tensor_types.h"
 #include "envcore/pool/batch_numbers.h"
 #include "procgen_client/local_pool.h"
 
@@ -59,8 +58,8 @@ struct LibenvHandle final {
   absl::Status Write(int32_t environment);
   absl::Status CheckBuffers() const;
   absl::Status CheckEnvironment(int environment) const;
-  void* Info(procgen::InfoMember member, size_t environment) const {
-    return infos_[static_cast<size_t>(member) * actions_.size() + environment];
+  void* Info(size_t member, size_t environment) const {
+    return infos_[member * actions_.size() + environment];
   }
 
   const procgen::MakeOptions options_;

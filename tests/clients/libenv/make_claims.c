@@ -8,7 +8,7 @@
 
 void VersionIsOne(void) { CLAIM(libenv.version() == 1); }
 
-// The layout in C. The library checks the layout in C++ when it is compiled.
+// The layout that hosts were compiled against.
 void LayoutMatchesTheDocumentation(void) {
   CLAIM(sizeof(union LibenvValue) == 4);
   CLAIM(sizeof(struct LibenvTensorType) == 128 + 4 + 4 + 16 * 4 + 4 + 4 + 4);
