@@ -7,13 +7,13 @@ import numpy as np
 from procgen_client.errors import InvalidArgumentError
 
 
-def writable_view(out: object, shape: tuple[int | None, ...]) -> np.ndarray:
+def writable_view(out: object, shape: tuple[int, ...]) -> np.ndarray:
     """Returns a view of `out`; writes to the view change `out`.
 
     Args:
         out: A numpy array; or an object that numpy views without a copy: a torch tensor on the
             CPU, also in pinned memory, or a buffer.
-        shape: Its shape. None: any length.
+        shape: Its shape.
 
     Raises:
         InvalidArgumentError: `out` is another object, has another shape or element type, or is
@@ -23,18 +23,15 @@ def writable_view(out: object, shape: tuple[int | None, ...]) -> np.ndarray:
     wrong = ""
     if view.dtype != np.uint8:
         wrong = f"has type {view.dtype}"
-    elif len(view.shape) != len(shape) or any(
-        length not in (None, given) for length, given in zip(shape, view.shape)
-    ):
+    elif view.shape != shape:
         wrong = f"has shape {list(view.shape)}"
     elif not view.flags.c_contiguous:
         wrong = "is not C-contiguous"
     elif not view.flags.writeable:
         wrong = "is read-only"
     if wrong:
-        allowed = ", ".join("n" if length is None else str(length) for length in shape)
         raise InvalidArgumentError(
-            f"out {wrong}; it is a writable, C-contiguous uint8 array of shape [{allowed}]"
+            f"out {wrong}; it is a writable, C-contiguous uint8 array of shape {list(shape)}"
         )
     return view
 

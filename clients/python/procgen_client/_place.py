@@ -68,7 +68,8 @@ def new_pool(
         art: As for Pool; only in this process.
     """
     if client is not None:
-        return client._make_pool(games, env_count, options)
+        client._check_open()
+        return client._connection.make_pool(games, env_count, options)
     library = _library.library()
     struct, _kept = _structs.pool_options(library, games, env_count, options, art_folder(art))
     handle = ctypes.c_void_p()

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import sys
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar, Union
 
@@ -306,14 +306,6 @@ class Client:
         )
 
     # Internals.
-
-    def _make_pool(
-        self, games: Sequence[str], env_count: int, options: Mapping[str, Any]
-    ) -> tuple[Any, Any]:
-        """Makes a pool; returns the library that it belongs to, and its handle."""
-        self._check_open()
-        made: tuple[Any, Any] = self._connection.make_pool(games, env_count, options)
-        return made
 
     def _run(self, call: Any) -> None:  # noqa: ANN401
         """Runs a blocking call of a pool."""

@@ -2,46 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import TYPE_CHECKING
-
 from procgen_client.catalog import catalog
 from procgen_client.envs._gymnasium import AutoresetMode
 from procgen_client.errors import InvalidArgumentError
-from procgen_client.options import PoolOptions
 from procgen_client.pool import Pool
-
-if TYPE_CHECKING:
-    from typing_extensions import Unpack
-
-    from procgen_client._place import Server
-    from procgen_client.tools.art import Art
-
-_AUTORESET_MODES = {
-    AutoresetMode.NEXT_STEP: "next_step",
-    AutoresetMode.SAME_STEP: "same_step",
-    AutoresetMode.DISABLED: "disabled",
-}
-
-
-def make_pool(
-    games: str | Sequence[str],
-    num_envs: int,
-    mode: AutoresetMode,
-    *,
-    server: Server,
-    art: Art | None,
-    **options: Unpack[PoolOptions],
-) -> Pool:
-    """Makes the pool; errors as Pool."""
-    return Pool(
-        games,
-        num_envs,
-        server=server,
-        art=art,
-        autoreset_mode=_AUTORESET_MODES[mode],
-        **options,
-    )
 
 
 def time_limit_steps(pool: Pool) -> int:

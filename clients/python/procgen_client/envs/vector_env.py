@@ -16,11 +16,12 @@ from procgen_client._requests import ACTION_COUNT, ENV_COUNT_MAX, Reset, in_rang
 from procgen_client.batch import Batch
 from procgen_client.envs._gymnasium import AutoresetMode, VectorEnv, vector_spaces
 from procgen_client.envs._infos import episode_infos, level_dicts, level_infos
-from procgen_client.envs._pools import autoreset_mode_of, check_render_mode, make_pool
+from procgen_client.envs._pools import autoreset_mode_of, check_render_mode
 from procgen_client.envs._reset_arguments import reset_options_of, seeds_of
 from procgen_client.errors import FailedPreconditionError
 from procgen_client.objects import Objects
 from procgen_client.options import PoolOptions, check_names, keywords_of
+from procgen_client.pool import Pool
 from procgen_client.pool import option_names as pool_option_names
 from procgen_client.tools.art import Art
 
@@ -120,7 +121,13 @@ class ProcgenVectorEnv(VectorEnv):
         mode = autoreset_mode_of(autoreset_mode)
         check_render_mode(render_mode)
         self._frame_skip = in_range("frame_skip", frame_skip, 1, 1000)
-        self.pool = make_pool(games, num_envs, mode, server=server, art=art, **options)
+        self.pool = Pool(
+            *(games, num_envs),
+            server=server,
+            art=art,
+            autoreset_mode=mode.name.lower(),
+            **options,
+        )
         self.num_envs, self.render_mode = num_envs, render_mode
         self.autoreset_mode = mode
         self.metadata = self.metadata | {"autoreset_mode": mode}
