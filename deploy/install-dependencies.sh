@@ -2,7 +2,7 @@
 # Installs the missing Debian packages for building, running and testing. See --help.
 set -euo pipefail
 
-# Packages for building, packaging and the Python client, with their purpose. All are in Debian 12.
+# Packages for building, packaging and the Python client, with their purpose. All are in Debian 12 and 13.
 packages=(
   g++                     # the compiler
   cmake                   # the build
