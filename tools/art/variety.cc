@@ -19,7 +19,7 @@
 namespace procgen {
 namespace {
 
-constexpr int32_t kLevelCount = 300;
+constexpr int32_t kLevelCount = 1000;
 
 // The mean and the standard deviation of one value of all views.
 std::pair<double, double> MeanAndDeviation(absl::Span<const ViewColors> views,

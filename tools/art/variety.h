@@ -33,7 +33,7 @@ struct Variety {
   double grain = 0;
 };
 
-// Measures levels 0 to 299 of a game in the mode of its roles.
+// Measures levels 0 to 999 of a game in the mode of its roles.
 Variety MeasureVariety(const Roles& roles, const SharedArt& art);
 
 // The colors of a square view, uint8 [side_px, side_px, 3]. REQUIRES: side_px is at least 2.
