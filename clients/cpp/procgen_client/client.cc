@@ -12,7 +12,6 @@
 #include "procgen_client/internal/address.h"
 #include "procgen_client/internal/connect_error.h"
 #include "procgen_client/internal/method_call.h"
-#include "procgen_client/internal/timing.h"
 #include "procgen_client/run/grpc_run_stream.h"
 
 namespace procgen_client {
@@ -27,6 +26,12 @@ constexpr int kLoopbackWindowBytes = 128 << 10;
 constexpr absl::Duration kNearRoundTrip = absl::Milliseconds(3);
 constexpr int kNearAttempts = 5;
 constexpr absl::Duration kNearTimeout = absl::Milliseconds(200);
+
+// Largest response that can be received, in bytes; pools need it.
+constexpr int kResponseBytesMax = 256 << 20;
+// Backoff between gRPC's attempts to connect.
+constexpr absl::Duration kReconnectBackoffMin = absl::Milliseconds(100);
+constexpr absl::Duration kReconnectBackoffMax = absl::Seconds(1);
 
 // Default of ConnectOptions::timeout, and its part while connections are refused.
 constexpr absl::Duration kConnectTimeout = absl::Seconds(10);
@@ -87,7 +92,7 @@ absl::StatusOr<std::unique_ptr<Client>> Client::Connect(const std::string& addre
     return channel_credentials.status();
   }
   grpc::ChannelArguments arguments = options.channel_arguments;
-  arguments.SetMaxReceiveMessageSize(options.response_bytes_max);
+  arguments.SetMaxReceiveMessageSize(kResponseBytesMax);
   // Servers do not compress messages. A compressed one could expand from kilobytes to gigabytes.
   arguments.SetInt(GRPC_COMPRESSION_CHANNEL_ENABLED_ALGORITHMS_BITSET, 1);
   arguments.SetInt(GRPC_ARG_ENABLE_PER_MESSAGE_DECOMPRESSION, 0);

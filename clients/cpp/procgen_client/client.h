@@ -32,8 +32,6 @@ struct ConnectOptions {
   std::optional<absl::Duration> timeout = std::nullopt;
   // False: Connect does not wait for the server; calls do, or fail.
   bool waits_for_server = true;
-  // Largest response that can be received, in bytes. Pools need the default.
-  int32_t response_bytes_max = 256 << 20;
   // Absent: Credentials::FromEnvironment().
   std::optional<Credentials> credentials = std::nullopt;
   // Idle time after which the client sends a keepalive ping, and time that the server has to answer
@@ -81,8 +79,7 @@ class Client {
   absl::StatusOr<procgen::v1::Episode> FindEpisode(const std::string& pool, int32_t environment,
                                                    int64_t fingerprint);
 
-  // Streams frames of environments while a learner steps them. A response may have 16 MiB, for
-  // which ConnectOptions::response_bytes_max must have room.
+  // Streams frames of environments while a learner steps them.
   std::unique_ptr<PoolWatch> Watch(const procgen::v1::WatchPoolRequest& request);
 
   // Calls a unary method by its path, "/procgen.v1.PoolService/GetPool", with serialised messages.

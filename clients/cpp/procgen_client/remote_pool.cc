@@ -27,9 +27,9 @@ absl::Span<uint8_t> Sized(std::vector<uint8_t>* bytes, size_t size) {
 
 }  // namespace
 
-procgen::StatusOr<std::unique_ptr<RemotePool>> RemotePool::Create(
-    std::shared_ptr<Client> client, const procgen::PoolOptions& options,
-    const RemotePoolOptions& remote) {
+procgen::StatusOr<std::unique_ptr<Pool>> RemotePool::Create(std::shared_ptr<Client> client,
+                                                            const procgen::PoolOptions& options,
+                                                            const RemotePoolOptions& remote) {
   if (procgen::Status status = procgen::CheckPoolOptions(options); !status.ok()) {
     return status;
   }
@@ -41,7 +41,7 @@ procgen::StatusOr<std::unique_ptr<RemotePool>> RemotePool::Create(
                 std::make_shared<EventQueue>());
 }
 
-procgen::StatusOr<std::unique_ptr<RemotePool>> RemotePool::Create(
+procgen::StatusOr<std::unique_ptr<Pool>> RemotePool::Create(
     std::shared_ptr<Servers> servers, std::shared_ptr<Client> home, const v1::Limits& limits,
     const procgen::PoolOptions& options, const RemotePoolOptions& remote,
     const std::shared_ptr<EventQueue>& events) {

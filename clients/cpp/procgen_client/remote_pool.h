@@ -37,7 +37,6 @@ struct RemotePoolOptions {
 
 // A pool on a server, which lives as long as this object and survives broken connections and
 // restarts of the server (RecoveringStream). Observations are stacked here, so frames travel once.
-// The client must accept responses of 256 MiB (ConnectOptions::response_bytes_max).
 //
 // A request that the server rejects changes nothing, and the pool continues, as one in this
 // process. (A batch larger than Limits.response_bytes_max is stepped in parts: those before the
@@ -45,16 +44,18 @@ struct RemotePoolOptions {
 class RemotePool final : public Pool {
  public:
   // Errors: those of Client::GetCatalog and of RunPool. `options.art` is not used.
-  static procgen::StatusOr<std::unique_ptr<RemotePool>> Create(std::shared_ptr<Client> client,
-                                                               const procgen::PoolOptions& options,
-                                                               const RemotePoolOptions& remote);
+  static procgen::StatusOr<std::unique_ptr<Pool>> Create(std::shared_ptr<Client> client,
+                                                         const procgen::PoolOptions& options,
+                                                         const RemotePoolOptions& remote);
   // The same on the server `home`, on the next one of `servers` whenever a server is lost, and on
   // `home` again when that is back. `servers` null: only there. `limits`: of all of them. `events`:
   // shared by pools that are stepped together.
-  static procgen::StatusOr<std::unique_ptr<RemotePool>> Create(
-      std::shared_ptr<Servers> servers, std::shared_ptr<Client> home,
-      const procgen::v1::Limits& limits, const procgen::PoolOptions& options,
-      const RemotePoolOptions& remote, const std::shared_ptr<EventQueue>& events);
+  static procgen::StatusOr<std::unique_ptr<Pool>> Create(std::shared_ptr<Servers> servers,
+                                                         std::shared_ptr<Client> home,
+                                                         const procgen::v1::Limits& limits,
+                                                         const procgen::PoolOptions& options,
+                                                         const RemotePoolOptions& remote,
+                                                         const std::shared_ptr<EventQueue>& events);
   // Waits for at most a second for the server to free the pool.
   ~RemotePool() override;
 

@@ -24,14 +24,6 @@ constexpr absl::Duration kShardConnectTimeout = absl::Seconds(10);
 constexpr absl::Duration kListTimeout = absl::Milliseconds(500);
 constexpr absl::Duration kRefreshInterval = absl::Milliseconds(100);
 
-template <typename Created>
-procgen::StatusOr<std::unique_ptr<Pool>> AsPool(procgen::StatusOr<Created> pool) {
-  if (!pool.ok()) {
-    return pool.status();
-  }
-  return std::unique_ptr<Pool>(*std::move(pool));
-}
-
 }  // namespace
 
 absl::StatusOr<std::shared_ptr<Servers>> Servers::Connect(absl::string_view addresses,
@@ -201,8 +193,8 @@ bool PoolPlace::IsHomeBack() {
 procgen::StatusOr<std::unique_ptr<Pool>> CreatePool(const std::shared_ptr<Servers>& servers,
                                                     const procgen::PoolOptions& options,
                                                     const RemotePoolOptions& remote) {
-  return servers->is_single() ? AsPool(RemotePool::Create(servers->first(), options, remote))
-                              : AsPool(ShardedPool::Create(servers, options, remote));
+  return servers->is_single() ? RemotePool::Create(servers->first(), options, remote)
+                              : ShardedPool::Create(servers, options, remote);
 }
 
 }  // namespace procgen_client

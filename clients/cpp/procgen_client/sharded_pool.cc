@@ -87,7 +87,7 @@ std::vector<int32_t> SliceSizes(const std::vector<ServerState>& states, int32_t 
 
 }  // namespace
 
-procgen::StatusOr<std::unique_ptr<ShardedPool>> ShardedPool::Create(
+procgen::StatusOr<std::unique_ptr<Pool>> ShardedPool::Create(
     const std::shared_ptr<Servers>& servers, const procgen::PoolOptions& options,
     const RemotePoolOptions& remote) {
   if (procgen::Status status = procgen::CheckPoolOptions(options); !status.ok()) {

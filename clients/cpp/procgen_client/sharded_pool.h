@@ -24,9 +24,9 @@ class ShardedPool final : public Pool {
  public:
   // Servers that do not answer within two seconds get no slice; a later loss may still move one
   // there. Errors: UNAVAILABLE none answers; those of RemotePool::Create.
-  static procgen::StatusOr<std::unique_ptr<ShardedPool>> Create(
-      const std::shared_ptr<Servers>& servers, const procgen::PoolOptions& options,
-      const RemotePoolOptions& remote);
+  static procgen::StatusOr<std::unique_ptr<Pool>> Create(const std::shared_ptr<Servers>& servers,
+                                                         const procgen::PoolOptions& options,
+                                                         const RemotePoolOptions& remote);
 
   // The names of its slices, joined by commas.
   const std::string& name() const override { return name_; }
@@ -56,7 +56,7 @@ class ShardedPool final : public Pool {
   struct Shard {
     int32_t first = 0;  // its environments in this pool: [first, first + count)
     int32_t count = 0;
-    std::unique_ptr<RemotePool> pool;
+    std::unique_ptr<Pool> pool;
   };
 
   explicit ShardedPool(const procgen::PoolOptions& options) : options_(options) {}

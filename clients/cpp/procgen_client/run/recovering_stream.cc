@@ -7,7 +7,6 @@
 
 #include "absl/strings/str_cat.h"
 #include "grpcpp/impl/codegen/proto_utils.h"
-#include "procgen_client/internal/timing.h"
 
 namespace procgen_client {
 namespace {
@@ -16,6 +15,9 @@ namespace v1 = procgen::v1;
 
 // Longest wait for an event, after which Cancel and the times are looked at.
 constexpr absl::Duration kPollInterval = absl::Milliseconds(50);
+// Backoff between attempts to continue a pool; doubles each time.
+constexpr absl::Duration kResumeBackoffMin = absl::Milliseconds(20);
+constexpr absl::Duration kResumeBackoffMax = absl::Milliseconds(500);
 // Requests that are repeated ahead of their responses.
 constexpr size_t kReplayWindow = 32;
 // Saving an environment takes some 60 us, so a checkpoint of n takes 1 % of n times this.
