@@ -108,14 +108,16 @@ export class Mosaic {
     if (!isSame) {
       list.dataset.pool = this.#pool.name;
       this.#canvases = new Map(environments.map((environment) =>
-        [environment, element("canvas", { width: AGENT_SIZE_PX, height: AGENT_SIZE_PX })]));
+        [environment, element("canvas", {
+          width: AGENT_SIZE_PX, height: AGENT_SIZE_PX, role: "img", "aria-label": `Enlarge environment ${environment}`,
+        })]));
       this.#holds = new Map([...this.#canvases].map(([environment, canvas]) => [environment, new EndHold(END_SHOWN_MS, async (frame) => {
         await drawImage(canvas, frame);
         markEnd(canvas.parentElement, frame.endedEpisode, true);
       })]));
       list.replaceChildren(...[...this.#canvases].map(([environment, canvas]) => element("li", {},
         element("button", {
-          type: "button", title: `Environment ${environment}`, "aria-label": `Enlarge environment ${environment}`,
+          type: "button", title: `Environment ${environment}`,
           onclick: () => this.#onChoose(this.#pool, environment),
         }, canvas))));
     }

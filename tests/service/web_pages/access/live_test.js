@@ -21,6 +21,8 @@ const PAGES = {
   live: async (page) => {
     await page.goto(server.page());
     await page.locator("#plots canvas").first().waitFor();
+    await page.locator("#mosaic .result").first().waitFor();
+    await page.locator("#hold").click();
   },
   "live without pools": async (page) => {
     await page.goto(empty.page());
