@@ -42,7 +42,7 @@ absl::Span<const Element> SpanOf(const Element* elements, int64_t count) {
 // that the engine does not check; those of LevelSampler::Create.
 procgen::StatusOr<procgen::PoolOptions> PoolOptionsOf(const ProcgenPoolOptions& options);
 procgen::StatusOr<std::shared_ptr<const procgen::LevelSampler>> LevelSamplerOf(
-    const ProcgenLevelSampler& sampler);
+    const ProcgenLevelSampler& given);
 
 std::vector<procgen::NextLevel> NextLevelsOf(const ProcgenNextLevel* next_levels, int32_t count);
 std::vector<procgen::Reset> ResetsOf(const ProcgenReset* resets, int32_t count);
@@ -52,7 +52,7 @@ procgen::StepInput StepInputOf(const ProcgenStep& step,
 // Errors: INVALID_ARGUMENT a null or a count.
 procgen::StatusOr<std::vector<Annotation>> AnnotationsOf(const ProcgenStep& step);
 // `env_count`: rows. `observation_bytes`: of one row.
-procgen::Batch BatchOf(const ProcgenBatch& batch, int32_t env_count, size_t observation_bytes);
+procgen::Batch BatchOf(const ProcgenBatch& given, int32_t env_count, size_t observation_bytes);
 
 void Fill(const procgen::PoolOptions& options, int32_t thread_count, ProcgenPoolInfo* info);
 

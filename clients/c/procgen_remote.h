@@ -28,6 +28,8 @@
 
 #include "procgen.h"
 
+// NOLINTBEGIN(modernize-*,readability-identifier-naming)
+
 #ifdef __cplusplus
 extern "C" {
 #endif
@@ -121,4 +123,5 @@ PROCGEN_API const char* procgen_pool_name(const ProcgenPool* pool);
 }  // extern "C"
 #endif
 
+// NOLINTEND(modernize-*,readability-identifier-naming)
 #endif  // CLIENTS_C_PROCGEN_REMOTE_H_

@@ -170,15 +170,15 @@ absl::Status Client::AwaitConnection(grpc::Channel* channel, const std::string& 
   return absl::OkStatus();
 }
 
-std::string Client::WhyNotConnected() {
+std::string Client::WhyNotConnected() const {
   // A call that does not wait for the connection fails as it did.
   const absl::Status status = Call(kGetLoad, "", kFailureTimeout).status();
   return absl::IsUnavailable(status) ? std::string(status.message())
                                      : "it has not answered in time";
 }
 
-Client::Client(const std::shared_ptr<grpc::Channel>& channel, CallOptions options)
-    : call_options_(std::move(options)), channel_(channel) {}
+Client::Client(std::shared_ptr<grpc::Channel> channel, CallOptions options)
+    : call_options_(std::move(options)), channel_(std::move(channel)) {}
 
 template <typename Response>
 absl::StatusOr<Response> Client::CallUnary(const std::string& path,

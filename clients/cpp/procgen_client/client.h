@@ -98,11 +98,11 @@ class Client {
   std::unique_ptr<MessageWatch> WatchMessages(const std::string& path, absl::string_view request);
 
  private:
-  Client(const std::shared_ptr<grpc::Channel>& channel, CallOptions options);
+  Client(std::shared_ptr<grpc::Channel> channel, CallOptions options);
   absl::Status AwaitConnection(grpc::Channel* channel, const std::string& address, bool uses_tls,
                                std::optional<absl::Duration> timeout);
   // Why there is no connection.
-  std::string WhyNotConnected();
+  std::string WhyNotConnected() const;
   // Calls a unary method with messages. Errors also: INTERNAL a malformed response.
   template <typename Response>
   absl::StatusOr<Response> CallUnary(const std::string& path,

@@ -87,7 +87,7 @@ absl::StatusOr<std::optional<std::string>> MessageWatch::Next(
     const auto has_changed = [this] {
       return state_->latest.has_value() || !state_->end.ok() || state_->is_stopped;
     };
-    if (timeout < timeout.zero()) {
+    if (timeout < std::chrono::duration<double>::zero()) {
       state_->has_changed.wait(lock, has_changed);
     } else {
       state_->has_changed.wait_for(lock, timeout, has_changed);

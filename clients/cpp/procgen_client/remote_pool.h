@@ -9,6 +9,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "absl/time/time.h"
@@ -89,7 +90,7 @@ class RemotePool final : public Pool {
     bool is_last = true;          // part of the caller's request
   };
 
-  explicit RemotePool(const procgen::PoolOptions& options) : options_(options) {}
+  explicit RemotePool(procgen::PoolOptions options) : options_(std::move(options)) {}
 
   absl::Status Start();
   // Sends a part of a request.
