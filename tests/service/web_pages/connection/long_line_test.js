@@ -14,6 +14,7 @@ const it = withBrowser();
 const server = withServer();
 let line;
 before(async () => {
+  await server.opened;
   line = await SlowLine.open(server.web, ONE_WAY_MS);
 });
 after(async () => {
