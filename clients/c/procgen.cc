@@ -245,7 +245,7 @@ ProcgenCode procgen_save_states(ProcgenPool* pool, const int32_t* environments, 
           "capacity is ", capacity, " bytes, the states have ", offsets[states->size()]));
     }
     for (size_t i = 0; i < states->size(); ++i) {
-      std::memcpy(data + offsets[i], (*states)[i].data(), (*states)[i].size());
+      std::copy((*states)[i].begin(), (*states)[i].end(), data + offsets[i]);
     }
     return procgen::OkStatus();
   });
@@ -285,6 +285,7 @@ ProcgenCode procgen_clone_states(ProcgenPool* pool, const int32_t* sources, cons
       return status;
     }
     std::vector<procgen::StateToClone> pairs;
+    pairs.reserve(static_cast<size_t>(count));
     for (int32_t i = 0; i < count; ++i) {
       pairs.push_back({.source_environment = sources[i], .target_environment = targets[i]});
     }

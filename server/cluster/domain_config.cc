@@ -92,7 +92,7 @@ std::string DomainConfig(const ClusterOptions& options,
   if (!interface.empty()) {
     // Loopback supports multicast, although its flags do not say so.
     interfaces = Element("Interfaces", absl::StrCat("<NetworkInterface address=\"", interface,
-                                                    "\" multicast=\"true\"/>"));
+                                                    R"(" multicast="true"/>)"));
   }
   std::string peers;
   for (const std::string& peer : peer_addresses) {

@@ -69,7 +69,9 @@ class PoolSession {
   const SessionOptions& session_options() const { return session_options_; }
   Encoding encoding() const { return session_options_.encoding; }
   // Bytes of one environment's observation as drawn.
-  int64_t observation_bytes() const { return options().observation_format.bytes(); }
+  int64_t observation_bytes() const {
+    return static_cast<int64_t>(options().observation_format.bytes());
+  }
   absl::Time create_time() const { return create_time_; }
   // Environment steps since it was created.
   int64_t step_count() const { return observers_.counts().step_count(); }

@@ -135,7 +135,7 @@ procgen::Status LocalPool::Receive(std::chrono::duration<double> timeout) {
   procgen::SpinUntil([this] { return has_result_.load(std::memory_order_acquire); });
   std::unique_lock lock(mutex_);
   const auto has_result = [this] { return !results_.empty(); };
-  if (timeout < timeout.zero()) {
+  if (timeout < std::chrono::duration<double>::zero()) {
     has_ended_.wait(lock, has_result);
   } else if (!has_ended_.wait_for(lock, timeout, has_result)) {
     return procgen::DeadlineExceededError("the oldest request is not answered yet");

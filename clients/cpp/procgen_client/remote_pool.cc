@@ -182,7 +182,7 @@ procgen::Status RemotePool::Receive(std::chrono::duration<double> timeout) {
   if (unanswered_.empty()) {
     return procgen::FailedPreconditionError("no request is unanswered: send one first");
   }
-  const absl::Time deadline = timeout < timeout.zero()
+  const absl::Time deadline = timeout < std::chrono::duration<double>::zero()
                                   ? absl::InfiniteFuture()
                                   : SteadyNow() + absl::Seconds(timeout.count());
   bool is_last = false;
@@ -199,7 +199,7 @@ procgen::Status RemotePool::Receive(std::chrono::duration<double> timeout) {
     absl::Status status = response->status();
     if (status.ok()) {
       const procgen::Batch read = ArraysFor(request);
-      status = Read(**std::move(response), request.shape, read);
+      status = Read(**response, request.shape, read);
       if (status.ok()) {
         Finish(request, read);
       } else {
@@ -212,14 +212,13 @@ procgen::Status RemotePool::Receive(std::chrono::duration<double> timeout) {
   return StatusOf(std::exchange(part_error_, absl::OkStatus()));
 }
 
-absl::Status RemotePool::Read(grpc::ByteBuffer response, const BatchShape& shape,
+absl::Status RemotePool::Read(const grpc::ByteBuffer& response, const BatchShape& shape,
                               const procgen::Batch& batch) {
   if (pool_.spec().encoding() != v1::ENCODING_RAW && decoder_call_ != stream_->call_count()) {
     decoder_.emplace(options_.env_count, shape.observation_bytes);
     decoder_call_ = stream_->call_count();
   }
-  return reader_.Read(std::move(response), shape, batch,
-                      decoder_.has_value() ? &*decoder_ : nullptr);
+  return reader_.Read(response, shape, batch, decoder_.has_value() ? &*decoder_ : nullptr);
 }
 
 procgen::Batch RemotePool::ArraysFor(const Request& request) {
@@ -306,7 +305,7 @@ absl::Status RemotePool::FillStacks() {
     }
     procgen::Batch read = numbers_.ReplaceEmptyArrays({}, count);
     read.observations = Sized(&frames_, frame_bytes * static_cast<size_t>(count));
-    if (absl::Status status = Read(**std::move(response), shape, read); !status.ok()) {
+    if (absl::Status status = Read(**response, shape, read); !status.ok()) {
       return status;
     }
     for (int32_t row = 0; row < count; ++row) {

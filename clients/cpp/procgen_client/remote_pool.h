@@ -103,7 +103,7 @@ class RemotePool final : public Pool {
   procgen::Status CheckReady() const;
   // Sends a request and waits for its response.
   absl::StatusOr<procgen::v1::RunPoolResponse> Call(procgen::v1::RunPoolRequest request);
-  absl::Status Read(grpc::ByteBuffer response, const BatchShape& shape,
+  absl::Status Read(const grpc::ByteBuffer& response, const BatchShape& shape,
                     const procgen::Batch& batch);
   // The arrays that the response to `request` is read into: the caller's, or own ones.
   procgen::Batch ArraysFor(const Request& request);

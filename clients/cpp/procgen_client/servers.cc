@@ -159,13 +159,14 @@ absl::Status Servers::Add(const std::string& address, const std::string& tls_nam
     options.channel_arguments.SetSslTargetNameOverride(tls_name);
   }
   absl::StatusOr<std::unique_ptr<Client>> client = Client::Connect(address, options);
-  absl::MutexLock lock(&mutex_);
-  if (client.ok()) {
-    if (const auto [place, is_new] = by_address_.try_emplace(address, *std::move(client)); is_new) {
-      clients_.push_back(place->second);
-    }
+  if (!client.ok()) {
+    return client.status();
   }
-  return client.status();
+  absl::MutexLock lock(&mutex_);
+  if (const auto [place, is_new] = by_address_.try_emplace(address, *std::move(client)); is_new) {
+    clients_.push_back(place->second);
+  }
+  return absl::OkStatus();
 }
 
 Client* PoolPlace::Next(int attempt) {

@@ -1,6 +1,7 @@
 #include "procgen_client/sharded_pool.h"
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
@@ -29,12 +30,12 @@ absl::StatusOr<std::vector<ServerState>> Describe(
     const std::vector<std::shared_ptr<Client>>& servers) {
   std::vector<ServerState> states;
   absl::Status error = absl::UnavailableError("there are no servers");
-  for (size_t i = 0; i < servers.size(); ++i) {
+  for (const std::shared_ptr<Client>& server : servers) {
     const auto catalog =
-        servers[i]->Call("/procgen.v1.CatalogService/GetCatalog", "", kDescribeTimeout);
-    const auto load =
-        catalog.ok() ? servers[i]->Call("/procgen.v1.CatalogService/GetLoad", "", kDescribeTimeout)
-                     : catalog;
+        server->Call("/procgen.v1.CatalogService/GetCatalog", "", kDescribeTimeout);
+    const auto load = catalog.ok()
+                          ? server->Call("/procgen.v1.CatalogService/GetLoad", "", kDescribeTimeout)
+                          : catalog;
     v1::Catalog described;
     v1::Load loaded;
     if (!load.ok()) {
@@ -43,7 +44,7 @@ absl::StatusOr<std::vector<ServerState>> Describe(
                !loaded.draining()) {
       // A thread that other pools use, too, counts as a part of one.
       const double threads = std::max(loaded.worker_count(), 1);
-      states.push_back({.client = servers[i],
+      states.push_back({.client = server,
                         .limits = described.limits(),
                         .weight = threads * threads / (threads + loaded.pool_count())});
     }
@@ -73,7 +74,7 @@ std::vector<int32_t> SliceSizes(const std::vector<ServerState>& states, int32_t 
   int32_t left = count;
   for (size_t i = 0; i < states.size(); ++i) {
     const auto servers_behind = static_cast<int32_t>(states.size() - i - 1);
-    const auto share = static_cast<int32_t>(left * states[i].weight / weight_left + 0.5);
+    const auto share = static_cast<int32_t>(std::lround(left * states[i].weight / weight_left));
     const int32_t size = servers_behind == 0
                              ? left
                              : std::clamp(share, std::min(left, 1),
@@ -192,13 +193,13 @@ procgen::Status ShardedPool::Receive(std::chrono::duration<double> timeout) {
   if (unanswered_.empty()) {
     return procgen::FailedPreconditionError("no request is unanswered: send one first");
   }
+  constexpr auto kNone = std::chrono::duration<double>::zero();
   const auto deadline = std::chrono::steady_clock::now() + timeout;
   Request& request = unanswered_.front();
   while (!request.asked.empty()) {
     const std::chrono::duration<double> left = deadline - std::chrono::steady_clock::now();
     const Shard& shard = shards_[request.asked.front()];
-    const procgen::Status status =
-        shard.pool->Receive(timeout < timeout.zero() ? timeout : std::max(left, left.zero()));
+    procgen::Status status = shard.pool->Receive(timeout < kNone ? timeout : std::max(left, kNone));
     if (status.code() == absl::StatusCode::kDeadlineExceeded) {
       return status;
     }
@@ -207,7 +208,7 @@ procgen::Status ShardedPool::Receive(std::chrono::duration<double> timeout) {
     }
     request.asked.pop_front();
   }
-  const procgen::Status error = std::move(request.error);
+  procgen::Status error = std::move(request.error);
   unanswered_.pop_front();
   return error;
 }

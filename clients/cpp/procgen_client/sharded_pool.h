@@ -7,6 +7,7 @@
 #include <functional>
 #include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "absl/status/statusor.h"
@@ -59,7 +60,7 @@ class ShardedPool final : public Pool {
     std::unique_ptr<Pool> pool;
   };
 
-  explicit ShardedPool(const procgen::PoolOptions& options) : options_(options) {}
+  explicit ShardedPool(procgen::PoolOptions options) : options_(std::move(options)) {}
 
   // Whether `environment` is in the pool. Errors: INVALID_ARGUMENT.
   procgen::Status CheckEnvironment(int32_t environment) const;

@@ -160,14 +160,12 @@ void EpisodeLog::ReleaseAnnotations(int64_t bytes) {
 }
 
 bool EpisodeLog::DropAnnotations(Environment* environment) {
-  for (EpisodeRecording* recording : {&environment->last, &environment->current}) {
-    if (const int64_t bytes = recording->annotations.bytes(); bytes > 0) {
-      recording->annotations.Clear();
-      ReleaseAnnotations(bytes);
-      return true;
-    }
-  }
-  return false;
+  AnnotationRecording& last = environment->last.annotations;
+  AnnotationRecording& dropped = last.bytes() > 0 ? last : environment->current.annotations;
+  const int64_t bytes = dropped.bytes();
+  dropped.Clear();
+  ReleaseAnnotations(bytes);
+  return bytes > 0;
 }
 
 void EpisodeLog::ClearSteps(EpisodeRecording* recording) {

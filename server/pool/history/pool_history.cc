@@ -122,6 +122,7 @@ void PoolHistory::Add(PoolHistoryRow row, int64_t bytes_max) {
   AddRow(std::move(row), 0, share);
 }
 
+// NOLINTNEXTLINE(misc-no-recursion): as deep as there are resolutions
 void PoolHistory::AddRow(PoolHistoryRow row, size_t resolution, double share) {
   if (const size_t coarser = resolution + 1; coarser < kResolutions.size()) {
     std::vector<PoolHistoryRow>& pending = rows_[coarser].pending;

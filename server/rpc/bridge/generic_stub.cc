@@ -137,7 +137,7 @@ class Call final : public GenericCall,
     CallEnd end;
     end.status =
         absl::Status(static_cast<absl::StatusCode>(status.error_code()), status.error_message());
-    end.is_draining = context_.GetServerTrailingMetadata().count("procgen-drains") > 0;
+    end.is_draining = context_.GetServerTrailingMetadata().contains("procgen-drains");
     std::exchange(observer_, nullptr)->OnEnd(end);
     counted_ = nullptr;
     const std::shared_ptr<Call> last = std::move(self_);

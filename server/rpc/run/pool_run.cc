@@ -121,8 +121,12 @@ void PoolRun::RespondStarted() {
 
 absl::Status PoolRun::Hold(std::shared_ptr<const LevelSampler>* sampler) const {
   auto held = HoldSampler(owner_, std::move(*sampler), &supervisor_->quotas());
-  *sampler = held.ok() ? *std::move(held) : nullptr;
-  return held.status();
+  if (!held.ok()) {
+    *sampler = nullptr;
+    return held.status();
+  }
+  *sampler = *std::move(held);
+  return absl::OkStatus();
 }
 
 void PoolRun::ExecuteBatch(const v1::RunPoolRequest& message, absl::Time arrival_time) {

@@ -80,7 +80,7 @@ RunPoolReactor::Action RunPoolReactor::NextAction() {
   }
   if (!is_writing_ && !outbox_.empty()) {
     is_writing_ = true;
-    write_bytes_ = std::move(outbox_.front());
+    write_bytes_ = outbox_.front();
     outbox_.pop_front();
     return Action::kWrite;
   }

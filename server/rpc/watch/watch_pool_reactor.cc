@@ -131,7 +131,7 @@ void WatchPoolReactor::Continue() {
 grpc::ByteBuffer WatchPoolReactor::ResponseOf(const absl::Cord& frame_set) {
   if (delta_encoder_.has_value()) {
     const grpc::Slice slice(delta_encoder_->Encode(frame_set));
-    return grpc::ByteBuffer(&slice, 1);
+    return {&slice, 1};
   }
   std::vector<grpc::Slice> pieces;
   for (const absl::string_view piece : frame_set.Chunks()) {
@@ -140,7 +140,7 @@ grpc::ByteBuffer WatchPoolReactor::ResponseOf(const absl::Cord& frame_set) {
         const_cast<char*>(piece.data()), piece.size(),
         [](void* cord) { delete static_cast<absl::Cord*>(cord); }, new absl::Cord(frame_set));
   }
-  return grpc::ByteBuffer(pieces.data(), pieces.size());
+  return {pieces.data(), pieces.size()};
 }
 
 }  // namespace procgen

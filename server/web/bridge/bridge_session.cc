@@ -19,8 +19,8 @@ CloseReason OutOfPlace(const std::string& text) { return {kClosePolicy, text}; }
 // Passes what happens in a call to the strand of its session, unless the page has gone.
 class BridgeSession::Observer final : public GenericCallObserver {
  public:
-  Observer(std::weak_ptr<BridgeSession> session, const Post& post, uint32_t number)
-      : session_(std::move(session)), post_(post), number_(number) {}
+  Observer(std::weak_ptr<BridgeSession> session, Post post, uint32_t number)
+      : session_(std::move(session)), post_(std::move(post)), number_(number) {}
 
   void OnMessage(std::string message) override {
     PostEvent([message = std::move(message)](BridgeSession* session, uint32_t number) mutable {

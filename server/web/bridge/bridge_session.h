@@ -82,7 +82,7 @@ class BridgeSession : public std::enable_shared_from_this<BridgeSession> {
   class Observer;
 
   std::optional<CloseReason> Open(uint32_t number, const std::string& method);
-  void WriteNext(Call* call);
+  static void WriteNext(Call* call);
   // Runs `event` with the call on the strand.
   void OnEvent(uint32_t number, absl::AnyInvocable<void(Call*)> event);
   void End(Call* call, CallEnd end);

@@ -23,6 +23,7 @@ namespace procgen::web {
 // Threads: on the strand.
 class ByteStream {
  public:
+  // NOLINTNEXTLINE(readability-identifier-naming): Asio's name
   using executor_type = boost::asio::ip::tcp::socket::executor_type;
   using IoHandler = absl::AnyInvocable<void(boost::system::error_code, size_t)>;
   using Handler = absl::AnyInvocable<void(boost::system::error_code)>;
@@ -98,8 +99,10 @@ class ByteStream {
   static std::array<Buffer, count> FirstOf(const Buffers& buffers) {
     std::array<Buffer, count> first;
     size_t found = 0;
+    // NOLINTBEGIN(readability-qualified-auto): the iterators of some sequences are pointers
     const auto end = boost::asio::buffer_sequence_end(buffers);
     for (auto at = boost::asio::buffer_sequence_begin(buffers); at != end && found < count; ++at) {
+      // NOLINTEND(readability-qualified-auto)
       if (const Buffer buffer = *at; buffer.size() > 0) {
         first[found++] = buffer;
       }

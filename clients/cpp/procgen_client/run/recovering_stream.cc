@@ -83,8 +83,8 @@ RunClock RunClock::Steady() {
           }};
 }
 
-RecoveringStream::RecoveringStream(v1::StartPool start, RecoveryOptions options, OpenRunStream open,
-                                   RunClock clock)
+RecoveringStream::RecoveringStream(v1::StartPool start, const RecoveryOptions& options,
+                                   OpenRunStream open, RunClock clock)
     : start_(std::move(start)),
       options_(options),
       open_(std::move(open)),
@@ -144,9 +144,7 @@ std::optional<absl::StatusOr<grpc::ByteBuffer>> RecoveringStream::Advance(absl::
         if (IsCancelled()) {
           break;
         }
-        if (lost_time_.has_value() && clock_.now() - *lost_time_ > options_.reconnect_timeout) {
-          stream_->Cancel();  // its end is one too late
-        } else if (!is_created_ && clock_.now() - attempt_begin_ > options_.attempt_timeout) {
+        if (IsTooLate()) {
           stream_->Cancel();
         } else if (clock_.now() >= deadline) {
           return std::nullopt;
@@ -438,6 +436,12 @@ void RecoveringStream::Close(absl::Duration timeout) {
     }
   }
   SetEnded(absl::FailedPreconditionError("the pool is closed"));
+}
+
+bool RecoveringStream::IsTooLate() const {
+  const absl::Time now = clock_.now();
+  return (lost_time_.has_value() && now - *lost_time_ > options_.reconnect_timeout) ||
+         (!is_created_ && now - attempt_begin_ > options_.attempt_timeout);
 }
 
 bool RecoveringStream::IsCancelled() {

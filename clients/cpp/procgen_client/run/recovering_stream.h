@@ -63,7 +63,7 @@ int32_t StatesPerRequest(int64_t response_bytes_max);
 class RecoveringStream {
  public:
   // `start`: with all seeds set. `open` begins a call, on the same or on another server.
-  RecoveringStream(procgen::v1::StartPool start, RecoveryOptions options, OpenRunStream open,
+  RecoveringStream(procgen::v1::StartPool start, const RecoveryOptions& options, OpenRunStream open,
                    RunClock clock = RunClock::Steady());
   ~RecoveringStream();
   RecoveringStream(const RecoveringStream&) = delete;
@@ -123,6 +123,8 @@ class RecoveringStream {
   void ForgetCall();
   void TakeCheckpointIfDue();
   void DropUpTo(int64_t number);
+  // Whether no response to the call can be in time for options_.
+  bool IsTooLate() const;
   // Sets ended_ if Cancel was called.
   bool IsCancelled();
 
