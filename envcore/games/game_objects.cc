@@ -47,7 +47,8 @@ class RowWriter {
 void AddCells(const Grid& grid, int kind, RowWriter* writer) {
   for (int y = 0; y < grid.height(); ++y) {
     const absl::Span<const int16_t> row = grid.Row(y);
-    for (auto cell = row.begin(); (cell = std::find(cell, row.end(), kind)) != row.end(); ++cell) {
+    for (const auto* cell = row.begin(); (cell = std::find(cell, row.end(), kind)) != row.end();
+         ++cell) {
       writer->AddCell(kind, static_cast<int>(cell - row.begin()), y);
     }
   }

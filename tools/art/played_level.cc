@@ -22,6 +22,7 @@ std::unique_ptr<Game> PlayedLevel(const GameSpec& spec, DistributionMode mode, i
   const EnvironmentOptions resolved = ResolveOptions(spec.name, options).value();
   RandomStream random(level_seed);
   std::vector<int32_t> actions;
+  actions.reserve(kStepsMax);
   for (int32_t step = 0; step < kStepsMax; ++step) {
     actions.push_back(step % kActionSteps == 0
                           ? kActions[random.Int(static_cast<int32_t>(std::size(kActions)))]

@@ -67,9 +67,9 @@ inline ProcgenStep StepOf(const std::vector<int32_t>& actions, int32_t first_env
 
 // Action of environment i at step t: any, but the same in each run.
 inline std::vector<int32_t> ActionsAt(int32_t step, int32_t env_count) {
-  std::vector<int32_t> actions;
+  std::vector<int32_t> actions(static_cast<size_t>(env_count));
   for (int32_t i = 0; i < env_count; ++i) {
-    actions.push_back((step * 7 + i * 5 + step * i) % PROCGEN_ACTION_COUNT);
+    actions[static_cast<size_t>(i)] = (step * 7 + i * 5 + step * i) % PROCGEN_ACTION_COUNT;
   }
   return actions;
 }

@@ -1,10 +1,10 @@
 // Connections, calls and watches: waits, ends, broken connections and processes.
 
-#include <signal.h>
 #include <unistd.h>
 
 #include <atomic>
 #include <chrono>
+#include <csignal>
 #include <cstdint>
 #include <string>
 #include <thread>

@@ -16,7 +16,7 @@ using testing::HasSubstr;
 
 class RequestTest : public testing::TestWithParam<int32_t> {
  protected:
-  CPool Pool(const char* game = "maze") {
+  static CPool Pool(const char* game = "maze") {
     COptions options(game);
     options.num_threads = GetParam();
     return Made(options);

@@ -228,7 +228,7 @@ TEST(ReadableStateTest, WhatNoLevelCanHaveIsRejectedByItsName) {
 TEST(ReadableStateTest, TextThatIsNotTheJsonOfAStateIsRejected) {
   for (const std::string& text :
        {std::string(), std::string("{"), std::string("[]"), std::string("{}"), std::string("null"),
-        std::string(100000, '['), "{\"game\": \"maze\", \"agent\": " + std::string(100, '[')}) {
+        std::string(100000, '['), R"({"game": "maze", "agent": )" + std::string(100, '[')}) {
     EXPECT_EQ(SnapshotFromJson(text).status().code(), absl::StatusCode::kInvalidArgument);
   }
 }
