@@ -51,7 +51,7 @@ test_packages=(
   mypy                    # checks its types
   ffmpeg                  # its videos
   nodejs                  # runs the tests of the web pages; npm fetches the rest
-  chromium                # browser for tests of the web pages
+  chromium-headless-shell # browser for tests of the web pages
   python3-yaml            # the tests of deploy/ read manifests
   kubernetes-client       # renders the Kubernetes manifests
   iproute2                # private networks for tests

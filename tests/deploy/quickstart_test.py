@@ -82,7 +82,7 @@ def listed(*flags: str) -> set[str]:
 def test_build_dependencies_exclude_test_dependencies() -> None:
     for_building, for_tests = listed(), listed("--tests")
     assert for_building < for_tests
-    only_for_tests = {"chromium", "nodejs", "kubernetes-client", "ffmpeg", "mypy"}
+    only_for_tests = {"chromium-headless-shell", "nodejs", "kubernetes-client", "ffmpeg", "mypy"}
     assert only_for_tests <= for_tests - for_building
     assert {"libgtest-dev", "python3-pytest"} <= for_tests - for_building
     assert {"g++", "libgrpc++-dev", "python3-protobuf", "python3-numpy"} <= for_building

@@ -12,7 +12,7 @@ if (!folder) {
   console.error("Usage: node take_pictures.js URL FOLDER");
   process.exit(2);
 }
-const browser = await chromium.launch({ executablePath: process.env.PROCGEN_CHROMIUM ?? "/usr/bin/chromium" });
+const browser = await chromium.launch({ executablePath: process.env.PROCGEN_CHROMIUM ?? "/usr/bin/chromium-headless-shell" });
 const page = await browser.newPage({ viewport: { width: 1440, height: 1200 } });
 await page.goto(url);
 await page.locator("#mosaic li:nth-child(16) canvas").waitFor();
