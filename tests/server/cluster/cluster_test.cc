@@ -64,6 +64,7 @@ bool AwaitIds(const Cluster* cluster, const Ids& ids, absl::Duration timeout = a
 }
 
 // Cyclone DDS leaks two blocks where a participant cannot be created.
+// NOLINTNEXTLINE(bugprone-reserved-identifier): the sanitizer's name
 extern "C" const char* __lsan_default_suppressions() { return "leak:ddsrt_malloc\n"; }
 
 TEST(ClusterTest, NodeIsListedOnceItHasPublished) {
