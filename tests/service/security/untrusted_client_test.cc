@@ -107,9 +107,9 @@ TEST_F(UntrustedClientTest, StreamsWithoutAStartCountAsCalls) {
   ASSERT_THAT(learner.Start(MazeSpec(1)), IsOk());
   // At least one of the four exceeds the limit, and any of them: the server starts calls on several
   // threads. A second one may, too, because a call counts until its response is sent.
-  std::vector<std::unique_ptr<PoolStream>> runs;
-  for (int i = 0; i < 4; ++i) {
-    runs.push_back(std::make_unique<PoolStream>(Channel()));
+  std::vector<std::unique_ptr<PoolStream>> runs(4);
+  for (std::unique_ptr<PoolStream>& run : runs) {
+    run = std::make_unique<PoolStream>(Channel());
   }
   std::vector<std::string> messages(runs.size());
   absl::Notification first_end;
