@@ -102,7 +102,7 @@ class SimulatedStream final : public RunStream {
           break;
         case 2:
           if (!responses_.empty()) {
-            response_ = std::move(responses_.front());
+            response_ = responses_.front();
             responses_.pop_front();
             return Event::kResponse;
           }

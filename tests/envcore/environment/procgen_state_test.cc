@@ -57,7 +57,7 @@ TEST(ProcgenStateTest, ThePrintedJsonIsEncodedToTheSameSnapshot) {
 }
 
 TEST(ProcgenStateTest, AStateThatNoLevelCanHaveIsRejected) {
-  const ProgramRun outcome = RunState(absl::StrCat("encode ", Written("{\"game\": \"pong\"}")));
+  const ProgramRun outcome = RunState(absl::StrCat("encode ", Written(R"({"game": "pong"})")));
   EXPECT_EQ(outcome.exit_status, 1);
   EXPECT_THAT(outcome.output, HasSubstr("procgen-state: game: no game is named \"pong\""));
 }
