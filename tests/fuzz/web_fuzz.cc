@@ -85,7 +85,7 @@ class Page {
   // Receives messages until a call has ended.
   void AwaitEnd(uint32_t call) {
     Receive();
-    while (open_.count(call) > 0) {
+    while (open_.contains(call)) {
       queue_->RunOne();
       Receive();
     }
@@ -97,7 +97,7 @@ class Page {
       session_->OnWritten();
       web::v1::BridgeResponse response;
       Require(response.ParseFromString(*bytes), "a message is a BridgeResponse");
-      Require(open_.count(response.call()) > 0, "a message belongs to an open call");
+      Require(open_.contains(response.call()), "a message belongs to an open call");
       if (response.has_end()) {
         open_.erase(response.call());
         const web::v1::Status& end = response.end();

@@ -23,7 +23,6 @@ namespace {
 
 using procgen_client::Client;
 using testing::ElementsAre;
-using testing::HasSubstr;
 
 // For changes that do not wait for a lease to expire.
 constexpr absl::Duration kGoneAtOnceWithin = absl::Seconds(1);

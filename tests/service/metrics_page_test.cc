@@ -19,8 +19,6 @@
 namespace procgen {
 namespace {
 
-using testing::HasSubstr;
-
 // The value on the line of `page` that starts with `name`; -1 if there is none.
 double ValueOf(const std::string& page, const std::string& name) {
   for (absl::string_view line : absl::StrSplit(page, '\n')) {

@@ -21,6 +21,10 @@
 #include "tests/status_matchers.h"
 #include "tests/wall_clock/wall_clock.h"
 
+// Cyclone DDS leaks two blocks where a participant cannot be created.
+// NOLINTNEXTLINE(bugprone-reserved-identifier): the sanitizer's name
+extern "C" const char* __lsan_default_suppressions() { return "leak:ddsrt_malloc\n"; }
+
 namespace procgen {
 namespace {
 
@@ -62,10 +66,6 @@ using Ids = std::vector<std::string>;
 bool AwaitIds(const Cluster* cluster, const Ids& ids, absl::Duration timeout = absl::Seconds(20)) {
   return Await([&] { return IdsOf(cluster->Nodes()) == ids; }, timeout);
 }
-
-// Cyclone DDS leaks two blocks where a participant cannot be created.
-// NOLINTNEXTLINE(bugprone-reserved-identifier): the sanitizer's name
-extern "C" const char* __lsan_default_suppressions() { return "leak:ddsrt_malloc\n"; }
 
 TEST(ClusterTest, NodeIsListedOnceItHasPublished) {
   const auto cluster = Join(TestOptions("a"));
