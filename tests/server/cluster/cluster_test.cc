@@ -23,7 +23,9 @@
 
 // Cyclone DDS leaks two blocks where a participant cannot be created.
 // NOLINTNEXTLINE(bugprone-reserved-identifier): the sanitizer's name
-extern "C" const char* __lsan_default_suppressions() { return "leak:ddsrt_malloc\n"; }
+extern "C" __attribute__((visibility("default"))) const char* __lsan_default_suppressions() {
+  return "leak:ddsrt_malloc\n";
+}
 
 namespace procgen {
 namespace {
