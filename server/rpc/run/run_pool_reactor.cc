@@ -21,12 +21,12 @@ constexpr size_t kReusedBytesMax = 64 << 10;
 
 RunPoolReactor* RunPoolReactor::Start(PoolSupervisor* supervisor, const CallAccounting* accounting,
                                       grpc::CallbackServerContext* context, Caller caller) {
+  std::string owner = caller.owner;
   const std::shared_ptr<RunPoolReactor> reactor(
       new RunPoolReactor(supervisor, accounting, context, std::move(caller)));
   reactor->self_ = reactor;
   reactor->run_ = std::make_shared<PoolRun>(
-      supervisor, reactor->caller_.owner,
-      [weak = std::weak_ptr(reactor)](const absl::Status& reason) {
+      supervisor, std::move(owner), [weak = std::weak_ptr(reactor)](const absl::Status& reason) {
         if (const std::shared_ptr<RunPoolReactor> stream = weak.lock(); stream != nullptr) {
           {
             absl::MutexLock lock(&stream->mutex_);
