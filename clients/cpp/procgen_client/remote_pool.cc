@@ -309,7 +309,7 @@ absl::Status RemotePool::FillStacks() {
       return status;
     }
     for (int32_t row = 0; row < count; ++row) {
-      procgen::FrameStack& stack = stacks_[static_cast<size_t>(first + row)];
+      procgen::FrameStack& stack = stacks_[static_cast<size_t>(first) + static_cast<size_t>(row)];
       if (stack.empty()) {
         std::memcpy(stack.Next().data(), &frames_[static_cast<size_t>(row) * frame_bytes],
                     frame_bytes);

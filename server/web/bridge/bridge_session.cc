@@ -38,7 +38,7 @@ class BridgeSession::Observer final : public GenericCallObserver {
         call->is_writing = false;
         session->unsent_bytes_ -= call->unsent.front().size();
         call->unsent.pop_front();
-        session->WriteNext(call);
+        WriteNext(call);
       });
     });
   }

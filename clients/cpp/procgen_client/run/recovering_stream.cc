@@ -141,12 +141,7 @@ std::optional<absl::StatusOr<grpc::ByteBuffer>> RecoveringStream::Advance(absl::
     const absl::Duration left = std::max(deadline - clock_.now(), absl::ZeroDuration());
     switch (stream_->Next(std::min(left, kPollInterval))) {
       case RunStream::Event::kNone:
-        if (IsCancelled()) {
-          break;
-        }
-        if (IsTooLate()) {
-          stream_->Cancel();
-        } else if (clock_.now() >= deadline) {
+        if (IsOver(deadline)) {
           return std::nullopt;
         }
         break;
@@ -438,10 +433,17 @@ void RecoveringStream::Close(absl::Duration timeout) {
   SetEnded(absl::FailedPreconditionError("the pool is closed"));
 }
 
-bool RecoveringStream::IsTooLate() const {
+bool RecoveringStream::IsOver(absl::Time deadline) {
+  if (IsCancelled()) {
+    return false;
+  }
   const absl::Time now = clock_.now();
-  return (lost_time_.has_value() && now - *lost_time_ > options_.reconnect_timeout) ||
-         (!is_created_ && now - attempt_begin_ > options_.attempt_timeout);
+  if ((lost_time_.has_value() && now - *lost_time_ > options_.reconnect_timeout) ||
+      (!is_created_ && now - attempt_begin_ > options_.attempt_timeout)) {
+    stream_->Cancel();
+    return false;
+  }
+  return now >= deadline;
 }
 
 bool RecoveringStream::IsCancelled() {

@@ -123,8 +123,8 @@ class RecoveringStream {
   void ForgetCall();
   void TakeCheckpointIfDue();
   void DropUpTo(int64_t number);
-  // Whether no response to the call can be in time for options_.
-  bool IsTooLate() const;
+  // Whether the wait of a caller is over. Ends the call instead if it is too late for options_.
+  bool IsOver(absl::Time deadline);
   // Sets ended_ if Cancel was called.
   bool IsCancelled();
 
