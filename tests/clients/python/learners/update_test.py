@@ -85,10 +85,10 @@ def test_update_on_the_path_of_a_gpu_equals_that_of_plain_layers(
     expected_gradients, expected_metrics = plain.minibatch_gradients(plain.rows)
     is_exact = precision == "float32"
     assert metrics.tolist() == pytest.approx(
-        expected_metrics.tolist(), rel=1e-3 if is_exact else 0.05, abs=1e-2
+        expected_metrics.tolist(), rel=1e-3 if is_exact else 0.2, abs=1e-5 if is_exact else 1e-3
     )
     for mine, its in zip(gradients, expected_gradients, strict=True):
-        assert _cosine(mine.cpu(), its) > (0.99999 if is_exact else 0.85)
+        assert _cosine(mine.cpu(), its) > (0.99999 if is_exact else 0.9)
 
     metrics = merged.learn()
     monkeypatch.undo()
@@ -97,4 +97,4 @@ def test_update_on_the_path_of_a_gpu_equals_that_of_plain_layers(
     if is_exact:
         assert metrics == pytest.approx(expected, rel=0.02, abs=1e-3)
     for mine, its in zip(_moves(merged, before), _moves(plain, before), strict=True):
-        assert _cosine(mine, its) > (0.995 if is_exact else 0.5)
+        assert _cosine(mine, its) > (0.995 if is_exact else 0.7)
