@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <cstdlib>
 #include <iomanip>
 #include <iostream>
 #include <map>
@@ -13,16 +14,20 @@
 #include <utility>
 #include <vector>
 
+#include "absl/flags/flag.h"
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "absl/strings/str_cat.h"
 #include "benchmark/benchmark.h"
 #include "envcore/games/game_catalog.h"
-#include "tests/benchmark/art_flag.h"
+#include "envcore/pool/shared_art.h"
 #include "tests/benchmark/learners/local_learner.h"
 #include "tests/benchmark/measuring/benchmark_run.h"
 #include "tests/benchmark/measuring/round_clock.h"
 #include "tests/benchmark/measuring/upstream_costs.h"
+
+ABSL_FLAG(std::string, art_dir, "",
+          "folder with art in the layout of Procgen 0.10.7; empty: the built-in art only");
 
 namespace procgen {
 namespace {
@@ -86,6 +91,21 @@ void RunCase(const LocalCase& local_case, benchmark::State& state) {
     clock.MeasureUnit();
     Report(local_case, clock, state);
   }
+}
+
+// Returns the art of the flag --art_dir; null without the flag. Ends the program with status 2 and
+// a message if the art cannot be loaded.
+std::shared_ptr<const SharedArt> ArtOfFlag() {
+  const std::string folder = absl::GetFlag(FLAGS_art_dir);
+  if (folder.empty()) {
+    return nullptr;
+  }
+  auto art = SharedArt::LoadFolder(folder);
+  if (!art.ok()) {
+    std::cerr << "--art_dir: " << art.status().message() << "\n";
+    std::exit(2);
+  }
+  return *std::move(art);
 }
 
 void RegisterCase(const LocalCase& local_case) {

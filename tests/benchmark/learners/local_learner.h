@@ -8,7 +8,6 @@
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
-#include "absl/types/span.h"
 #include "envcore/pool/batch_numbers.h"
 #include "envcore/pool/pool.h"
 #include "envcore/pool/shared_art.h"
@@ -37,15 +36,13 @@ class LocalLearner {
 
   // Steps all environments once.
   absl::Status Step();
-  // Observations of the last step: [kEnvCount, 64, 64, 3], or empty if nothing is drawn.
-  absl::Span<const uint8_t> observations() const { return observations_; }
 
  private:
   LocalLearner(std::unique_ptr<Pool> pool, const LocalCase& local_case);
 
   std::unique_ptr<Pool> pool_;
   ActionScript actions_;
-  std::vector<uint8_t> observations_;  // empty: not drawn
+  std::vector<uint8_t> observations_;  // [env_count, 64, 64, 3]; empty: not drawn
   BatchNumbers numbers_;
 };
 
