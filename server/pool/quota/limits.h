@@ -23,6 +23,13 @@ namespace procgen {
   LIMIT(episode_history_bytes_max, int64_t{256} << 20, 0, int64_t{1} << 40,                       \
         "bytes of the history of the last episodes, of all pools; 0: no history")
 
+// What is counted of each owner, and compared with its limit owner_<name>_max: QUOTA(name, what it
+// counts).
+#define PROCGEN_QUOTAS(QUOTA)                       \
+  QUOTA(env_count, "environments")                  \
+  QUOTA(bytes, "bytes of pools and level samplers") \
+  QUOTA(call_count, "calls in progress")
+
 struct Limits {
 #define PROCGEN_MEMBER(name, value, least, most, what) int64_t name = value;
   PROCGEN_LIMITS(PROCGEN_MEMBER)

@@ -16,10 +16,10 @@ struct Quota {
 };
 
 constexpr Quota kQuotas[] = {
-    {&Usage::env_count, &Limits::owner_env_count_max, "environments", "owner_env_count_max"},
-    {&Usage::bytes, &Limits::owner_bytes_max, "bytes of pools and level samplers",
-     "owner_bytes_max"},
-    {&Usage::call_count, &Limits::owner_call_count_max, "calls under way", "owner_call_count_max"},
+#define PROCGEN_QUOTA(name, what) \
+  {&Usage::name, &Limits::owner_##name##_max, what, "owner_" #name "_max"},
+    PROCGEN_QUOTAS(PROCGEN_QUOTA)
+#undef PROCGEN_QUOTA
 };
 
 std::string NameOf(absl::string_view owner) {

@@ -20,9 +20,9 @@ namespace procgen {
 
 // Resources that one owner uses or asks for.
 struct Usage {
-  int64_t env_count = 0;
-  int64_t bytes = 0;       // pools and level samplers
-  int64_t call_count = 0;  // calls in progress, with streams
+#define PROCGEN_MEMBER(name, what) int64_t name = 0;
+  PROCGEN_QUOTAS(PROCGEN_MEMBER)
+#undef PROCGEN_MEMBER
 };
 
 // The usage of each owner. An owner is a name that the transport assigns to a caller. Without

@@ -31,7 +31,7 @@ TEST_F(LimitsTest, TooManyCallsAreRejected) {
   ASSERT_NE(server, nullptr);
   const auto channel = ChannelTo(server->address());
   const std::string message =
-      "every caller together has 2 calls under way and asks for 1 more, limit "
+      "every caller together has 2 calls in progress and asks for 1 more, limit "
       "owner_call_count_max is 2";
   PoolStream run(channel);
   ASSERT_THAT(run.Start(MazeSpec(1)), IsOk());

@@ -132,7 +132,7 @@ TEST_F(UntrustedClientTest, StreamsWithoutAStartCountAsCalls) {
   for (std::thread& thread : threads) {
     thread.join();
   }
-  EXPECT_THAT(messages, testing::Contains("every caller together has 3 calls under way and asks "
+  EXPECT_THAT(messages, testing::Contains("every caller together has 3 calls in progress and asks "
                                           "for 1 more, limit owner_call_count_max is 3"));
 }
 

@@ -32,11 +32,11 @@ TEST(QuotasTest, EachQuotaIsNamedWithItsOwnerAndValues) {
                        "limit owner_bytes_max is 100"));
   EXPECT_THAT(quotas.Reserve("alice", {.call_count = 1}),
               StatusIs(absl::StatusCode::kResourceExhausted,
-                       "owner alice has 3 calls under way and asks for 1 more, limit "
+                       "owner alice has 3 calls in progress and asks for 1 more, limit "
                        "owner_call_count_max is 3"));
   EXPECT_THAT(quotas.Reserve("", {.call_count = 4}),
               StatusIs(absl::StatusCode::kResourceExhausted,
-                       "every caller together has 0 calls under way and asks for 4 more, limit "
+                       "every caller together has 0 calls in progress and asks for 4 more, limit "
                        "owner_call_count_max is 3"));
 }
 
