@@ -83,9 +83,9 @@ class Metrics::Families final : public prometheus::Collectable {
         .Set(1);
   }
 
-  void ReadGaugesFrom(std::function<ServerGauges()> gauges) {
+  void ReadGaugesFrom(std::function<Load()> load) {
     absl::MutexLock lock(&mutex_);
-    read_gauges_ = std::move(gauges);
+    load_ = std::move(load);
   }
 
   std::vector<MetricFamily> Collect() const override {
@@ -108,15 +108,15 @@ class Metrics::Families final : public prometheus::Collectable {
   }
 
   void SetGauges() const {
-    std::function<ServerGauges()> read_gauges;
+    std::function<Load()> load;
     {
       absl::MutexLock lock(&mutex_);
-      read_gauges = read_gauges_;
+      load = load_;
     }
-    if (read_gauges == nullptr) {
+    if (load == nullptr) {
       return;
     }
-    const ServerGauges now = read_gauges();
+    const Load now = load();
     pools_.Set(now.pool_count);
     environments_.Set(now.env_count);
     workers_.Set(now.worker_count);
@@ -142,7 +142,7 @@ class Metrics::Families final : public prometheus::Collectable {
   Gauge& draining_;
 
   mutable absl::Mutex mutex_;
-  std::function<ServerGauges()> read_gauges_ ABSL_GUARDED_BY(mutex_);
+  std::function<Load()> load_ ABSL_GUARDED_BY(mutex_);
 };
 
 void GameMetrics::AddSteps(int64_t count) { steps_->Increment(static_cast<double>(count)); }
@@ -156,8 +156,8 @@ Metrics::Metrics(absl::string_view version) : families_(std::make_shared<Familie
 
 Metrics::~Metrics() = default;
 
-void Metrics::ReadGaugesFrom(std::function<ServerGauges()> gauges) {
-  families_->ReadGaugesFrom(std::move(gauges));
+void Metrics::ReadGaugesFrom(std::function<Load()> load) {
+  families_->ReadGaugesFrom(std::move(load));
 }
 
 GameMetrics Metrics::OfGame(absl::string_view game, absl::string_view mode) {

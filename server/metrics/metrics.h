@@ -19,11 +19,12 @@ class Histogram;
 
 namespace procgen {
 
-// The values of a server's gauges when its metrics are read.
-struct ServerGauges {
+// The current load of a server. All but `step_count` are gauges.
+struct Load {
   int32_t pool_count = 0;
   int32_t env_count = 0;
   int32_t worker_count = 0;
+  int64_t step_count = 0;  // environment steps since the start
   bool draining = false;
 };
 
@@ -59,7 +60,7 @@ class GameMetrics {
   prometheus::Histogram* lengths_;
 };
 
-// The metrics of a server, in Prometheus' format; README.md lists them.
+// The metrics of a server, in Prometheus' format.
 // Threads: any method from any thread.
 class Metrics {
  public:
@@ -68,9 +69,9 @@ class Metrics {
   Metrics(const Metrics&) = delete;
   Metrics& operator=(const Metrics&) = delete;
 
-  // Sets the function that returns the gauges. It is called whenever the metrics are read, must not
-  // block for long, and must be valid as long as they are read.
-  void ReadGaugesFrom(std::function<ServerGauges()> gauges);
+  // Sets the function that returns the values of the gauges. It is called whenever the metrics are
+  // read, must not block for long, and must be valid as long as they are read.
+  void ReadGaugesFrom(std::function<Load()> load);
 
   // Returns the metrics of a game in a mode, which are valid as long as this object.
   GameMetrics OfGame(absl::string_view game, absl::string_view mode);

@@ -26,15 +26,6 @@
 
 namespace procgen {
 
-// The current load of a server.
-struct Load {
-  int32_t pool_count = 0;
-  int32_t env_count = 0;
-  int32_t worker_count = 0;
-  int64_t step_count = 0;  // environment steps since the start
-  bool draining = false;
-};
-
 // The pools of a server, which share its workers. Creates them within the limits, finds them, and
 // drains. Threads: any method from any thread; none blocks.
 class PoolSupervisor {

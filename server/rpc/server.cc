@@ -94,13 +94,6 @@ void SetKeepalive(const ServerOptions& options, grpc::ServerBuilder* builder) {
                               Milliseconds(kPingIntervalMin));
 }
 
-ServerGauges GaugesOf(const Load& load) {
-  return {.pool_count = load.pool_count,
-          .env_count = load.env_count,
-          .worker_count = load.worker_count,
-          .draining = load.draining};
-}
-
 class GrpcServer final : public Server {
  public:
   explicit GrpcServer(const ServerOptions& options)
@@ -114,7 +107,7 @@ class GrpcServer final : public Server {
         catalog_service_(&supervisor_, &accounting_),
         cluster_service_(cluster_.get(), &accounting_),
         pool_service_(&supervisor_, &accounting_) {
-    metrics_.ReadGaugesFrom([this] { return GaugesOf(supervisor_.load()); });
+    metrics_.ReadGaugesFrom([this] { return supervisor_.load(); });
   }
 
   ~GrpcServer() override { Stop(absl::ZeroDuration()); }
