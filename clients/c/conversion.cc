@@ -205,7 +205,7 @@ procgen::Batch BatchOf(const ProcgenBatch& given, int32_t env_count, size_t obse
   };
   procgen::Batch result;
   result.observations = span(batch.observations, rows * observation_bytes);
-#define PROCGEN_SPAN(type, name) result.name = span(batch.name, rows);
+#define PROCGEN_SPAN(type, name, member) result.name = span(batch.name, rows);
   PROCGEN_BATCH_NUMBERS(PROCGEN_SPAN)
 #undef PROCGEN_SPAN
   result.final_observations = span(batch.final_observations, rows * observation_bytes);

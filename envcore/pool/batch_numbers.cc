@@ -19,7 +19,7 @@ void Lend(std::vector<Number>* memory, size_t count, absl::Span<Number>* span) {
 
 Batch BatchNumbers::ReplaceEmptyArrays(Batch batch, int32_t count) {
   const auto rows = static_cast<size_t>(count);
-#define PROCGEN_LEND(type, name) \
+#define PROCGEN_LEND(type, name, member) \
   Lend(&name, rows, &batch.name);  // NOLINT(bugprone-macro-parentheses)
   PROCGEN_BATCH_NUMBERS(PROCGEN_LEND)
 #undef PROCGEN_LEND

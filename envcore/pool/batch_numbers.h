@@ -10,7 +10,7 @@ namespace procgen {
 
 // Buffers for all arrays of a Batch except the observations. Batch documents each array.
 struct BatchNumbers {
-#define PROCGEN_MEMBER(type, name) std::vector<type> name;
+#define PROCGEN_MEMBER(type, name, member) std::vector<type> name;
   PROCGEN_BATCH_NUMBERS(PROCGEN_MEMBER)
 #undef PROCGEN_MEMBER
 

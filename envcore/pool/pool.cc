@@ -158,21 +158,12 @@ class Pool::StepJob final : public ParallelJob {
   }
 
   void Write(const StepResult& result, size_t row) const {
-    const auto write = [row](auto span, auto value) {
-      if (!span.empty()) {
-        span[row] = value;
-      }
-    };
-    write(batch_.rewards, result.reward);
-    write(batch_.first, static_cast<uint8_t>(result.first));
-    write(batch_.terminated, static_cast<uint8_t>(result.terminated));
-    write(batch_.truncated, static_cast<uint8_t>(result.truncated));
-    write(batch_.level_seeds, result.level_seed);
-    write(batch_.prev_level_seeds, result.prev_level_seed);
-    write(batch_.prev_level_complete, static_cast<uint8_t>(result.prev_level_complete));
-    write(batch_.episode_returns, result.episode_return);
-    write(batch_.episode_lengths, result.episode_length);
-    write(batch_.fingerprints, result.fingerprint);
+#define PROCGEN_WRITE(type, name, member)                \
+  if (!batch_.name.empty()) {                            \
+    batch_.name[row] = static_cast<type>(result.member); \
+  }
+    PROCGEN_BATCH_NUMBERS(PROCGEN_WRITE)
+#undef PROCGEN_WRITE
   }
 
   Pool* const pool_;

@@ -139,19 +139,19 @@ struct Batch {
   absl::Span<FinalScene> final_scenes;
 };
 
-// The arrays of a Batch that have one number per environment: NUMBERS(type, name). What copies,
-// checks or sends a batch is made from this table.
-#define PROCGEN_BATCH_NUMBERS(NUMBERS)  \
-  NUMBERS(float, rewards)               \
-  NUMBERS(uint8_t, first)               \
-  NUMBERS(uint8_t, terminated)          \
-  NUMBERS(uint8_t, truncated)           \
-  NUMBERS(int32_t, level_seeds)         \
-  NUMBERS(int32_t, prev_level_seeds)    \
-  NUMBERS(uint8_t, prev_level_complete) \
-  NUMBERS(float, episode_returns)       \
-  NUMBERS(int32_t, episode_lengths)     \
-  NUMBERS(uint64_t, fingerprints)
+// The arrays of a Batch that have one number per environment: NUMBERS(type, name, member of
+// StepResult). What writes, copies, checks or sends a batch is made from this table.
+#define PROCGEN_BATCH_NUMBERS(NUMBERS)                       \
+  NUMBERS(float, rewards, reward)                            \
+  NUMBERS(uint8_t, first, first)                             \
+  NUMBERS(uint8_t, terminated, terminated)                   \
+  NUMBERS(uint8_t, truncated, truncated)                     \
+  NUMBERS(int32_t, level_seeds, level_seed)                  \
+  NUMBERS(int32_t, prev_level_seeds, prev_level_seed)        \
+  NUMBERS(uint8_t, prev_level_complete, prev_level_complete) \
+  NUMBERS(float, episode_returns, episode_return)            \
+  NUMBERS(int32_t, episode_lengths, episode_length)          \
+  NUMBERS(uint64_t, fingerprints, fingerprint)
 
 // A Pool steps env_count() environments as one batch.
 // Shapes: row i of a batch is environment first + i.

@@ -18,7 +18,7 @@ Status CheckSpan(absl::string_view name, size_t size, size_t rows, size_t values
 }
 
 Status CheckBatch(const Batch& batch, size_t rows, size_t observation_bytes) {
-#define PROCGEN_CHECK(type, name) CheckSpan(#name, batch.name.size(), rows, 1),
+#define PROCGEN_CHECK(type, name, member) CheckSpan(#name, batch.name.size(), rows, 1),
   for (const Status& status :
        {PROCGEN_BATCH_NUMBERS(PROCGEN_CHECK)
             CheckSpan("observations", batch.observations.size(), rows, observation_bytes),

@@ -3,15 +3,17 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "envcore/pool/pool.h"
 #include "server/encoding/observation_encoder.h"
 #include "server/wire/convert_pool.h"
 
 namespace procgen {
 namespace {
 
-// Upper bound of a row's numbers in a response, in bytes: five of four bytes (rewards, level_seeds,
-// prev_level_seeds, episode_returns, episode_lengths), four flags and a fingerprint.
-constexpr int64_t kRowNumberBytes = 5 * 4 + 4 + 8;
+// Upper bound of a row's numbers in a response, in bytes; all have a fixed size.
+#define PROCGEN_BYTES(type, name, member) +sizeof(type)
+constexpr int64_t kRowNumberBytes = 0 PROCGEN_BATCH_NUMBERS(PROCGEN_BYTES);
+#undef PROCGEN_BYTES
 // Upper bound of the tags and lengths of a response, in bytes.
 constexpr int64_t kResponseOverheadBytes = 256;
 

@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from procgen_client import _library
+from procgen_client.batch import BatchStruct
 
 _MODES = {"easy": 0, "hard": 1, "extreme": 2, "memory": 10}
 
@@ -47,7 +48,7 @@ class LibraryPool:
             "prev_level_seeds": np.zeros(env_count, np.int32),
             "prev_level_complete": np.zeros(env_count, np.uint8),
         }
-        self._batch = _library.Batch(ctypes.sizeof(_library.Batch))
+        self._batch = BatchStruct(ctypes.sizeof(BatchStruct))
         for name, array in self._arrays.items():
             setattr(self._batch, name, array.ctypes.data)
         self._step = _library.Step(ctypes.sizeof(_library.Step))

@@ -138,29 +138,6 @@ class Step(ctypes.Structure):
     )
 
 
-# The arrays of ProcgenBatch, in order.
-BATCH_ARRAYS = (
-    "observations",
-    "rewards",
-    "first",
-    "terminated",
-    "truncated",
-    "level_seeds",
-    "prev_level_seeds",
-    "prev_level_complete",
-    "episode_returns",
-    "episode_lengths",
-    "fingerprints",
-    "final_observations",
-)
-
-
-class Batch(ctypes.Structure):
-    """ProcgenBatch."""
-
-    _fields_ = (("struct_size", ctypes.c_size_t), *((name, _Array) for name in BATCH_ARRAYS))
-
-
 class ConnectOptions(ctypes.Structure):
     """ProcgenConnectOptions."""
 

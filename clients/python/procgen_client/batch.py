@@ -8,9 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from procgen_client import _library
-
-# Element type of each array of a batch but the observations.
+# Element type of each array of a batch but the observations, in the order of ProcgenBatch.
 _NUMBER_TYPES = {
     "rewards": np.float32,
     "first": np.bool_,
@@ -23,8 +21,19 @@ _NUMBER_TYPES = {
     "episode_lengths": np.int32,
     "fingerprints": np.uint64,
 }
+# The arrays of ProcgenBatch, in order.
+BATCH_ARRAYS = ("observations", *_NUMBER_TYPES, "final_observations")
 # Whether the interpreter counts references exactly: not without its global lock.
 _COUNTS_REFERENCES = getattr(sys, "_is_gil_enabled", lambda: True)()
+
+
+class BatchStruct(ctypes.Structure):
+    """ProcgenBatch of procgen.h."""
+
+    _fields_ = (
+        ("struct_size", ctypes.c_size_t),
+        *((name, ctypes.c_void_p) for name in BATCH_ARRAYS),
+    )
 
 
 class Batch:
@@ -72,12 +81,12 @@ class Buffers:
     def __init__(self, count: int, shape: tuple[int, ...], observed: bool, final: bool) -> None:
         """Makes arrays for `count` environments, with or without those of observations."""
         self.batch = Batch()
-        self.struct = _library.Batch(struct_size=ctypes.sizeof(_library.Batch))
+        self.struct = BatchStruct(struct_size=ctypes.sizeof(BatchStruct))
         for name, dtype in _NUMBER_TYPES.items():
             setattr(self.batch, name, np.zeros(count, dtype))
         self.batch.observations = np.empty((count, *shape), np.uint8) if observed else None
         self.batch.final_observations = np.zeros((count, *shape), np.uint8) if final else None
-        arrays = {name: getattr(self.batch, name) for name in _library.BATCH_ARRAYS}
+        arrays = {name: getattr(self.batch, name) for name in BATCH_ARRAYS}
         for name in arrays:
             setattr(self.struct, name, _address(arrays[name]))
         self.reference = ctypes.byref(self.struct)

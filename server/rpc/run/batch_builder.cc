@@ -103,7 +103,8 @@ Batch BatchBuilder::Prepare(const Request& request) {
   v1::Batch* message = response_.mutable_batch();
   message->set_first_env(request.first);
   message->set_env_count(request.count);
-#define PROCGEN_SIZE(type, name) batch_.name = Sized(message->mutable_##name(), request.count);
+#define PROCGEN_SIZE(type, name, member) \
+  batch_.name = Sized(message->mutable_##name(), request.count);
   PROCGEN_BATCH_NUMBERS(PROCGEN_SIZE)
 #undef PROCGEN_SIZE
   batch_.final_observations = Sized(message->mutable_final_observations(),

@@ -45,7 +45,7 @@ inline ProcgenBatch BatchIn(BatchBuffers& buffers, int32_t first = 0) {
   const Batch rows = buffers.Rows(first, static_cast<int32_t>(buffers.rewards.size()) - first);
   return {.struct_size = sizeof(ProcgenBatch),
           .observations = rows.observations.data(),
-#define PROCGEN_DATA(type, name) .name = rows.name.data(),
+#define PROCGEN_DATA(type, name, member) .name = rows.name.data(),
           PROCGEN_BATCH_NUMBERS(PROCGEN_DATA)
 #undef PROCGEN_DATA
               .final_observations = rows.final_observations.data()};

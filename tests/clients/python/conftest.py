@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 
 from procgen_client import Batch, Client, Pool, ServerProcess
-from procgen_client._library import BATCH_ARRAYS
 from procgen_client._place import SERVER_VARIABLE
+from procgen_client.batch import BATCH_ARRAYS
 from procgen_client.tools.server_process import BINARY_VARIABLE
 
 _ROOT = Path(__file__).resolve().parents[3]

@@ -15,6 +15,7 @@ import pytest
 from conftest import assert_same
 
 from procgen_client import Batch, Pool, ProcgenVectorEnv, _library
+from procgen_client.batch import BatchStruct
 from procgen_client.errors import AbortedError
 
 _ROOT = Path(__file__).resolve().parents[3]
@@ -53,13 +54,13 @@ def _in_threads(*calls: Callable[[], object]) -> None:
         _library.NextLevel,
         _library.Annotation,
         _library.Step,
-        _library.Batch,
+        BatchStruct,
         _library.ConnectOptions,
         _library.ServerPoolOptions,
     ],
 )
 def test_structs_are_those_of_the_headers(struct: type[ctypes.Structure], tmp_path: Path) -> None:
-    name = f"Procgen{struct.__name__}"
+    name = f"Procgen{struct.__name__.removesuffix('Struct')}"
     fields = [field[0] for field in struct._fields_]
     facts = [
         f"(int)sizeof({name})",

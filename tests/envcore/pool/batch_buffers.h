@@ -35,7 +35,7 @@ struct BatchBuffers : BatchNumbers {
     const size_t pixel_count = n * observation_bytes;
     Batch batch;
     batch.observations = absl::MakeSpan(observations).subspan(pixels, pixel_count);
-#define PROCGEN_ROWS(type, name) batch.name = absl::MakeSpan(name).subspan(b, n);
+#define PROCGEN_ROWS(type, name, member) batch.name = absl::MakeSpan(name).subspan(b, n);
     PROCGEN_BATCH_NUMBERS(PROCGEN_ROWS)
 #undef PROCGEN_ROWS
     batch.final_observations = absl::MakeSpan(final_observations).subspan(pixels, pixel_count);

@@ -117,7 +117,7 @@ std::vector<BatchBuffers> RowsOf(const std::vector<BatchBuffers>& batches, size_
   for (const BatchBuffers& batch : batches) {
     BatchBuffers& part = rows.emplace_back(0, batch.observation_bytes);
     part.observations = RowsOf(batch.observations, begin, count, batch.observation_bytes);
-#define PROCGEN_ROWS(type, name) part.name = RowsOf(batch.name, begin, count, 1);
+#define PROCGEN_ROWS(type, name, member) part.name = RowsOf(batch.name, begin, count, 1);
     PROCGEN_BATCH_NUMBERS(PROCGEN_ROWS)
 #undef PROCGEN_ROWS
     part.final_observations =

@@ -74,7 +74,10 @@ class FieldReader {
         return Malformed(absl::StrCat("field ", WireFormatLite::GetTagFieldNumber(tag)));
       }
     }
-    constexpr int kRowArrayCount = 9;
+// All but the fingerprints, which only rows with an ended episode have.
+#define PROCGEN_ONE(type, name, member) +1
+    constexpr int kRowArrayCount = PROCGEN_BATCH_NUMBERS(PROCGEN_ONE) - 1;
+#undef PROCGEN_ONE
     if (first_env_ != shape_.first || env_count_ != shape_.count ||
         row_array_count_ != kRowArrayCount) {
       return Malformed(absl::StrCat("environments from ", first_env_, ", ", env_count_,

@@ -42,7 +42,7 @@ StepPart::StepPart(const procgen::StepInput& whole, absl::Span<const Annotation>
     return Rows(array, begin, count, row_size);
   };
   batch.observations = rows(whole_batch.observations, observation_bytes);
-#define PROCGEN_ROWS(type, name) batch.name = rows(whole_batch.name, 1);
+#define PROCGEN_ROWS(type, name, member) batch.name = rows(whole_batch.name, 1);
   PROCGEN_BATCH_NUMBERS(PROCGEN_ROWS)
 #undef PROCGEN_ROWS
   batch.final_observations = rows(whole_batch.final_observations, observation_bytes);
