@@ -30,7 +30,7 @@ Status CheckObservationFormat(const ObservationFormat& format) {
   for (const Field& field :
        {Field{"frame.size_px", format.frame.size_px, kObservationSizePxMin, kObservationSizePxMax},
         Field{"frame.color", static_cast<int32_t>(format.frame.color),
-              static_cast<int32_t>(Color::kRgb), static_cast<int32_t>(Color::kGrayscale)},
+              static_cast<int32_t>(Color::kRgb), static_cast<int32_t>(kColorMax)},
         Field{"frame.layout", static_cast<int32_t>(format.frame.layout),
               static_cast<int32_t>(Layout::kHwc), static_cast<int32_t>(Layout::kChw)},
         Field{"frame_stack", format.frame_stack, 1, kFrameStackMax}}) {

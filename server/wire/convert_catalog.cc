@@ -6,6 +6,7 @@
 
 #include "absl/strings/str_split.h"
 #include "envcore/pool/pool.h"
+#include "proto/engine_enums.h"
 #include "server/wire/convert_pool.h"
 
 namespace procgen {
@@ -151,13 +152,15 @@ v1::Catalog CatalogMessageOf(const ServerInfo& server, const Limits& limits) {
   FillActions(&catalog);
   catalog.add_encodings(v1::ENCODING_RAW);
   catalog.add_encodings(v1::ENCODING_DELTA_ZSTD);
-  catalog.add_colors(v1::COLOR_RGB);
-  catalog.add_colors(v1::COLOR_GRAYSCALE);
-  catalog.add_layouts(v1::LAYOUT_HWC);
-  catalog.add_layouts(v1::LAYOUT_CHW);
-  catalog.add_autoreset_modes(v1::AUTORESET_MODE_SAME_STEP);
-  catalog.add_autoreset_modes(v1::AUTORESET_MODE_NEXT_STEP);
-  catalog.add_autoreset_modes(v1::AUTORESET_MODE_DISABLED);
+  for (const auto& [color, value] : kColors) {
+    catalog.add_colors(color);
+  }
+  for (const auto& [layout, value] : kLayouts) {
+    catalog.add_layouts(layout);
+  }
+  for (const auto& [mode, value] : kAutoresetModes) {
+    catalog.add_autoreset_modes(mode);
+  }
   FillLimits(limits, catalog.mutable_limits());
   // Clients must not see the path of the directory.
   catalog.set_art(server.has_own_art ? "folder" : "built-in");

@@ -6,15 +6,12 @@
 
 #include "absl/status/status.h"
 #include "absl/strings/str_cat.h"
+#include "proto/engine_enums.h"
 #include "server/wire/enum_value.h"
 
 namespace procgen {
 namespace {
 
-constexpr std::pair<v1::Color, Color> kColors[] = {{v1::COLOR_RGB, Color::kRgb},
-                                                   {v1::COLOR_GRAYSCALE, Color::kGrayscale}};
-constexpr std::pair<v1::Layout, Layout> kLayouts[] = {{v1::LAYOUT_HWC, Layout::kHwc},
-                                                      {v1::LAYOUT_CHW, Layout::kChw}};
 constexpr std::pair<v1::Encoding, Encoding> kEncodings[] = {
     {v1::ENCODING_RAW, Encoding::kRaw}, {v1::ENCODING_DELTA_ZSTD, Encoding::kDeltaZstd}};
 

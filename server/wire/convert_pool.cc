@@ -9,6 +9,7 @@
 #include "absl/status/status.h"
 #include "absl/strings/str_cat.h"
 #include "absl/time/time.h"
+#include "proto/engine_enums.h"
 #include "server/pool/pool_supervisor.h"
 #include "server/wire/convert_observation.h"
 #include "server/wire/enum_value.h"
@@ -18,17 +19,6 @@ namespace {
 
 constexpr int kGamesMax = 64;
 constexpr size_t kGameLengthMax = 64;  // largest length of a game's name, in characters
-
-constexpr std::pair<v1::DistributionMode, DistributionMode> kDistributionModes[] = {
-    {v1::DISTRIBUTION_MODE_HARD, DistributionMode::kHard},
-    {v1::DISTRIBUTION_MODE_EASY, DistributionMode::kEasy},
-    {v1::DISTRIBUTION_MODE_EXTREME, DistributionMode::kExtreme},
-    {v1::DISTRIBUTION_MODE_MEMORY, DistributionMode::kMemory},
-    {v1::DISTRIBUTION_MODE_EXPLORATION, DistributionMode::kExploration}};
-constexpr std::pair<v1::AutoresetMode, AutoresetMode> kAutoresetModes[] = {
-    {v1::AUTORESET_MODE_SAME_STEP, AutoresetMode::kSameStep},
-    {v1::AUTORESET_MODE_NEXT_STEP, AutoresetMode::kNextStep},
-    {v1::AUTORESET_MODE_DISABLED, AutoresetMode::kDisabled}};
 
 absl::StatusOr<EnvironmentOptions> EnvironmentOptionsOf(const v1::EnvironmentOptions& message) {
   absl::StatusOr<DistributionMode> mode =

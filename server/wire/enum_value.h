@@ -3,13 +3,13 @@
 
 #include <cstddef>
 #include <string>
-#include <utility>
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/string_view.h"
 #include "google/protobuf/generated_enum_reflection.h"
+#include "proto/engine_enums.h"
 
 namespace procgen {
 
@@ -33,10 +33,6 @@ absl::Status NoSuchValue(absl::string_view field, Enum value) {
       absl::StrCat(field, " is ", EnumText(value), ", allowed: ", allowed));
 }
 
-// The values of an API enum other than UNSPECIFIED with those of the engine, the default first.
-template <typename Enum, typename Value, size_t kCount>
-using EnumTable = const std::pair<Enum, Value>[kCount];
-
 // Returns the engine's value. Errors: INVALID_ARGUMENT there is none.
 template <typename Enum, typename Value, size_t kCount>
 absl::StatusOr<Value> ValueOf(EnumTable<Enum, Value, kCount>& table, absl::string_view field,
@@ -47,17 +43,6 @@ absl::StatusOr<Value> ValueOf(EnumTable<Enum, Value, kCount>& table, absl::strin
     }
   }
   return NoSuchValue(field, given);
-}
-
-// Returns the API's value; UNSPECIFIED: there is none.
-template <typename Enum, typename Value, size_t kCount>
-Enum EnumOf(EnumTable<Enum, Value, kCount>& table, Value given) {
-  for (const auto& [known, value] : table) {
-    if (given == value) {
-      return known;
-    }
-  }
-  return Enum();
 }
 
 }  // namespace procgen

@@ -10,6 +10,7 @@ enum class Color : int32_t {
   kRgb = 0,        // three channels: red, green, blue
   kGrayscale = 1,  // one: (77 red + 150 green + 29 blue + 128) / 256, rounded down (luma, BT.601)
 };
+inline constexpr Color kColorMax = Color::kGrayscale;
 
 // The order of a frame's axes. With one channel both are the same bytes.
 enum class Layout : int32_t {

@@ -1,39 +1,18 @@
 #include "procgen_client/internal/pool_messages.h"
 
-#include <algorithm>
 #include <cstddef>
 #include <cstdint>
-#include <iterator>
 #include <string>
-#include <utility>
+
+#include "proto/engine_enums.h"
 
 namespace procgen_client {
 namespace {
 
 namespace v1 = procgen::v1;
 
-// Values of the engine's enums, with those of the API.
-constexpr std::pair<procgen::DistributionMode, v1::DistributionMode> kDistributionModes[] = {
-    {procgen::DistributionMode::kEasy, v1::DISTRIBUTION_MODE_EASY},
-    {procgen::DistributionMode::kHard, v1::DISTRIBUTION_MODE_HARD},
-    {procgen::DistributionMode::kExtreme, v1::DISTRIBUTION_MODE_EXTREME},
-    {procgen::DistributionMode::kMemory, v1::DISTRIBUTION_MODE_MEMORY},
-    {procgen::DistributionMode::kExploration, v1::DISTRIBUTION_MODE_EXPLORATION}};
-constexpr std::pair<procgen::AutoresetMode, v1::AutoresetMode> kAutoresetModes[] = {
-    {procgen::AutoresetMode::kSameStep, v1::AUTORESET_MODE_SAME_STEP},
-    {procgen::AutoresetMode::kNextStep, v1::AUTORESET_MODE_NEXT_STEP},
-    {procgen::AutoresetMode::kDisabled, v1::AUTORESET_MODE_DISABLED}};
-
-// REQUIRES: `table` has the value.
-template <typename Table, typename Value>
-auto EnumOf(const Table& table, Value value) {
-  return std::find_if(std::begin(table), std::end(table),
-                      [value](const auto& row) { return row.first == value; })
-      ->second;
-}
-
 void SetOptions(const procgen::EnvironmentOptions& options, v1::EnvironmentOptions* message) {
-  message->set_distribution_mode(EnumOf(kDistributionModes, options.distribution_mode));
+  message->set_distribution_mode(EnumOf(procgen::kDistributionModes, options.distribution_mode));
   message->set_num_levels(options.num_levels);
   message->set_start_level(options.start_level);
   message->set_rand_seed(options.rand_seed);
@@ -49,10 +28,8 @@ void SetOptions(const procgen::EnvironmentOptions& options, v1::EnvironmentOptio
 }
 
 void SetFormat(const procgen::ObservationFormat& format, v1::ObservationFormat* message) {
-  message->set_color(format.frame.color == procgen::Color::kRgb ? v1::COLOR_RGB
-                                                                : v1::COLOR_GRAYSCALE);
-  message->set_layout(format.frame.layout == procgen::Layout::kHwc ? v1::LAYOUT_HWC
-                                                                   : v1::LAYOUT_CHW);
+  message->set_color(EnumOf(procgen::kColors, format.frame.color));
+  message->set_layout(EnumOf(procgen::kLayouts, format.frame.layout));
   message->set_size_px(format.frame.size_px);
   message->set_frame_stack(format.frame_stack);
 }
@@ -105,7 +82,7 @@ v1::PoolSpec SpecOf(const procgen::PoolOptions& options, v1::Encoding encoding) 
   SetOptions(options.environment, spec.mutable_options());
   spec.set_first_env(options.first_env);
   spec.set_total_env_count(options.total_env_count);
-  spec.set_autoreset_mode(EnumOf(kAutoresetModes, options.autoreset_mode));
+  spec.set_autoreset_mode(EnumOf(procgen::kAutoresetModes, options.autoreset_mode));
   SetFormat(options.observation_format, spec.mutable_observation_format());
   spec.set_encoding(encoding);
   if (options.level_sampler != nullptr) {
