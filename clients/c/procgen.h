@@ -178,7 +178,7 @@ typedef struct ProcgenNextLevel {
 typedef struct ProcgenAnnotation {
   const char* name;     // 1 to 64 bytes: letters, digits, spaces and _ - . /
   const float* values;  // [n, value_count], environment first
-  int32_t value_count;  // for each environment, in [1, 64]
+  int32_t value_count;  // for each environment, in [1, 64]; of "saliency" in [1, 4096]
 } ProcgenAnnotation;
 
 // A step of the environments [first_env, first_env + env_count). Everything is copied by the call.

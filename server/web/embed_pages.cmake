@@ -8,8 +8,8 @@ function(run)
 endfunction()
 
 file(REMOVE_RECURSE "${WORK}")
-set(entries "${PAGES}/live.js" "${PAGES}/play.js" "${PAGES}/replay.js" "${PAGES}/gallery.js"
-  "${PAGES}/standalone/player.js")
+file(GLOB entries "${PAGES}/*.js" "${PAGES}/standalone/player.js")
+list(REMOVE_ITEM entries "${PAGES}/page.js")  # what all of them import
 file(GLOB styles "${PAGES}/style/*.css" "${PAGES}/standalone/*.css")
 # Modules that several pages use are in files of their own, with the hash of their contents in their names.
 run("${ESBUILD}" ${entries} --bundle --splitting --format=esm --minify --target=es2022 --log-level=warning
