@@ -5,7 +5,6 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_split.h"
 #include "envcore/games/game_catalog.h"
-#include "envcore/games/game_kind_names.h"
 #include "envcore/games/game_variants.h"
 #include "nlohmann/json.hpp"
 
@@ -39,7 +38,7 @@ ordered_json GameOf(const procgen::GameSpec& game) {
     special_actions[absl::StrCat(special.action)] = std::string(special.description);
   }
   ordered_json kinds = ordered_json::array();
-  for (const auto named : {procgen::CommonKindNames(), procgen::KindNamesOf(game.name)}) {
+  for (const auto named : {procgen::CommonKindNames(), game.kinds}) {
     for (const procgen::KindName& kind : named) {
       kinds.push_back(
           {{"kind", kind.kind}, {"name", std::string(kind.name)}, {"is_goal", kind.is_goal}});

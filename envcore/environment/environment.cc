@@ -3,8 +3,6 @@
 #include <limits>
 #include <utility>
 
-#include "envcore/games/game_kind_names.h"
-
 namespace procgen {
 namespace {
 
@@ -63,7 +61,7 @@ void Environment::BeginEpisode() {
 }
 
 int32_t Environment::ReadObjects(absl::Span<ObjectRow> rows) const {
-  return procgen::ReadObjects(game_->world(), KindNamesOf(spec_.name), rows);
+  return procgen::ReadObjects(game_->world(), spec_.kinds, rows);
 }
 
 void Environment::Reset(std::optional<int32_t> level_seed, std::optional<int64_t> rand_seed) {

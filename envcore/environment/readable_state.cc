@@ -8,7 +8,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "envcore/environment/environment.h"
-#include "envcore/games/game_kind_names.h"
+#include "envcore/games/game_spec.h"
 #include "envcore/state/snapshot_frame.h"
 #include "envcore/state/snapshot_tree.h"
 
@@ -17,12 +17,12 @@ namespace {
 
 using Json = SnapshotTree;
 
-Json NamedKind(absl::string_view game, int kind) {
-  const absl::string_view name = NameOfKind(game, kind);
+Json NamedKind(const GameSpec& game, int kind) {
+  const absl::string_view name = game.NameOfKind(kind);
   return name.empty() ? Json(kind) : Json(std::string(name));
 }
 
-Json ReadableEntity(absl::string_view game, const Json& entity, bool is_agent) {
+Json ReadableEntity(const GameSpec& game, const Json& entity, bool is_agent) {
   Json readable = Json::object();
   const int kind = entity.at("kind").get<int>();
   if (!is_agent) {
@@ -40,7 +40,7 @@ Json ReadableEntity(absl::string_view game, const Json& entity, bool is_agent) {
   return readable;
 }
 
-Json ReadableGrid(absl::string_view game, const Grid& grid) {
+Json ReadableGrid(const GameSpec& game, const Grid& grid) {
   Json rows = Json::array();
   for (int y = 0; y < grid.height(); ++y) {
     Json& row = rows.emplace_back(Json::array());
@@ -107,9 +107,9 @@ StatusOr<std::string> SnapshotToJson(absl::string_view snapshot) {
   if (!tree.ok()) {
     return tree.status();
   }
-  const absl::string_view game = (*environment)->spec().name;
+  const GameSpec& game = (*environment)->spec();
   Json& world = tree->at("level").at("world");
-  Json json = {{"game", std::string(game)},
+  Json json = {{"game", std::string(game.name)},
                {"level_seed", tree->at("level_seed")},
                {"edited", (*environment)->edited()},
                {"checksum", SnapshotChecksum(*saved)}};

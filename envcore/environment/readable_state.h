@@ -18,7 +18,7 @@ namespace procgen {
 //   grid       level.world.cells as rows, the bottom row first: grid[y][x] is the kind of the cell
 //              [x, x + 1) x [y, y + 1)
 //
-// Kinds are names (game_kind_names.h); one that has no name is a number. An entity always has kind,
+// Kinds are names (GameSpec::kinds); one that has no name is a number. An entity always has kind,
 // x, y, vx, vy, rx and ry. It has `image_kind` only if that differs from its kind, and other fields
 // only if they have no default value (entity.h). Floats have as few digits as 32 bits need.
 

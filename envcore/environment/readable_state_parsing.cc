@@ -12,7 +12,7 @@
 #include "absl/strings/str_replace.h"
 #include "envcore/environment/environment.h"
 #include "envcore/environment/readable_state.h"
-#include "envcore/games/game_kind_names.h"
+#include "envcore/games/game_spec.h"
 #include "envcore/state/snapshot_frame.h"
 #include "envcore/state/snapshot_tree.h"
 #include "envcore/world/kinds.h"
@@ -65,7 +65,7 @@ StatusOr<Json> Taken(Json* json, const char* name, Json::value_t type,
   return value;
 }
 
-StatusOr<int> KindOf(absl::string_view game, const Json& named, const std::string& path) {
+StatusOr<int> KindOf(const GameSpec& game, const Json& named, const std::string& path) {
   if (named.is_number_integer()) {
     const auto number = named.get<int64_t>();  // negative if it is beyond 63 bits
     if (number < 0 || number > kKindMax) {
@@ -75,16 +75,16 @@ StatusOr<int> KindOf(absl::string_view game, const Json& named, const std::strin
     return static_cast<int>(number);
   }
   const std::optional<int> kind =
-      named.is_string() ? FindKind(game, named.get_ref<const std::string&>()) : std::nullopt;
+      named.is_string() ? game.FindKind(named.get_ref<const std::string&>()) : std::nullopt;
   if (!kind.has_value()) {
     return InvalidArgumentError(
-        absl::StrCat(path, " is ", named.dump(), ", ", game, " has ", AllKindNames(game)));
+        absl::StrCat(path, " is ", named.dump(), ", ", game.name, " has ", game.AllKindNames()));
   }
   return *kind;
 }
 
 // Completes the fields of an entity that follow from its kind.
-Status AddKind(absl::string_view game, const std::string& path, Json* entity) {
+Status AddKind(const GameSpec& game, const std::string& path, Json* entity) {
   if (!entity->is_object()) {
     return InvalidArgumentError(absl::StrCat(path, " is not a group of fields"));
   }
@@ -103,7 +103,7 @@ Status AddKind(absl::string_view game, const std::string& path, Json* entity) {
   return OkStatus();
 }
 
-StatusOr<Json> AllEntities(absl::string_view game, Json agent, Json entities) {
+StatusOr<Json> AllEntities(const GameSpec& game, Json agent, Json entities) {
   if (agent.contains("kind")) {
     return InvalidArgumentError("agent has the field kind, which is only for entities");
   }
@@ -123,7 +123,7 @@ StatusOr<Json> AllEntities(absl::string_view game, Json agent, Json entities) {
 }
 
 // The cells as runs: kind, count, kind, count ...
-StatusOr<Json> RunsOf(absl::string_view game, const Json& rows, const Grid& level) {
+StatusOr<Json> RunsOf(const GameSpec& game, const Json& rows, const Grid& level) {
   if (rows.size() != static_cast<size_t>(level.height())) {
     return InvalidArgumentError(
         absl::StrCat("grid has ", rows.size(), " rows, the level has ", level.height()));
@@ -199,7 +199,7 @@ StatusOr<Json> TreeOf(Json json) {
       return each->status();
     }
   }
-  StatusOr<Json> all = AllEntities(name, *std::move(agent), *std::move(entities));
+  StatusOr<Json> all = AllEntities(**spec, *std::move(agent), *std::move(entities));
   if (!all.ok()) {
     return all.status();
   }
@@ -207,7 +207,7 @@ StatusOr<Json> TreeOf(Json json) {
   if (!grid.ok()) {
     return grid.status();
   }
-  StatusOr<Json> runs = RunsOf(name, *rows, *grid);
+  StatusOr<Json> runs = RunsOf(**spec, *rows, *grid);
   if (!runs.ok()) {
     return runs.status();
   }

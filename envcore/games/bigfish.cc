@@ -5,12 +5,14 @@
 #include <cmath>
 
 #include "envcore/games/game.h"
-#include "envcore/games/game_factories.h"
+#include "envcore/games/game_spec.h"
 
 namespace procgen {
 namespace {
 
 constexpr int kFishKind = 2;
+
+constexpr KindName kKinds[] = {{kFishKind, "fish"}};
 
 constexpr int kWorldSide = 20;         // cells
 constexpr float kAgentRadiusEasy = 1;  // cells, at the start of a level
@@ -114,8 +116,15 @@ class BigFish final : public Game {
 
 }  // namespace
 
-std::unique_ptr<Game> MakeBigFish(const GameOptions& options) {
-  return std::make_unique<BigFish>(options);
-}
+extern constexpr GameSpec kBigFish = {
+    .name = "bigfish",
+    .description = "A fish eats smaller fish to grow and avoids larger ones.",
+    .modes = kEasyHard,
+    .step_limit = 6000,
+    .easy_returns = {1, 40},
+    .hard_returns = {0, 40},
+    .kinds = kKinds,
+    .make = MakeGame<BigFish>,
+};
 
 }  // namespace procgen

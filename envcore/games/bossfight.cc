@@ -8,7 +8,7 @@
 #include <cstdlib>
 
 #include "envcore/games/game.h"
-#include "envcore/games/game_factories.h"
+#include "envcore/games/game_spec.h"
 #include "envcore/world/direction.h"
 #include "envcore/world/placing.h"
 #include "envcore/world/world_state.h"
@@ -23,6 +23,17 @@ constexpr int kBossBulletKind = 4;
 constexpr int kTrailPieceKind = 5;       // with the image of a boss bullet
 constexpr int kReflectedBulletKind = 6;  // with the image of a player's bullet
 constexpr int kBarrierKind = 7;          // a meteor that does not move
+
+constexpr KindName kKinds[] = {{kPlayerBulletKind, "player_bullet"},
+                               {kBossKind, "boss"},
+                               {kShieldKind, "shield"},
+                               {kBossBulletKind, "boss_bullet"},
+                               {kTrailPieceKind, "bullet_trail"},
+                               {kReflectedBulletKind, "reflected_bullet"},
+                               {kBarrierKind, "meteor"}};
+
+constexpr SpecialAction kSpecialActions[] = {
+    {9, "Fires a bullet upwards, at most once in 3 steps."}};
 
 constexpr size_t kBossIndex = 1;  // index in world_.entities; boss and shield are always there
 constexpr size_t kShieldIndex = 2;
@@ -450,8 +461,16 @@ class BossFight final : public Game {
 
 }  // namespace
 
-std::unique_ptr<Game> MakeBossFight(const GameOptions& options) {
-  return std::make_unique<BossFight>(options);
-}
+extern constexpr GameSpec kBossFight = {
+    .name = "bossfight",
+    .description = "A ship dodges a boss's bullets and fires back when its shield is down.",
+    .modes = kEasyHard,
+    .step_limit = 4000,
+    .easy_returns = {0.5, 13},
+    .hard_returns = {0.5, 13},
+    .special_actions = kSpecialActions,
+    .kinds = kKinds,
+    .make = MakeGame<BossFight>,
+};
 
 }  // namespace procgen

@@ -7,7 +7,7 @@
 #include <cmath>
 
 #include "envcore/games/game.h"
-#include "envcore/games/game_factories.h"
+#include "envcore/games/game_spec.h"
 #include "envcore/level/caves.h"
 #include "envcore/world/contacts.h"
 #include "envcore/world/direction.h"
@@ -24,6 +24,16 @@ constexpr int kEnemyShipKind = 5;
 constexpr int kCaveWallKind = 8;  // also everything outside the world
 constexpr int kPuffKind = 9;
 constexpr int kRouteKind = 1003;  // during level generation
+
+constexpr KindName kKinds[] = {{kGoalKind, "goal_saucer", true},
+                               {kMeteorKind, "meteor"},
+                               {kRedSaucerKind, "red_saucer"},
+                               {kShotKind, "shot"},
+                               {kEnemyShipKind, "enemy_ship"},
+                               {kCaveWallKind, "cave_wall"},
+                               {kPuffKind, "exhaust"}};
+
+constexpr SpecialAction kSpecialActions[] = {{9, "Fires a shot where the ship points."}};
 
 constexpr int kWorldSideEasy = 30;  // cells
 constexpr int kWorldSideHard = 40;
@@ -330,8 +340,16 @@ class CaveFlyer final : public Game {
 
 }  // namespace
 
-std::unique_ptr<Game> MakeCaveFlyer(const GameOptions& options) {
-  return std::make_unique<CaveFlyer>(options);
-}
+extern constexpr GameSpec kCaveFlyer = {
+    .name = "caveflyer",
+    .description = "A ship flies through caves to its friend and shoots what is in the way.",
+    .modes = kWithMemory,
+    .easy_returns = {3.5, 12},
+    .hard_returns = {2, 13.4},
+    .exploration_level = 1259048185,
+    .special_actions = kSpecialActions,
+    .kinds = kKinds,
+    .make = MakeGame<CaveFlyer>,
+};
 
 }  // namespace procgen

@@ -9,7 +9,7 @@
 #include <cstdlib>
 
 #include "envcore/games/game.h"
-#include "envcore/games/game_factories.h"
+#include "envcore/games/game_spec.h"
 #include "envcore/level/maze.h"
 #include "envcore/world/placing.h"
 #include "envcore/world/world_state.h"
@@ -26,6 +26,12 @@ constexpr int kEnemyWingsLevelImageKind = 7;
 constexpr int kEnemyWingsDownImageKind = 8;
 constexpr int kReservedKind = 1001;  // cell of a large orb, during level generation
 constexpr int kSmallOrbKind = 1002;
+
+constexpr KindName kKinds[] = {{kLargeOrbKind, "large_orb"},
+                               {kEggKind, "egg"},
+                               {kMazeWallKind, "maze_wall"},
+                               {kEnemyKind, "enemy"},
+                               {kSmallOrbKind, "small_orb"}};
 
 constexpr int kQuadrantCount = 4;
 constexpr float kRadius = 0.5F;  // of agent, eggs and enemies, cells
@@ -343,8 +349,14 @@ class Chaser final : public Game {
 
 }  // namespace
 
-std::unique_ptr<Game> MakeChaser(const GameOptions& options) {
-  return std::make_unique<Chaser>(options);
-}
+extern constexpr GameSpec kChaser = {
+    .name = "chaser",
+    .description = "The agent collects all orbs of a maze while enemies chase it.",
+    .modes = kWithExtreme,
+    .easy_returns = {0.5, 13},
+    .hard_returns = {0.5, 14.2},
+    .kinds = kKinds,
+    .make = MakeGame<Chaser>,
+};
 
 }  // namespace procgen

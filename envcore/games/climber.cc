@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "envcore/games/game.h"
-#include "envcore/games/game_factories.h"
+#include "envcore/games/game_spec.h"
 #include "envcore/world/placing.h"
 #include "envcore/world/support.h"
 
@@ -22,6 +22,11 @@ constexpr int kPlayerWalkTogetherImageKind = 12;
 constexpr int kPlayerWalkApartImageKind = 13;
 constexpr int kRockKind = 15;  // the sides and the top; also everything outside the world
 constexpr int kPlatformKind = 16;
+
+constexpr KindName kKinds[] = {{kCrystalKind, "crystal", true},
+                               {kFishKind, "fish"},
+                               {kRockKind, "rock"},
+                               {kPlatformKind, "platform"}};
 
 constexpr int kWorldWidthEasy = 16;  // cells
 constexpr int kWorldWidthHard = 20;
@@ -313,8 +318,15 @@ class Climber final : public Game {
 
 }  // namespace
 
-std::unique_ptr<Game> MakeClimber(const GameOptions& options) {
-  return std::make_unique<Climber>(options);
-}
+extern constexpr GameSpec kClimber = {
+    .name = "climber",
+    .description = "A climber jumps from platform to platform and collects crystals.",
+    .modes = kEasyHard,
+    .easy_returns = {2, 12.6},
+    .hard_returns = {1, 12.6},
+    .exploration_level = 1561126160,
+    .kinds = kKinds,
+    .make = MakeGame<Climber>,
+};
 
 }  // namespace procgen

@@ -8,7 +8,7 @@
 #include <utility>
 
 #include "envcore/games/game.h"
-#include "envcore/games/game_factories.h"
+#include "envcore/games/game_spec.h"
 #include "envcore/world/placing.h"
 #include "envcore/world/support.h"
 #include "envcore/world/world_state.h"
@@ -31,6 +31,16 @@ constexpr int kLavaKind = 17;
 constexpr int kLavaSurfaceKind = 18;
 constexpr int kBarrierKind = 19;  // invisible; walkers turn around at it
 constexpr int kCrateKind = 20;
+
+constexpr KindName kKinds[] = {{kCoinKind, "coin", true},
+                               {kSawKind, "saw"},
+                               {kWalkerKind, "walker"},
+                               {kGroundKind, "ground"},
+                               {kGroundTopKind, "ground_top"},
+                               {kLavaKind, "lava"},
+                               {kLavaSurfaceKind, "lava_surface"},
+                               {kBarrierKind, "barrier"},
+                               {kCrateKind, "crate"}};
 
 // Limits in a snapshot. Levels stay below them, except with two piles in one column.
 constexpr size_t kEntitiesMax = 384;
@@ -211,12 +221,8 @@ class CoinRun final : public Game {
     if (HasDebugBit(kFlatBit)) {
       rise = 0;
     }
-    if (*height >= kHighGround) {
+    if (*height >= kHighGround || (*height >= kMiddleGround && random_.Int(2) == 1)) {
       rise = -rise;
-    } else if (*height >= kMiddleGround) {
-      if (random_.Int(2) == 1) {
-        rise = -rise;
-      }
     }
     const int width = random_.Int(2 * difficulty_) + 3 + HardestBonus();
     *height = std::max(1, *height + rise);
@@ -251,7 +257,7 @@ class CoinRun final : public Game {
         break;
       case PitDanger::kSaws:
         for (int i = 0; i < pit_width; ++i) {
-          AddSaw(pit_column + i, 1);
+          AddAt(kSawKind, pit_column + i, 1);
         }
         break;
       case PitDanger::kWalkers:
@@ -266,19 +272,9 @@ class CoinRun final : public Game {
   }
 
   void MakeSteppingStone(int pit_column, int pit_width, int row) {
-    int offset = 0;
-    int width = 0;
-    if (pit_width == 5) {
-      offset = 1 + random_.Int(2);
-      width = 1 + random_.Int(2);
-    } else if (pit_width == 6) {
-      offset = 2 + random_.Int(2);
-      width = 1 + random_.Int(2);
-    } else {
-      offset = 2 + random_.Int(2);
-      const int right_gap = 2 + random_.Int(2);
-      width = pit_width - offset - right_gap;
-    }
+    const int offset = (pit_width > 5 ? 2 : 1) + random_.Int(2);
+    const int drawn = random_.Int(2);  // for the width of a short stone, or the gap at its right
+    const int width = pit_width > 6 ? pit_width - offset - (2 + drawn) : 1 + drawn;
     world_.grid.Fill(pit_column + offset, row, width, 1, kGroundTopKind);
   }
 
@@ -288,7 +284,7 @@ class CoinRun final : public Game {
     int walker_column = -1;
     if (random_.Int(10) < 2 * difficulty_ && width > 3) {
       saw_column = column + random_.Int(width - 2) + 1;
-      AddSaw(saw_column, height);
+      AddAt(kSawKind, saw_column, height);
     }
     if (random_.Int(10) < difficulty_ && width > 3 && !IsEasy()) {
       walker_column = column + random_.Int(width - 2) + 1;
@@ -303,7 +299,7 @@ class CoinRun final : public Game {
       if (wanted && pile_column != saw_column && pile_column != walker_column) {
         const int pile_height = random_.Int(3) + 1;
         for (int i = 0; i < pile_height; ++i) {
-          AddCrate(pile_column, height + i);
+          AddAt(kCrateKind, pile_column, height + i).theme = DrawTheme(kCrateKind);
         }
       }
     }
@@ -315,8 +311,6 @@ class CoinRun final : public Game {
                                                      kRadius));
   }
 
-  void AddSaw(int column, int row) { AddAt(kSawKind, column, row); }
-
   void AddWalker(int column, int row) {
     Entity& walker = AddAt(kWalkerKind, column, row);
     walker.vx = static_cast<float>(kWalkerSpeed * (2 * random_.Int(2) - 1));
@@ -324,10 +318,6 @@ class CoinRun final : public Game {
     walker.image_kind = kWalkerImageKind;
     walker.layer = 1;
     walker.theme = DrawTheme(kWalkerImageKind);
-  }
-
-  void AddCrate(int column, int row) {
-    AddAt(kCrateKind, column, row).theme = DrawTheme(kCrateKind);
   }
 
   // --- Step.
@@ -493,8 +483,15 @@ class CoinRun final : public Game {
 
 }  // namespace
 
-std::unique_ptr<Game> MakeCoinRun(const GameOptions& options) {
-  return std::make_unique<CoinRun>(options);
-}
+extern constexpr GameSpec kCoinRun = {
+    .name = "coinrun",
+    .description = "A runner jumps over pits, saws and walkers to the coin at the far right.",
+    .modes = kEasyHard,
+    .easy_returns = {5, 10},
+    .hard_returns = {5, 10},
+    .exploration_level = 1949448038,
+    .kinds = kKinds,
+    .make = MakeGame<CoinRun>,
+};
 
 }  // namespace procgen

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "envcore/games/game.h"
-#include "envcore/games/game_factories.h"
+#include "envcore/games/game_spec.h"
 #include "envcore/world/contacts.h"
 #include "envcore/world/direction.h"
 #include "envcore/world/placing.h"
@@ -24,6 +24,17 @@ constexpr int kEnemyBallKind = 6;
 constexpr int kOpenDoorImageKind = 7;
 constexpr int kCloudKind = 8;
 constexpr int kHallOutsideKind = 10;
+
+constexpr KindName kKinds[] = {{kLavaKind, "lava"},
+                               {kBallKind, "ball"},
+                               {kEnemyKind, "enemy"},
+                               {kDoorKind, "door", true},
+                               {kEnemyBallKind, "enemy_ball"},
+                               {kCloudKind, "cloud"},
+                               {kHallOutsideKind, "outside"}};
+
+constexpr SpecialAction kSpecialActions[] = {
+    {9, "Throws a ball in the direction of the last move, at most once in 7 steps."}};
 
 constexpr float kLavaRadius = 0.3F;     // half the thickness of a wall, before the mode's factor
 constexpr float kEnemySpeed = 0.05F;    // cells per step
@@ -431,8 +442,15 @@ class Dodgeball final : public Game {
 
 }  // namespace
 
-std::unique_ptr<Game> MakeDodgeball(const GameOptions& options) {
-  return std::make_unique<Dodgeball>(options);
-}
+extern constexpr GameSpec kDodgeball = {
+    .name = "dodgeball",
+    .description = "The agent throws balls at enemies, dodges theirs and leaves by the door.",
+    .modes = kAllModes,
+    .easy_returns = {1.5, 19},
+    .hard_returns = {1.5, 19},
+    .special_actions = kSpecialActions,
+    .kinds = kKinds,
+    .make = MakeGame<Dodgeball>,
+};
 
 }  // namespace procgen

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "envcore/games/game.h"
-#include "envcore/games/game_factories.h"
+#include "envcore/games/game_spec.h"
 #include "envcore/world/direction.h"
 #include "envcore/world/placing.h"
 #include "envcore/world/world_state.h"
@@ -24,6 +24,18 @@ constexpr int kFruitKind = 7;
 constexpr int kDoorKind = 10;
 constexpr int kLockKind = 11;
 constexpr int kPresentKind = 12;
+
+constexpr KindName kKinds[] = {{kFruitBotWallKind, "barrier"},
+                               {kStoneKind, "stone"},
+                               {kKeyKind, "key"},
+                               {kFoodKind, "food"},
+                               {kFruitKind, "fruit"},
+                               {kDoorKind, "door"},
+                               {kLockKind, "lock"},
+                               {kPresentKind, "present", true}};
+
+constexpr SpecialAction kSpecialActions[] = {
+    {9, "Throws a key upwards that opens doors, at most once in 8 steps."}};
 
 constexpr int kWorldHeight = 60;  // cells
 constexpr float kItemRadius =
@@ -309,8 +321,15 @@ class FruitBot final : public Game {
 
 }  // namespace
 
-std::unique_ptr<Game> MakeFruitBot(const GameOptions& options) {
-  return std::make_unique<FruitBot>(options);
-}
+extern constexpr GameSpec kFruitBot = {
+    .name = "fruitbot",
+    .description = "A robot collects fruit, avoids other food and passes gates and doors.",
+    .modes = kEasyHard,
+    .easy_returns = {-1.5, 32.4},
+    .hard_returns = {-0.5, 27.2},
+    .special_actions = kSpecialActions,
+    .kinds = kKinds,
+    .make = MakeGame<FruitBot>,
+};
 
 }  // namespace procgen

@@ -4,14 +4,14 @@
 #include <cstdint>
 
 #include "absl/types/span.h"
-#include "envcore/games/game_kind_names.h"
+#include "envcore/games/game_spec.h"
 #include "envcore/world/world.h"
 
 namespace procgen {
 
 // An entity, or a cell of a goal kind, as ten numbers. Unused rows have kind -1 and else zeros.
 struct ObjectRow {
-  float kind = -1;  // see KindNamesOf
+  float kind = -1;  // see GameSpec
   float theme = 0;  // index of its image, such as the color of a key
   float x = 0;      // center, in cells from the bottom left of the level
   float y = 0;

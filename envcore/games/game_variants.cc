@@ -11,7 +11,7 @@
 #include "absl/strings/numbers.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_split.h"
-#include "envcore/games/game_kind_names.h"
+#include "envcore/games/game_catalog.h"
 #include "envcore/random/random_stream.h"
 #include "envcore/world/placing.h"
 #include "envcore/world/world.h"
@@ -80,7 +80,7 @@ bool HasEntity(const World& world, int x, int y) {
 // Empty cells on the ground, in which nothing stands. In a new level every cell at the bottom of a
 // pit has lava, a saw or a walker, so these are the cells that the agent walks through.
 std::vector<int> CellsOnGround(const World& world) {
-  const int ground_top = *FindKind("coinrun", "ground_top");
+  const int ground_top = *FindGame("coinrun")->FindKind("ground_top");
   std::vector<int> cells;
   for (int y = 1; y < world.grid.height(); ++y) {
     for (int x = kCoinFirstColumn; x < world.grid.width(); ++x) {
@@ -94,7 +94,7 @@ std::vector<int> CellsOnGround(const World& world) {
 }
 
 void PlaceCoinAtRandom(int32_t level_seed, World* world) {
-  const std::optional<int> coin = FindCell(world->grid, *FindKind("coinrun", "coin"));
+  const std::optional<int> coin = FindCell(world->grid, *FindGame("coinrun")->FindKind("coin"));
   std::vector<int> cells = CellsOnGround(*world);
   if (!coin.has_value()) {
     return;
@@ -106,7 +106,7 @@ void PlaceCoinAtRandom(int32_t level_seed, World* world) {
 // The corner cell of a maze is never wall: mazes have odd sizes, and rooms in even places.
 void PlaceCheeseInCorner(World* world) {
   Grid& grid = world->grid;
-  const std::optional<int> cheese = FindCell(grid, *FindKind("maze", "cheese"));
+  const std::optional<int> cheese = FindCell(grid, *FindGame("maze")->FindKind("cheese"));
   int corner = 0;
   for (int cell = 0; cell < grid.size(); ++cell) {
     if (grid.At(cell) != kWallKind) {
@@ -130,7 +130,7 @@ void AddDecoy(int32_t level_seed, World* world) {
     }
   }
   if (!cells.empty()) {
-    SpawnAtCell(*world, *FindKind("maze", "decoy"), kDecoyRadius,
+    SpawnAtCell(*world, *FindGame("maze")->FindKind("decoy"), kDecoyRadius,
                 StreamOf(level_seed).OneOf(cells));
   }
 }

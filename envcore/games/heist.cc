@@ -6,7 +6,7 @@
 #include <array>
 
 #include "envcore/games/game.h"
-#include "envcore/games/game_factories.h"
+#include "envcore/games/game_spec.h"
 #include "envcore/level/maze.h"
 #include "envcore/world/direction.h"
 #include "envcore/world/placing.h"
@@ -18,6 +18,11 @@ constexpr int kLockKind = 1;
 constexpr int kKeyKind = 2;
 constexpr int kGemKind = 9;
 constexpr int kKeyDisplayKind = 11;
+
+constexpr KindName kKinds[] = {{kLockKind, "lock"},
+                               {kKeyKind, "key"},
+                               {kGemKind, "gem", true},
+                               {kKeyDisplayKind, "key_display"}};
 
 constexpr int kWorldSideEasy = 9;  // cells
 constexpr int kWorldSideHard = 13;
@@ -221,8 +226,15 @@ class Heist final : public Game {
 
 }  // namespace
 
-std::unique_ptr<Game> MakeHeist(const GameOptions& options) {
-  return std::make_unique<Heist>(options);
-}
+extern constexpr GameSpec kHeist = {
+    .name = "heist",
+    .description = "A thief opens coloured locks with their keys to reach the gem.",
+    .modes = kWithMemory,
+    .easy_returns = {3.5, 10},
+    .hard_returns = {2, 10},
+    .exploration_level = 876640971,
+    .kinds = kKinds,
+    .make = MakeGame<Heist>,
+};
 
 }  // namespace procgen

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "envcore/games/game.h"
-#include "envcore/games/game_factories.h"
+#include "envcore/games/game_spec.h"
 #include "envcore/level/caves.h"
 #include "envcore/level/maze.h"
 #include "envcore/world/placing.h"
@@ -24,6 +24,11 @@ constexpr int kLeftApartImageKind = 10;  // image kinds: the bunny's walk, legs 
 constexpr int kLeftTogetherImageKind = 11;
 constexpr int kRightApartImageKind = 12;
 constexpr int kRightTogetherImageKind = 13;
+
+constexpr KindName kKinds[] = {{kCarrotKind, "carrot", true},
+                               {kSpikeManKind, "spike_man"},
+                               {kRockKind, "rock"},
+                               {kGroundKind, "ground"}};
 
 constexpr float kAgentRadiusX = 0.254F;  // cells
 constexpr float kAgentRadiusY = 0.4F;
@@ -429,8 +434,16 @@ class Jumper final : public Game {
 
 }  // namespace
 
-std::unique_ptr<Game> MakeJumper(const GameOptions& options) {
-  return std::make_unique<Jumper>(options);
-}
+extern constexpr GameSpec kJumper = {
+    .name = "jumper",
+    .description = "A bunny double-jumps through caves to the carrot that a compass points to.",
+    .modes = kWithMemory,
+    .step_limit_memory = 2000,
+    .easy_returns = {3, 10},
+    .hard_returns = {1, 10},
+    .exploration_level = 1434825276,
+    .kinds = kKinds,
+    .make = MakeGame<Jumper>,
+};
 
 }  // namespace procgen

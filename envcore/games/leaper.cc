@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "envcore/games/game.h"
-#include "envcore/games/game_factories.h"
+#include "envcore/games/game_spec.h"
 #include "envcore/world/direction.h"
 
 namespace procgen {
@@ -17,6 +17,12 @@ constexpr int kRoadKind = 2;
 constexpr int kWaterKind = 3;
 constexpr int kCarKind = 4;
 constexpr int kFinishKind = 5;
+
+constexpr KindName kKinds[] = {{kLogKind, "log"},
+                               {kRoadKind, "road"},
+                               {kWaterKind, "water"},
+                               {kCarKind, "car"},
+                               {kFinishKind, "finish", true}};
 
 constexpr float kCarRadiusX = 0.5F;  // cells
 constexpr float kCarRadiusY = 0.25F;
@@ -297,8 +303,16 @@ class Leaper final : public Game {
 
 }  // namespace
 
-std::unique_ptr<Game> MakeLeaper(const GameOptions& options) {
-  return std::make_unique<Leaper>(options);
-}
+extern constexpr GameSpec kLeaper = {
+    .name = "leaper",
+    .description = "A frog crosses roads of cars and rivers of logs.",
+    .modes = kWithExtreme,
+    .step_limit = 500,
+    .easy_returns = {3, 10},
+    .hard_returns = {1.5, 10},
+    .exploration_level = 1318677581,
+    .kinds = kKinds,
+    .make = MakeGame<Leaper>,
+};
 
 }  // namespace procgen

@@ -4,12 +4,15 @@
 #include "envcore/level/maze.h"
 
 #include "envcore/games/game.h"
-#include "envcore/games/game_factories.h"
+#include "envcore/games/game_spec.h"
 
 namespace procgen {
 namespace {
 
 constexpr int kCheeseKind = 2;
+constexpr int kDecoyKind = 3;  // of a variant (game_variants.cc)
+
+constexpr KindName kKinds[] = {{kCheeseKind, "cheese", true}, {kDecoyKind, "decoy"}};
 
 constexpr int kWorldSideEasy = 15;  // cells
 constexpr int kWorldSideHard = 25;
@@ -97,8 +100,17 @@ class MazeGame final : public Game {
 
 }  // namespace
 
-std::unique_ptr<Game> MakeMaze(const GameOptions& options) {
-  return std::make_unique<MazeGame>(options);
-}
+extern constexpr GameSpec kMaze = {
+    .name = "maze",
+    .description = "A mouse looks for the cheese in a maze.",
+    .modes = kWithMemory,
+    .step_limit = 500,
+    .step_limit_memory = 500,
+    .easy_returns = {5, 10},
+    .hard_returns = {4, 10},
+    .exploration_level = 158988835,
+    .kinds = kKinds,
+    .make = MakeGame<MazeGame>,
+};
 
 }  // namespace procgen

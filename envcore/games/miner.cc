@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "envcore/games/game.h"
-#include "envcore/games/game_factories.h"
+#include "envcore/games/game_spec.h"
 #include "envcore/world/placing.h"
 
 namespace procgen {
@@ -19,6 +19,14 @@ constexpr int kFallingDiamondKind = 4;
 constexpr int kMinerExitKind = 6;
 constexpr int kDirtKind = 9;
 constexpr int kBricksKind = 10;  // outside the world
+
+constexpr KindName kKinds[] = {{kBoulderKind, "boulder"},
+                               {kDiamondKind, "diamond"},
+                               {kFallingBoulderKind, "falling_boulder"},
+                               {kFallingDiamondKind, "falling_diamond"},
+                               {kMinerExitKind, "exit", true},
+                               {kDirtKind, "dirt"},
+                               {kBricksKind, "bricks"}};
 
 constexpr int kWorldSideEasy = 10;  // cells
 constexpr int kWorldSideHard = 20;
@@ -259,8 +267,14 @@ class Miner final : public Game {
 
 }  // namespace
 
-std::unique_ptr<Game> MakeMiner(const GameOptions& options) {
-  return std::make_unique<Miner>(options);
-}
+extern constexpr GameSpec kMiner = {
+    .name = "miner",
+    .description = "A robot digs for diamonds among falling boulders and leaves by the exit.",
+    .modes = kWithMemory,
+    .easy_returns = {1.5, 13},
+    .hard_returns = {1.5, 20},
+    .kinds = kKinds,
+    .make = MakeGame<Miner>,
+};
 
 }  // namespace procgen

@@ -8,7 +8,7 @@
 #include <cstdlib>
 
 #include "envcore/games/game.h"
-#include "envcore/games/game_factories.h"
+#include "envcore/games/game_spec.h"
 #include "envcore/world/direction.h"
 #include "envcore/world/placing.h"
 #include "envcore/world/support.h"
@@ -24,6 +24,20 @@ constexpr int kNinjaWalkApartImageKind = 12;  // image kinds: poses
 constexpr int kNinjaWalkTogetherImageKind = 13;
 constexpr int kFireKind = 14;
 constexpr int kBricksKind = 20;  // also everything outside the world
+
+constexpr KindName kKinds[] = {{kMushroomKind, "mushroom", true},
+                               {kBombKind, "bomb"},
+                               {kStarKind, "star"},
+                               {kFireKind, "fire"},
+                               {kBricksKind, "bricks"}};
+
+constexpr SpecialAction kSpecialActions[] = {
+    {9, "Throws a star ahead, at most one star in 3 steps."},
+    {10, "Throws a star ahead and up."},
+    {11, "Throws a star up."},
+    {12, "Throws a star ahead and down."},
+    {13, "Throws a star ahead."},
+    {14, "Throws a star ahead."}};
 
 constexpr int kWorldSide = 64;        // cells
 constexpr float kAgentRadius = 0.5F;  // cells
@@ -359,8 +373,17 @@ class Ninja final : public Game {
 
 }  // namespace
 
-std::unique_ptr<Game> MakeNinja(const GameOptions& options) {
-  return std::make_unique<Ninja>(options);
-}
+extern constexpr GameSpec kNinja = {
+    .name = "ninja",
+    .description =
+        "A ninja jumps over ledges and throws stars at bombs on the way to the mushroom.",
+    .modes = kEasyHard,
+    .easy_returns = {3.5, 10},
+    .hard_returns = {2, 10},
+    .exploration_level = 1123500215,
+    .special_actions = kSpecialActions,
+    .kinds = kKinds,
+    .make = MakeGame<Ninja>,
+};
 
 }  // namespace procgen

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "envcore/games/game.h"
-#include "envcore/games/game_factories.h"
+#include "envcore/games/game_spec.h"
 #include "envcore/world/direction.h"
 #include "envcore/world/placing.h"
 #include "envcore/world/world_state.h"
@@ -22,6 +22,15 @@ constexpr int kLegendShipKind = 2;
 constexpr int kLegendDiscKind = 3;
 constexpr int kPanelKind = 6;  // absorbs balls
 constexpr int kShipKind = 7;   // also the image of the agent and the legend ship
+
+constexpr KindName kKinds[] = {{kBallKind, "cannon_ball"},
+                               {kLegendShipKind, "target_sign"},
+                               {kLegendDiscKind, "target_disc"},
+                               {kPanelKind, "panel"},
+                               {kShipKind, "ship"}};
+
+constexpr SpecialAction kSpecialActions[] = {
+    {9, "Fires a cannon ball upwards, at most once in 3 steps."}};
 
 constexpr int kWorldSide = 20;           // cells
 constexpr float kShipRadiusEasy = 1.5F;  // half-widths; the heights follow the art
@@ -290,8 +299,16 @@ class Plunder final : public Game {
 
 }  // namespace
 
-std::unique_ptr<Game> MakePlunder(const GameOptions& options) {
-  return std::make_unique<Plunder>(options);
-}
+extern constexpr GameSpec kPlunder = {
+    .name = "plunder",
+    .description = "A ship fires at enemy ships and spares friendly ones.",
+    .modes = kEasyHard,
+    .step_limit = 4000,
+    .easy_returns = {4.5, 30},
+    .hard_returns = {3, 30},
+    .special_actions = kSpecialActions,
+    .kinds = kKinds,
+    .make = MakeGame<Plunder>,
+};
 
 }  // namespace procgen

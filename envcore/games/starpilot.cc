@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "envcore/games/game.h"
-#include "envcore/games/game_factories.h"
+#include "envcore/games/game_spec.h"
 #include "envcore/world/direction.h"
 #include "envcore/world/placing.h"
 
@@ -25,6 +25,21 @@ constexpr int kCloudKind = 6;  // harmless, covers what is below it
 constexpr int kTurretKind = 7;
 constexpr int kFastFlyerKind = 8;
 constexpr int kRocketKind = 9;
+
+constexpr KindName kKinds[] = {{kPlayerBulletKind, "player_bullet"},
+                               {kFlyerBulletKind, "flyer_bullet"},
+                               {kTurretBulletKind, "turret_bullet"},
+                               {kFlyerKind, "flyer"},
+                               {kMeteorKind, "meteor"},
+                               {kCloudKind, "cloud"},
+                               {kTurretKind, "turret"},
+                               {kFastFlyerKind, "fast_flyer"},
+                               {kRocketKind, "rocket"}};
+
+constexpr SpecialAction kSpecialActions[] = {
+    {9, "Fires a bullet forwards."},  {10, "Fires a bullet backwards."},
+    {11, "Fires a bullet forwards."}, {12, "Fires a bullet forwards."},
+    {13, "Fires a bullet forwards."}, {14, "Fires a bullet forwards."}};
 
 constexpr int kWorldSide = 16;        // cells
 constexpr float kSpeedUnit = 0.4F;    // cells per step
@@ -412,8 +427,15 @@ class StarPilot final : public Game {
 
 }  // namespace
 
-std::unique_ptr<Game> MakeStarPilot(const GameOptions& options) {
-  return std::make_unique<StarPilot>(options);
-}
+extern constexpr GameSpec kStarPilot = {
+    .name = "starpilot",
+    .description = "A ship flies sideways through waves of enemies and shoots them.",
+    .modes = kWithExtreme,
+    .easy_returns = {2.5, 64},
+    .hard_returns = {1.5, 35},
+    .special_actions = kSpecialActions,
+    .kinds = kKinds,
+    .make = MakeGame<StarPilot>,
+};
 
 }  // namespace procgen

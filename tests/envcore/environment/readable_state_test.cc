@@ -8,7 +8,6 @@
 
 #include "absl/strings/str_cat.h"
 #include "envcore/environment/environment.h"
-#include "envcore/games/game_kind_names.h"
 #include "envcore/random/random_stream.h"
 #include "envcore/state/snapshot_tree.h"
 #include "gmock/gmock.h"
@@ -82,10 +81,10 @@ TEST(ReadableStateTest, EveryKindOfEveryGameHasAName) {
         TakeStep(environment, random.Int(kActionCount));
         const World& world = environment.game().world();
         for (const Entity& entity : world.entities) {
-          ASSERT_NE(NameOfKind(game.name, entity.kind), "") << game.name << " " << entity.kind;
+          ASSERT_NE(game.NameOfKind(entity.kind), "") << game.name << " " << entity.kind;
         }
         for (int cell = 0; step % kStepsBetweenStates == 0 && cell < world.grid.size(); ++cell) {
-          ASSERT_NE(NameOfKind(game.name, world.grid.At(cell)), "")
+          ASSERT_NE(game.NameOfKind(world.grid.At(cell)), "")
               << game.name << " " << world.grid.At(cell);
         }
       }
@@ -239,7 +238,7 @@ TEST(ReadableStateTest, AcceptedEditsCanBePlayed) {
   int accepted_count = 0;
   for (const GameSpec& game : GameCatalog()) {
     const Json original = JsonOf(Snapshot(game.name));
-    const auto kinds = KindNamesOf(game.name);
+    const auto kinds = game.kinds;
     for (int change = 0; change < 25; ++change) {
       Json json = original;
       Json& grid = json["grid"];

@@ -11,7 +11,7 @@ namespace {
 std::vector<ObjectRow> ObjectsOf(absl::string_view game, const World& world, size_t row_count,
                                  int32_t* count) {
   std::vector<ObjectRow> rows(row_count, ObjectRow{.kind = 77, .x = 77});
-  *count = ReadObjects(world, KindNamesOf(game), absl::MakeSpan(rows));
+  *count = ReadObjects(world, FindGame(game)->kinds, absl::MakeSpan(rows));
   return rows;
 }
 

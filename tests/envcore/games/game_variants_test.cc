@@ -7,7 +7,6 @@
 #include <vector>
 
 #include "envcore/games/game_catalog.h"
-#include "envcore/games/game_kind_names.h"
 #include "gtest/gtest.h"
 
 namespace procgen {
@@ -127,7 +126,7 @@ TEST(VariantsTest, OnlyTheGoalMovesAndNoDrawOfTheLevelChanges) {
     if (spec.value != 0) {
       continue;
     }
-    const int goal = KindNamesOf(spec.game)[0].kind;
+    const int goal = FindGame(spec.game)->kinds[0].kind;
     for (int32_t seed = 0; seed < kLevelCount; ++seed) {
       const auto exact = Level(spec.game, Variant::kNone, seed);
       const auto varied = Level(spec.game, spec.variant, seed);
