@@ -1,5 +1,6 @@
 """Every source is built or included, every folder has a README.md, every link works."""
 
+import fnmatch
 import posixpath
 import re
 
@@ -19,8 +20,11 @@ def _cmake_mentions(tree):
 
 
 def _is_listed(path, mentions):
-    """Whether a CMakeLists.txt in the folder of `path` or above names it by relative path."""
-    folder = posixpath.dirname(path)
+    """Whether a CMakeLists.txt in the folder of `path` or above names it by relative path, or one
+    in its folder by a pattern."""
+    folder, name = posixpath.split(path)
+    if any("*" in word and fnmatch.fnmatch(name, word) for word in mentions.get(folder, ())):
+        return True
     while True:
         relative = posixpath.relpath(path, folder or ".")
         words = mentions.get(folder, ())

@@ -98,6 +98,7 @@ _BROKEN = {
     listing.check_sources_are_built: (
         ({"a/x.cc": "", "a/CMakeLists.txt": "add_library(a y.cc)  # not x.cc\n"}, "a/x.cc:1"),
         ({"proto/x.proto": "", "CMakeLists.txt": ""}, "proto/x.proto:1"),
+        ({"a/b/x.cc": "", "a/CMakeLists.txt": "file(GLOB files *.cc)\n"}, "a/b/x.cc:1"),
     ),
     listing.check_headers_are_included: (
         ({"a/x.h": "", "a/y.cc": _include("b/x.h")}, "a/x.h:1"),
@@ -171,6 +172,7 @@ _KEPT = {
     listing.check_sources_are_built: (
         {"a/x.cc": "", "a/b/y.cc": "", "a/CMakeLists.txt": "add_library(a x.cc b/y.cc)\n"},
         {"a/x.proto": "", "CMakeLists.txt": "set(FILES ${PROJECT_SOURCE_DIR}/a/x.proto)\n"},
+        {"a/x.cc": "", "a/CMakeLists.txt": "file(GLOB files *.cc)\n"},
     ),
     listing.check_headers_are_included: (
         {"a/x.h": "", "a/x.cc": _include("a/x.h")},
