@@ -31,7 +31,7 @@ constexpr int kIoThreadCount = 2;
 // Bytes of a BridgeRequest besides its message.
 constexpr int64_t kEnvelopeBytes = 64;
 // Grace period for sockets at shutdown, in addition to their close timeout.
-constexpr absl::Duration kCloseTimeout = absl::Seconds(3);
+constexpr absl::Duration kStopTimeout = absl::Seconds(3);
 
 std::string UrlOf(const Address& address, uint16_t port, bool is_secure) {
   const bool is_ipv6 = absl::StrContains(address.host, ':');
@@ -81,7 +81,7 @@ class BeastServer final : public WebServer {
 
   ~BeastServer() override {
     BeginClose();
-    sockets_.AwaitClosed(kCloseTimeout);
+    sockets_.AwaitClosed(kStopTimeout);
     io_.stop();
     for (std::thread& thread : io_threads_) {
       thread.join();

@@ -23,7 +23,6 @@ using boost::system::error_code;
 constexpr std::chrono::seconds kAskTimeout(10);
 constexpr std::chrono::seconds kAnswerTimeout(30);
 constexpr uint32_t kHeaderBytesMax = 8 << 10;
-constexpr int kSwitchingProtocols = 101;
 
 // The value of a header; empty if it is missing or repeated.
 std::string HeaderOf(const UpgradeRequest& request, http::field name) {

@@ -17,7 +17,6 @@ namespace procgen::web {
 namespace {
 
 constexpr int kOk = 200;
-constexpr int kSwitchingProtocols = 101;
 constexpr int kNotModified = 304;
 constexpr int kForbidden = 403;
 constexpr int kNotFound = 404;

@@ -24,6 +24,8 @@ struct HttpRequestInfo {
   bool is_secure = false;     // the connection uses TLS
 };
 
+inline constexpr int kSwitchingProtocols = 101;
+
 // An HTTP response.
 struct Reply {
   int status = 0;
@@ -41,7 +43,8 @@ class Site {
   // the connection.
   Site(std::vector<std::string> allowed_hosts, const std::vector<EmbeddedPage>& pages);
 
-  // The reply to a WebSocket upgrade request: status 101 if it is accepted, else an error.
+  // The reply to a WebSocket upgrade request: status kSwitchingProtocols if it is accepted, else an
+  // error.
   Reply ReplyToSocket(const HttpRequestInfo& request) const;
   // The reply to any other request.
   Reply ReplyToPage(const HttpRequestInfo& request) const;
