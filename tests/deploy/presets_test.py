@@ -12,8 +12,12 @@ _ROOT = Path(__file__).resolve().parents[2]
 def _configure(
     tree: Path, *without: str, preset: str = "release"
 ) -> subprocess.CompletedProcess[str]:
-    """Configures a preset as if these packages were not installed."""
+    """Configures a preset as if these packages were not installed.
+
+    Sources are compiled one by one, so that the commands name them.
+    """
     flags = [f"-DCMAKE_DISABLE_FIND_PACKAGE_{package}=ON" for package in without]
+    flags.append("-DPROCGEN_UNITY=OFF")
     return subprocess.run(
         ["cmake", "--preset", preset, "-B", tree, *flags],
         cwd=_ROOT,

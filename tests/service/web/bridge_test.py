@@ -37,7 +37,7 @@ def test_a_unary_call_returns_one_message_and_the_end(server: WebServer) -> None
     async def test() -> None:
         async with open_bridge(server.url) as page:
             catalog = await page.ask(_CATALOG, page.api.message("GetCatalogRequest"))
-            assert "coinrun" in [game.name for game in catalog.games]
+            assert len(catalog.games) == 16
             with pytest.raises(CallError, match="there is no pool pools/x") as raised:
                 missing = page.api.message("GetPoolRequest", name="pools/x")
                 await page.ask(f"{POOLS}GetPool", missing)
