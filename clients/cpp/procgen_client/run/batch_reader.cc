@@ -74,8 +74,8 @@ class FieldReader {
         return Malformed(absl::StrCat("field ", WireFormatLite::GetTagFieldNumber(tag)));
       }
     }
-// All but the fingerprints, which only rows with an ended episode have.
 #define PROCGEN_ONE(type, name, member) +1
+    // All but the fingerprints, which only rows with an ended episode have.
     constexpr int kRowArrayCount = PROCGEN_BATCH_NUMBERS(PROCGEN_ONE) - 1;
 #undef PROCGEN_ONE
     if (first_env_ != shape_.first || env_count_ != shape_.count ||
