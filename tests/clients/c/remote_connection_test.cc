@@ -1,5 +1,6 @@
 // Connections, calls and watches: waits, ends, broken connections and processes.
 
+#include <sys/wait.h>
 #include <unistd.h>
 
 #include <atomic>
@@ -22,7 +23,10 @@ namespace {
 
 // A server that no longer answers once it is stopped.
 struct StoppableServer {
-  void Stop() const { process.Signal(SIGSTOP); }
+  void Stop() const {
+    process.Signal(SIGSTOP);
+    waitpid(process.process_id(), nullptr, WUNTRACED);  // Until all threads have stopped.
+  }
 
   ServerProcess process{{"--address=127.0.0.1:0", "--workers=1"}};
   const std::string address = process.Address();
