@@ -153,6 +153,11 @@ struct Batch {
   NUMBERS(int32_t, episode_lengths, episode_length)          \
   NUMBERS(uint64_t, fingerprints, fingerprint)
 
+// The bytes of each of these numbers.
+#define PROCGEN_BYTES(type, name, member) sizeof(type),
+inline constexpr size_t kBatchNumberBytes[] = {PROCGEN_BATCH_NUMBERS(PROCGEN_BYTES)};
+#undef PROCGEN_BYTES
+
 // A Pool steps env_count() environments as one batch.
 // Shapes: row i of a batch is environment first + i.
 // Threads: thread-safe. Only one call at a time can step or read environments: a second one returns

@@ -1,5 +1,7 @@
 #include "server/wire/convert_step.h"
 
+#include <iterator>
+#include <numeric>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
@@ -11,9 +13,8 @@ namespace procgen {
 namespace {
 
 // Upper bound of a row's numbers in a response, in bytes; all have a fixed size.
-#define PROCGEN_BYTES(type, name, member) +sizeof(type)
-constexpr int64_t kRowNumberBytes = 0 PROCGEN_BATCH_NUMBERS(PROCGEN_BYTES);
-#undef PROCGEN_BYTES
+constexpr int64_t kRowNumberBytes =
+    std::accumulate(std::begin(kBatchNumberBytes), std::end(kBatchNumberBytes), int64_t{0});
 // Upper bound of the tags and lengths of a response, in bytes.
 constexpr int64_t kResponseOverheadBytes = 256;
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cstring>
+#include <iterator>
 
 #include "absl/strings/str_cat.h"
 #include "absl/types/span.h"
@@ -74,10 +75,8 @@ class FieldReader {
         return Malformed(absl::StrCat("field ", WireFormatLite::GetTagFieldNumber(tag)));
       }
     }
-#define PROCGEN_ONE(type, name, member) +1
     // All but the fingerprints, which only rows with an ended episode have.
-    constexpr int kRowArrayCount = PROCGEN_BATCH_NUMBERS(PROCGEN_ONE) - 1;
-#undef PROCGEN_ONE
+    constexpr int kRowArrayCount = static_cast<int>(std::size(procgen::kBatchNumberBytes)) - 1;
     if (first_env_ != shape_.first || env_count_ != shape_.count ||
         row_array_count_ != kRowArrayCount) {
       return Malformed(absl::StrCat("environments from ", first_env_, ", ", env_count_,
