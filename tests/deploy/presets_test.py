@@ -17,7 +17,7 @@ def _configure(
     Sources are compiled one by one, so that the commands name them.
     """
     flags = [f"-DCMAKE_DISABLE_FIND_PACKAGE_{package}=ON" for package in without]
-    flags.append("-DPROCGEN_UNITY=OFF")
+    flags += ["-DPROCGEN_UNITY=OFF", "-DCMAKE_DISABLE_PRECOMPILE_HEADERS=ON"]
     return subprocess.run(
         ["cmake", "--preset", preset, "-B", tree, *flags],
         cwd=_ROOT,
