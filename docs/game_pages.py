@@ -40,7 +40,7 @@ def action_words(game: Any) -> list[str]:
 def _page(game: Any) -> str:
     name = game["name"]
     words, facts = WORDS[name], FACTS[name]
-    notes = [*words["notes"], *_first_steps(facts), *_unsolved(facts)]
+    notes = [*words["notes"], *_first_steps(facts)]
     blocks = [
         f"# {name}",
         game["description"],
@@ -107,27 +107,6 @@ def _first_steps(facts: Any) -> list[str]:
                 f"first ones are {', '.join(map(str, first[:5]))}."
             )
     return sentences
-
-
-def _unsolved(facts: Any) -> list[str]:
-    """Returns sentences on levels that procgen-solve does not complete."""
-    if "solver" not in facts:
-        return []
-    sentences = []
-    for mode, of in facts["solver"].items():
-        parts = []
-        if of["unsolvable"]:
-            parts.append(f"proved that {_levels(of['unsolvable'])} cannot be completed")
-        if of["given_up"]:
-            parts.append(f"gave up {_levels(of['given_up'])}")
-        text = " and ".join(parts) or "completed all"
-        sentences.append(f"`procgen-solve`, levels 0 to 199 in {mode} mode: the search {text}.")
-    return sentences
-
-
-def _levels(levels: list[int]) -> str:
-    few = ", ".join(map(str, levels[:20]))
-    return f"{len(levels)} ({few})"
 
 
 def _overlap(facts: Any) -> str:

@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
 """Measures the facts of the game pages and writes them to game_facts.json, beside this file.
 
-Usage: PYTHONPATH=clients/python docs/measure_games.py [--solver procgen-solve]
-[GAME...]; without games, all. About twenty minutes of one core; results are equal on every machine.
+Usage: PYTHONPATH=clients/python docs/measure_games.py [GAME...]; without games, all. About twenty
+minutes of one core; results are equal on every machine.
 Per game:
 
 - actions: which of the 15 actions lead to equal observations and rewards, from states of random
@@ -10,8 +10,6 @@ Per game:
 - first_step: of 2,000 levels, those that a first step without a move completes, and those that
   every first action loses. Each level is the first of its pool.
 - overlap: of OVERLAP_GAMES, the share of levels that equal another level, see `overlap`.
-- solver: with --solver, of 200 levels, those that cannot be completed, and those that a search gave
-  up.
 - random_returns: lowest, highest and mean return of 2,000 episodes of a random agent.
 """
 
@@ -21,7 +19,6 @@ import argparse
 import hashlib
 import json
 import re
-import subprocess
 from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
@@ -38,8 +35,6 @@ OVERLAP_LEVELS = 1_500
 # Games whose first view can show the whole level: nothing is drawn by chance later.
 OVERLAP_GAMES = ("caveflyer", "climber", "coinrun", "fruitbot", "heist", "jumper", "maze", "miner",
                  "ninja")
-# Games for which procgen-solve has a heuristic.
-SOLVER_GAMES = ("caveflyer", "climber", "coinrun", "heist", "jumper", "leaper", "maze", "ninja")
 PAPER_LEVELS = {"easy": 200, "hard": 500}  # Training levels of the benchmark's paper.
 UNSEEN_LEVELS = range(1_000_000, 1_005_000)
 
@@ -47,13 +42,11 @@ UNSEEN_LEVELS = range(1_000_000, 1_005_000)
 def main() -> None:
     """Measures games and updates the file after each."""
     parser = argparse.ArgumentParser()
-    parser.add_argument("--solver", help="path of procgen-solve")
     parser.add_argument("games", nargs="*")
     arguments = parser.parse_args()
     known = {game["name"]: game for game in catalog()["games"]}
     facts: dict[str, Any] = json.loads(FACTS.read_text()) if FACTS.exists() else {}
     for name in arguments.games or known:
-        before = facts.get(name, {})
         modes = [mode for mode in known[name]["modes"] if mode != "exploration"]
         facts[name] = {
             "actions": actions(name),
@@ -62,11 +55,6 @@ def main() -> None:
         }
         if name in OVERLAP_GAMES:
             facts[name]["overlap"] = {mode: overlap(name, mode) for mode in PAPER_LEVELS}
-        if arguments.solver and name in SOLVER_GAMES:
-            command = [arguments.solver, "--games", name, "--modes", "easy,hard"]
-            facts[name]["solver"] = unsolved(subprocess.check_output(command, text=True), name)
-        elif "solver" in before:
-            facts[name]["solver"] = before["solver"]
         ordered = {game: facts[game] for game in known if game in facts}
         FACTS.write_text(_text(ordered))
         print(name, flush=True)
@@ -157,18 +145,6 @@ def _digests(pool: Pool, levels: Iterable[int]) -> Iterable[bytes]:
         resets = [Reset(i, level_seed=level) for i, level in enumerate(some)]
         for observation in pool.reset(resets).observations:
             yield hashlib.sha1(observation).digest()
-
-
-def unsolved(output: str, name: str) -> dict[str, dict[str, list[int]]]:
-    """Returns the levels that procgen-solve printed as not solved, by mode and reason."""
-    found: dict[str, dict[str, list[int]]] = {}
-    for mode in re.findall(rf"^\| {name} \| (\w+) \|", output, re.MULTILINE):
-        found[mode] = {"unsolvable": [], "given_up": []}
-    lines = re.findall(rf"^{name} (\w+): (unsolvable|given up): (.*)$", output, re.MULTILINE)
-    for mode, outcome, rest in lines:
-        levels = rest.rpartition(": ")[2].split(", ")
-        found[mode][outcome.replace(" ", "_")] += map(int, levels)
-    return found
 
 
 def random_returns(name: str, mode: str) -> dict[str, Any]:

@@ -50,16 +50,3 @@ def test_a_page_has_what_was_measured() -> None:
     page = game_pages.pages()["games/jumper.md"]
     assert "| 5 | UP | jumps, once more in the air" in page
     assert "lost, whatever the action, in the first step: 175 in easy mode" in page
-
-
-def test_levels_that_the_solver_did_not_complete_are_read_from_its_output() -> None:
-    output = """| ninja | easy | 197 of 200 | 1 | 2 | 121.5 | 45864 | 384507 | 16.3 |
-| ninja | hard | 200 of 200 | 0 | 0 | 128.4 | 116699 | 868088 | 63.5 |
-ninja easy: unsolvable: closed cells separate the agent from the goal: 59
-ninja easy: given up: 3, 4
-jumper easy: given up: 7
-"""
-    assert measure_games.unsolved(output, "ninja") == {
-        "easy": {"unsolvable": [59], "given_up": [3, 4]},
-        "hard": {"unsolvable": [], "given_up": []},
-    }
