@@ -9,7 +9,6 @@ import signal
 import subprocess
 from collections.abc import Sequence
 from pathlib import Path
-from types import TracebackType
 from typing import Any, Literal
 
 # Names of namespaces: procgen-RUN-NETWORK-HOST. RUN is the id and the start time of the creating
@@ -57,12 +56,7 @@ class Network:
         """Returns the network."""
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *exception: object) -> None:
         """Removes the network."""
         self.close()
 
