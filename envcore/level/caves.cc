@@ -10,7 +10,6 @@ namespace procgen {
 namespace {
 
 constexpr int kMajority = 5;  // of the nine cells of a block
-constexpr int kNoCell = -1;
 
 struct Offset {
   int x;

@@ -10,7 +10,6 @@ namespace procgen {
 namespace {
 
 constexpr int kUnnumberedDoorKind = 200;
-constexpr int kNoCell = -1;
 
 // The partition between two rooms at distance 2; (x, y) is its cell.
 struct Partition {

@@ -9,6 +9,8 @@
 
 namespace procgen {
 
+inline constexpr int kNoCell = -1;  // in the place of a cell's index
+
 // A grid of unit cells, each holding a kind.
 //
 //   y
