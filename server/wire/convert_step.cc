@@ -1,5 +1,7 @@
 #include "server/wire/convert_step.h"
 
+#include <cstddef>
+#include <cstdint>
 #include <iterator>
 #include <numeric>
 #include <utility>
@@ -13,8 +15,8 @@ namespace procgen {
 namespace {
 
 // Upper bound of a row's numbers in a response, in bytes; all have a fixed size.
-constexpr int64_t kRowNumberBytes =
-    std::accumulate(std::begin(kBatchNumberBytes), std::end(kBatchNumberBytes), int64_t{0});
+constexpr auto kRowNumberBytes = static_cast<int64_t>(
+    std::accumulate(std::begin(kBatchNumberBytes), std::end(kBatchNumberBytes), size_t{0}));
 // Upper bound of the tags and lengths of a response, in bytes.
 constexpr int64_t kResponseOverheadBytes = 256;
 
