@@ -9,7 +9,6 @@ import shlex
 import shutil
 import subprocess
 import urllib.request
-from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -37,13 +36,16 @@ def root(tmp_path_factory: pytest.TempPathFactory) -> ThrowawayRoot:
     return made
 
 
-@pytest.fixture
-def installed(root: ThrowawayRoot) -> Iterator[ThrowawayRoot]:
-    """A file system with the server's package installed."""
+def install(root: ThrowawayRoot) -> None:
     result = root.run("dpkg", "--install", "/tmp/procgen-server.deb")
     assert result.returncode == 0, result.stderr
-    yield root
-    root.run("dpkg", "--purge", "procgen-server")
+
+
+@pytest.fixture(scope="module")
+def installed(root: ThrowawayRoot) -> ThrowawayRoot:
+    """A file system with the server's package installed."""
+    install(root)
+    return root
 
 
 def unit(root: ThrowawayRoot) -> configparser.SectionProxy:
@@ -133,13 +135,15 @@ def test_the_unit_is_valid_and_restricted(installed: ThrowawayRoot) -> None:
 def test_changed_flags_survive_upgrade_and_removal(installed: ThrowawayRoot) -> None:
     flags = installed.path / _FLAGS
     flags.write_text("--address=127.0.0.1:50060\n")
-    for command in (["--install", "/tmp/procgen-server.deb"], ["--remove", "procgen-server"]):
-        assert installed.run("dpkg", *command).returncode == 0
-        assert flags.read_text() == "--address=127.0.0.1:50060\n"
+    install(installed)
+    assert flags.read_text() == "--address=127.0.0.1:50060\n"
+    assert installed.run("dpkg", "--remove", "procgen-server").returncode == 0
+    assert flags.read_text() == "--address=127.0.0.1:50060\n"
     assert not (installed.path / "usr/bin/procgen-server").exists()
 
 
 def test_a_purge_leaves_nothing(installed: ThrowawayRoot) -> None:
+    install(installed)
     result = installed.run("dpkg", "--purge", "procgen-server")
     assert (result.returncode, result.stderr) == (0, "")
     folders = ("etc", "usr/*", "var/lib")
