@@ -5,6 +5,7 @@
 #include <unistd.h>
 
 #include <cerrno>
+#include <cstddef>
 #include <cstring>
 #include <filesystem>
 #include <fstream>
@@ -18,10 +19,10 @@
 #include "absl/flags/usage.h"
 #include "absl/status/status.h"
 #include "absl/strings/str_cat.h"
+#include "absl/strings/str_format.h"
 #include "envcore/games/game_catalog.h"
 #include "tools/art/gallery.h"
 #include "tools/art/requests.h"
-#include "tools/progress.h"
 
 ABSL_FLAG(std::vector<std::string>, games, {}, "games to draw, e.g. maze,heist; empty: all");
 ABSL_FLAG(std::string, art_dir, "",
@@ -50,12 +51,12 @@ int Main(const std::vector<char*>& arguments) {
     return Fail(absl::StrCat("cannot create the folder '", pictures, "': ", error.message()));
   }
   Gallery gallery(folder, *request->art);
-  Progress progress(request->games.size());
+  size_t drawn = 0;
   for (const GameSpec* game : request->games) {
     if (absl::Status status = gallery.AddGame(*game); !status.ok()) {
       return Fail(status.message());
     }
-    progress.Finish(game->name, "drawn");
+    std::cerr << absl::StrFormat("[%2d/%d] %s\n", ++drawn, request->games.size(), game->name);
   }
   if (absl::Status status = gallery.AddSharedSprites(*request->games.front()); !status.ok()) {
     return Fail(status.message());
