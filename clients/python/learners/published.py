@@ -7,7 +7,9 @@ three runs of the mean in the tenth before that step.
     python3 -m learners.published runs/bigfish
 
 compares runs of PPO with them: at each step of the file, the means over the runs, and in
-parentheses their distance from OpenAI's mean, in standard deviations of OpenAI's runs.
+parentheses their distance from OpenAI's mean, in standard deviations of OpenAI's runs. Three runs
+measure a deviation roughly: of single runs of an equal learner, 23 % are more than two away and 5 %
+more than five (t distribution with two degrees of freedom).
 """
 
 from __future__ import annotations
