@@ -45,7 +45,7 @@ def run_parser(program: str, description: str) -> argparse.ArgumentParser:
     run("--output", default="run", metavar="DIR", help="default: %(default)s")
     run("--resume", action="store_true", help="continue from the checkpoint in DIR, if any")
     run("--checkpoint-interval", type=float, default=300, help="in seconds; default: %(default)s")
-    run("--time-limit", type=float, default=float("inf"), help="in seconds; then save and stop")
+    run("--time-limit", type=float, help="in seconds; then save and stop")
     run("--server", help="its address, or several; default: in this process")
     run("--watch", metavar="HOST:PORT", help="step on a server of its own, with pages there")
     run("--server-timeout", type=float, default=600, help="wait for a stopped server; in seconds")

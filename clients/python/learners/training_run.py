@@ -135,12 +135,13 @@ class TrainingRun:
 
     def _update_until_end(self) -> None:
         begin = last_save = time.monotonic()
+        limit = self._options.time_limit
         while self._step < self._options.total_steps:
             self._update()
             now = time.monotonic()
             is_due = now - last_save >= self._options.checkpoint_interval
             is_due = is_due or self._learner.needs_checkpoint
-            is_over = self._signal or now - begin >= self._options.time_limit
+            is_over = self._signal or (limit is not None and now - begin >= limit)
             decision = self._ranks.largest(2 if is_over else int(is_due))
             if decision:
                 self._save()

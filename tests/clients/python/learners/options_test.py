@@ -15,7 +15,8 @@ torch = pytest.importorskip("torch")
 
 def test_run_is_repeated_from_its_description(tmp_path: Path) -> None:
     expected = train(tmp_path / "one", total_steps=STEPS_OF_UPDATE, learning_rate=1e-3)
-    described = json.loads((tmp_path / "one/run.json").read_text())
+    text = (tmp_path / "one/run.json").read_text()
+    described = json.loads(text, parse_constant=pytest.fail)  # JSON has no Infinity.
     assert described["versions"]["torch"] == torch.__version__
     assert described["options"]["learning_rate"] == 1e-3
     words = ["--config", str(tmp_path / "one/run.json"), "--output", str(tmp_path / "two")]
