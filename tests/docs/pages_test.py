@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import re
+import subprocess
 from pathlib import Path
 
 import charts
 import contract_pages
+import generate
 import header_pages
 import markdown
 import pytest
@@ -59,6 +61,12 @@ def test_charts_have_the_numbers_of_the_tables() -> None:
         assert f">{number}</text>" in drawn["throughput.svg"]
     with pytest.raises(ValueError, match="no table"):
         markdown.rows_of_table("README.md", "| no such |")
+
+
+def test_every_page_of_the_repository_begins_with_its_title() -> None:
+    listed = subprocess.run(["git", "ls-files", "*.md"], cwd=_ROOT, capture_output=True, check=True)
+    pages = set(listed.stdout.decode().splitlines()) - {generate.CONTENTS}
+    assert [page for page in pages if not (_ROOT / page).read_text().startswith("# ")] == []
 
 
 def test_comments_keep_code_and_layout() -> None:
