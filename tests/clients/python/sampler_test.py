@@ -108,6 +108,7 @@ def test_observations_are_received_in_a_rollout_buffer(pool: Pool) -> None:
         sampler.rollout(out=buffer)
 
 
+@pytest.mark.parametrize("place", [None], ids=["process"])  # One on a server belongs to a thread.
 def test_halves_are_sent_by_another_thread(pool: Pool) -> None:
     sampler = DoubleBufferedSampler(pool)
     steps = 1000
