@@ -37,7 +37,7 @@ def environments() -> Iterator[Environments]:
 def _learner(
     environments: Environments, device: str, precision: str, *, compiled: bool
 ) -> ppo.Ppo:
-    words = {"network": "impala", "num_envs": 8, "num_steps": 8, "epochs": 1, "chunk_size": 0}
+    words = {"network": "impala", "num_envs": 8, "num_steps": 32, "epochs": 1, "chunk_size": 0}
     words |= {"device": device, "precision": precision, "compile": compiled}
     return ppo.Ppo(ppo.parse(options(Path(), None, **words)), Ranks("gloo"), environments)
 
@@ -45,10 +45,6 @@ def _learner(
 def _moves(learner: ppo.Ppo, before: list[torch.Tensor]) -> list[torch.Tensor]:
     pairs = zip(learner.parameters, before, strict=True)
     return [after.detach().cpu() - old for after, old in pairs]
-
-
-def _flat(tensors: list[torch.Tensor]) -> torch.Tensor:
-    return torch.cat([tensor.flatten() for tensor in tensors])
 
 
 def _cosine(mine: torch.Tensor, its: torch.Tensor) -> float:
@@ -98,10 +94,7 @@ def test_update_on_the_path_of_a_gpu_equals_that_of_plain_layers(
     monkeypatch.undo()
     expected = plain.learn()
     # Adam magnifies small gradients, and the second minibatch sees the weights after the first.
-    moves, expected_moves = _moves(merged, before), _moves(plain, before)
     if is_exact:
         assert metrics == pytest.approx(expected, rel=0.02, abs=1e-3)
-        for mine, its in zip(moves, expected_moves, strict=True):
-            assert _cosine(mine, its) > 0.995
-    # In bfloat16, those of single biases, 16 values, are mostly rounding.
-    assert _cosine(_flat(moves), _flat(expected_moves)) > 0.8
+    for mine, its in zip(_moves(merged, before), _moves(plain, before), strict=True):
+        assert _cosine(mine, its) > (0.995 if is_exact else 0.7)
